@@ -37,7 +37,7 @@ Vec2d turned(const Vec2d& v, int quarters) {
 struct FaceCorner {
     VertexCell cell;
     Vec2d point, vertex;
-    Vec2d behind{0}, ahead{0};  ///< where the lines from the corner before and to the next one cross the cell's side
+    Vec2d before{0}, after{0};  ///< where the lines from the corner before and to the next one cross the cell's side
     Vec3d position;
 };
 
@@ -65,8 +65,8 @@ std::vector<FaceCorner> corners_of(const DualCells& cells, const VertexForest& f
         const Vec2d there{glm::dot(Vec2d(0.5) - b.point, turned(along_b, 1)), glm::dot(b.vertex - b.point, along_b)};
         const double share = here.x * side_a / (here.x * side_a + there.x * side_b);
         const double y = here.y * side_a + share * (there.y * side_b - here.y * side_a);
-        a.ahead = a.point + y / side_a * along_a;
-        b.behind = b.point + y / side_b * along_b;
+        a.after = a.point + y / side_a * along_a;
+        b.before = b.point + y / side_b * along_b;
     }
     return corners;
 }
@@ -224,8 +224,8 @@ class FaceErrors {
     double bound_side(Bounder& bounder, std::size_t i, const std::array<int, 3>& edges) {
         const std::size_t j = (i + 1) % corners_.size();
         const FaceCorner &a = corners_[i], &b = corners_[j];
-        const double error_a = bound_corner(bounder, a, {a.ahead, a.point}, {edges[0], edges[1]});
-        const double error_b = bound_corner(bounder, b, {b.point, b.behind}, {edges[2], edges[0]});
+        const double error_a = bound_corner(bounder, a, {a.after, a.point}, {edges[0], edges[1]});
+        const double error_b = bound_corner(bounder, b, {b.point, b.before}, {edges[2], edges[0]});
         of_corner_[i] = std::max(of_corner_[i], error_a);
         of_corner_[j] = std::max(of_corner_[j], error_b);
         return std::max(error_a, error_b);

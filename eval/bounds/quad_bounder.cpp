@@ -17,8 +17,8 @@ using detail::k_corner_point;
 using detail::k_corner_x;
 using detail::k_corner_y;
 using detail::k_side_point;
+using detail::PathCell;
 using detail::QuadNode;
-using detail::WalkCell;
 
 namespace {
 
@@ -77,7 +77,7 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
     if (!rejected_) bound(home(piece), piece, corners, depth);
 }
 
-void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
+void QuadBounder::bound(PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
     if (!cell.irregular()) return bound_regular(cell, piece, corners);
     const bool may_split = depth > 0 && !exhausted();
     const double upper = irregular_error(*cell.node, piece, corners, may_split) + pad_;
@@ -86,7 +86,7 @@ void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corne
     split(cell, piece, corners, depth);
 }
 
-void QuadBounder::split(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
+void QuadBounder::split(PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
     ++splits_;
     // The new corners are the midpoints of the edges (of the base alone for a quarter).
     const auto& L = corners.linear;
@@ -156,7 +156,7 @@ QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
     return piece;
 }
 
-QuadBounder::Corners QuadBounder::leaf_corners(WalkCell& cell, const Piece& piece) {
+QuadBounder::Corners QuadBounder::leaf_corners(PathCell& cell, const Piece& piece) {
     const int k = piece.turn;
     Corners corners;
     if (piece.quarter) {
@@ -181,7 +181,7 @@ LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     }
     // The middle of the base decides most leaves that must be split.
     const Piece piece = piece_of(leaf);
-    WalkCell& cell = home(piece);
+    PathCell& cell = home(piece);
     const Corners corners = leaf_corners(cell, piece);
     const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
     set_face(detail::TriangleDistance(corners.linear, sliding));
@@ -234,7 +234,7 @@ double QuadBounder::certified_error(const CellTriangle& leaf, double floor, cons
 QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
     QuickError quick;
     if (is_root(leaf)) {
-        WalkCell& cell = walk_.cell(leaf.root, 0, 0, 0);
+        PathCell& cell = walk_.cell(leaf.root, 0, 0, 0);
         const Vec3d v = cell.point(k_corner_point[0]), m = cell.point(k_corner_point[1]),
                     c = cell.point(k_corner_point[2]);
         const Vec3d w = walk_.cell(patches_.mesh().next(leaf.root), 0, 0, 0).point(k_corner_point[0]);
@@ -243,7 +243,7 @@ QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
         return quick;
     }
     const Piece piece = piece_of(leaf);
-    WalkCell& cell = home(piece);
+    PathCell& cell = home(piece);
     const Corners corners = leaf_corners(cell, piece);
     const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
     // corners.linear starts at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
@@ -252,7 +252,7 @@ QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
     return quick;
 }
 
-void QuadBounder::bound_regular(const WalkCell& cell, const Piece& piece, const Corners& corners) {
+void QuadBounder::bound_regular(const PathCell& cell, const Piece& piece, const Corners& corners) {
     // The longest side first.
     const auto& L = corners.linear;
     const auto& E = piece.edge;
@@ -290,7 +290,7 @@ void QuadBounder::bound_part(const detail::Net16& net, const Part& part, double 
     bound_patch(patch, part.edge);
 }
 
-void QuadBounder::bound_strips(const WalkCell& cell, const Part& part) {
+void QuadBounder::bound_strips(const PathCell& cell, const Part& part) {
     const int axis = cell.crease.side == 0 || cell.crease.side == 2 ? 1 : 0;  // across the crease
     const bool far = cell.crease.side == 1 || cell.crease.side == 2;
     std::array<StripPoint, 3> corners;
@@ -359,7 +359,7 @@ void QuadBounder::sample_smooth(const detail::Net16& net, const Piece& piece, in
 void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
     if (normals.empty() && !is_root(leaf) && (n == 2 || n == 4 || n == 8)) {
         const Piece piece = piece_of(leaf);
-        const WalkCell& cell = home(piece);
+        const PathCell& cell = home(piece);
         if (cell.smooth()) {
             sample_smooth(*cell.net, piece, n, positions);
             return;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../patches/quad_cell_walk.hpp"
+#include "../patches/quad_cell_path.hpp"
 #include "bezier_pieces.hpp"
 #include "patch_bounder.hpp"
 
@@ -76,14 +76,14 @@ class QuadBounder : private detail::PatchBounder<> {
     static void sample_smooth(const detail::Net16& net, const Piece& piece, int n, std::span<Vec3d> positions);
     static bool is_root(const CellTriangle& leaf);
     static Piece piece_of(const CellTriangle& leaf);
-    detail::WalkCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
-    static Corners leaf_corners(detail::WalkCell& cell, const Piece& piece);
+    detail::PathCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
+    static Corners leaf_corners(detail::PathCell& cell, const Piece& piece);
     void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSliding& sliding);
     void bound(const Piece& piece, const Corners& corners, int depth);
-    void bound(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
-    void split(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
+    void bound(detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
+    void split(detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
     /// Bounds a piece of a regular cell.
-    void bound_regular(const detail::WalkCell& cell, const Piece& piece, const Corners& corners);
+    void bound_regular(const detail::PathCell& cell, const Piece& piece, const Corners& corners);
     /// A triangle in the parameters of a bicubic net.
     struct Part {
         std::array<Vec2d, 3> at;
@@ -91,7 +91,7 @@ class QuadBounder : private detail::PatchBounder<> {
         Edges edge;                   ///< as of Piece
     };
     /// A cell with a crease of finite sharpness is strips along the crease, each one bicubic patch.
-    void bound_strips(const detail::WalkCell& cell, const Part& part);
+    void bound_strips(const detail::PathCell& cell, const Part& part);
     /// @param at_corners  the largest |S - L| there
     /// @param weights     of part.at
     void bound_part(const detail::Net16& net, const Part& part, double at_corners,
@@ -108,7 +108,7 @@ class QuadBounder : private detail::PatchBounder<> {
         return distance_ ? face_.local(position) : deviation;
     }
     const QuadPatches& patches_;
-    detail::QuadCellWalk walk_;
+    detail::QuadCellPath walk_;
 };
 
 }  // namespace tetrakis

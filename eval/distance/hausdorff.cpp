@@ -87,7 +87,7 @@ class Sampler {
         const std::uint32_t blocks = (count + k_vertex_grain - 1) / k_vertex_grain;
         std::vector<BlockResult> results(blocks);
         for_each_reported_batch(blocks, 0.0, context, [&](std::uint32_t b) {
-            ClosestPointWalker walker(to_);
+            CoherentClosest walker(to_);
             BlockResult& out = results[b];
             for (std::uint32_t v = b * k_vertex_grain; v < std::min(count, (b + 1) * k_vertex_grain); ++v) {
                 if (corner_of[v] == k_unused) continue;
@@ -127,7 +127,7 @@ class Sampler {
 
     BlockResult sample_block(const SampleBlock& block) const {
         BlockResult out;
-        ClosestPointWalker walker(to_);
+        CoherentClosest walker(to_);
         if (options_.per_triangle) out.triangle_max.assign(block.end_triangle - block.first_triangle, 0.0f);
         for (std::uint32_t t = block.first_triangle; t < block.end_triangle; ++t) {
             const Corners corners(mesh_, t);
@@ -185,7 +185,7 @@ class Sampler {
 
     std::uint64_t climb_from(Worst& top) const {
         const Corners corners(mesh_, top.triangle);
-        ClosestPointWalker walker(to_);
+        CoherentClosest walker(to_);
         std::uint64_t tried = 0;
         constexpr int k_sweeps = 6;  // the last step is below a thousandth of the sample spacing
         const double step = 1 / std::sqrt(static_cast<double>(plan_.inside[top.triangle]) + 1);

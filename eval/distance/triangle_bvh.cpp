@@ -69,7 +69,7 @@ void look_up(const TriangleBvh& bvh, std::span<const Vec3d> points, std::span<Ou
             context.report("measure", static_cast<double>(begin) / static_cast<double>(points.size()));
             const auto count = static_cast<std::uint32_t>(std::min(k_progress_block, points.size() - begin));
             for_each_block(count, k_point_grain, [&](std::uint32_t first, std::uint32_t last) {
-                ClosestPointWalker walker(bvh);
+                CoherentClosest walker(bvh);
                 for (std::size_t i = begin + first; i < begin + last; ++i) out[i] = convert(walker.closest(points[i]));
             });
         }
@@ -259,7 +259,7 @@ void TriangleBvh::distances(std::span<const Vec3d> points, std::span<double> out
     look_up(*this, points, out, context, [](const ClosestPoint& found) { return found.distance; });
 }
 
-ClosestPoint ClosestPointWalker::closest(const Vec3d& point) noexcept {
+ClosestPoint CoherentClosest::closest(const Vec3d& point) noexcept {
     // The surplus covers the roundings of the distances; should it ever not, the search is repeated without a bound.
     constexpr double k_surplus = 1e-9;
     const double bound = (last_distance_ + glm::length(point - last_point_)) * (1 + k_surplus);

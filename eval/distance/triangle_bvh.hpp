@@ -79,9 +79,9 @@ class TriangleBvh {
 };
 
 /// Closest points for a sequence of query points that lie near each other: remembers the last answer as a bound.
-class ClosestPointWalker {
+class CoherentClosest {
   public:
-    explicit ClosestPointWalker(const TriangleBvh& bvh) : bvh_(&bvh) {}
+    explicit CoherentClosest(const TriangleBvh& bvh) : bvh_(&bvh) {}
     ClosestPoint closest(const Vec3d& point) noexcept;
 
   private:

@@ -32,10 +32,10 @@ class NormEquations {
   public:
     using Known = std::map<SurroundingsKey, std::unique_ptr<const CellNorms>>;
 
-    /// @param known  has all that drafts are made of and that are no drafts
-    NormEquations(std::map<SurroundingsKey, std::optional<CellDraft>> drafts, const Known& known);
+    /// @param known  has the weights of all kinds that the equations ask for and do not determine
+    NormEquations(std::map<SurroundingsKey, std::optional<CellEquations>> equations, const Known& known);
 
-    /// The weights, or nullptr, of each draft.
+    /// The weights, or nullptr, of each kind.
     Known solve();
 
   private:
@@ -46,7 +46,7 @@ class NormEquations {
         const std::vector<double>* weight = nullptr;  ///< of the child's points
     };
     struct Kind {
-        CellDraft draft;
+        CellEquations equations;
         std::vector<double> weight;   ///< of the active points
         std::vector<double> below;    ///< the largest sums of their weights in children whose weights are known
         std::vector<Child> children;  ///< the others
@@ -64,7 +64,7 @@ class NormEquations {
     bool for_each_offset(const Kind& kind, const CellDescent::Child& child, const Points& points, Visit&& visit) const;
     bool activate(Kind& kind);
     void find_offsets(Kind& kind);
-    static SparseRow sizes(const CellDraft& draft, const SparseRow& row, const std::vector<int>& place);
+    static SparseRow sizes(const CellEquations& equations, const SparseRow& row, const std::vector<int>& place);
     static void add(const SparseRow& sizes, double factor, std::span<double> sum);
     std::vector<double> right_side(const Kind& kind) const;
     double improve(Kind& kind) const;
@@ -76,12 +76,12 @@ class NormEquations {
     const Known& known_;
 };
 
-NormEquations::NormEquations(std::map<SurroundingsKey, std::optional<CellDraft>> drafts, const Known& known)
+NormEquations::NormEquations(std::map<SurroundingsKey, std::optional<CellEquations>> equations, const Known& known)
     : known_(known) {
-    for (auto& [key, draft] : drafts) {
+    for (auto& [key, equations] : equations) {
         Kind& kind = kinds_[key];
-        kind.none = !draft;
-        if (draft) kind.draft = std::move(*draft);
+        kind.none = !equations;
+        if (equations) kind.equations = std::move(*equations);
     }
 }
 
@@ -89,8 +89,8 @@ std::optional<NormEquations::Points> NormEquations::points_of(const Surroundings
     if (const auto at = kinds_.find(key); at != kinds_.end()) {
         const Kind& kind = at->second;
         if (kind.none) return std::nullopt;
-        Points points{kind.draft.active, {}, &kind.weight};
-        for (const int i : points.point) points.anchor.push_back(kind.draft.anchor[i]);
+        Points points{kind.equations.active, {}, &kind.weight};
+        for (const int i : points.point) points.anchor.push_back(kind.equations.anchor[i]);
         return points;
     }
     const CellNorms* const norms = known_.at(key).get();
@@ -103,14 +103,14 @@ std::optional<NormEquations::Points> NormEquations::points_of(const Surroundings
 template <class Visit>
 bool NormEquations::for_each_offset(const Kind& kind, const CellDescent::Child& child, const Points& points,
                                     Visit&& visit) const {
-    const CellDraft& draft = kind.draft;
-    SparseSum sum(draft.points);
+    const CellEquations& equations = kind.equations;
+    SparseSum sum(equations.points);
     for (std::size_t j = 0; j < points.point.size(); ++j) {
-        sum.add(draft.below.rows[child.vertices[points.point[j]]], 1);
+        sum.add(equations.below.rows[child.vertices[points.point[j]]], 1);
         for (int k = 0; k < 4; ++k)
-            if (const double a = points.anchor[j][k]; a != 0) sum.add(draft.below.rows[child.vertices[k]], -a);
+            if (const double a = points.anchor[j][k]; a != 0) sum.add(equations.below.rows[child.vertices[k]], -a);
         const SparseRow offset = sum.take();
-        if (!draft.annihilates(offset)) return false;
+        if (!equations.annihilates(offset)) return false;
         visit(offset);
     }
     return true;
@@ -118,21 +118,21 @@ bool NormEquations::for_each_offset(const Kind& kind, const CellDescent::Child& 
 
 /// A point that matters to a small cell does to the large one. Returns whether anything was not known before.
 bool NormEquations::activate(Kind& kind) {
-    CellDraft& draft = kind.draft;
-    const std::size_t before = draft.active.size();
-    std::vector<char> active(draft.points, 0);
-    for (const int i : draft.active) active[i] = 1;
+    CellEquations& equations = kind.equations;
+    const std::size_t before = equations.active.size();
+    std::vector<char> active(equations.points, 0);
+    for (const int i : equations.active) active[i] = 1;
     const auto activate_point = [&](int i) {
-        if (!std::exchange(active[i], 1)) draft.active.push_back(i);
+        if (!std::exchange(active[i], 1)) equations.active.push_back(i);
     };
-    for (const CellDescent::Child& child : draft.next.children) {
+    for (const CellDescent::Child& child : equations.next.children) {
         const std::optional<Points> points = points_of(child.key);
         kind.none = kind.none || !points;
         if (kind.none) return true;
         for (const int j : points->point)
-            for (const auto& [i, weight] : draft.next.rows[child.vertices[j]]) activate_point(i);
+            for (const auto& [i, weight] : equations.next.rows[child.vertices[j]]) activate_point(i);
     }
-    for (const CellDescent::Child& child : draft.below.children) {
+    for (const CellDescent::Child& child : equations.below.children) {
         const std::optional<Points> points = points_of(child.key);
         kind.none = kind.none || !points;
         if (kind.none) return true;
@@ -142,17 +142,17 @@ bool NormEquations::activate(Kind& kind) {
         });
         if (known) continue;
         // Inside the cell the rules reproduce more than around it.
-        kind.none = draft.anchor == draft.constant();
-        draft.anchor = draft.constant();
+        kind.none = equations.anchor == equations.constant();
+        equations.anchor = equations.constant();
         return true;
     }
-    return draft.active.size() > before;
+    return equations.active.size() > before;
 }
 
-SparseRow NormEquations::sizes(const CellDraft& draft, const SparseRow& row, const std::vector<int>& place) {
+SparseRow NormEquations::sizes(const CellEquations& equations, const SparseRow& row, const std::vector<int>& place) {
     SparseRow result;
     for (const auto& [i, weight] : row)
-        if (place[i] >= 0 && draft.is_free(i) && std::abs(weight) > k_no_weight)
+        if (place[i] >= 0 && equations.is_free(i) && std::abs(weight) > k_no_weight)
             result.emplace_back(place[i], std::abs(weight));
     return result;
 }
@@ -162,27 +162,27 @@ void NormEquations::add(const SparseRow& sizes, double factor, std::span<double>
 }
 
 void NormEquations::find_offsets(Kind& kind) {
-    const CellDraft& draft = kind.draft;
-    std::vector<int> place(draft.points, -1);
-    for (std::size_t a = 0; a < draft.active.size(); ++a) {
-        place[draft.active[a]] = static_cast<int>(a);
-        kind.weight.push_back(draft.direct[draft.active[a]]);
+    const CellEquations& equations = kind.equations;
+    std::vector<int> place(equations.points, -1);
+    for (std::size_t a = 0; a < equations.active.size(); ++a) {
+        place[equations.active[a]] = static_cast<int>(a);
+        kind.weight.push_back(equations.direct[equations.active[a]]);
     }
-    kind.below.assign(draft.active.size(), 0.0);
-    for (const CellDescent::Child& child : draft.below.children) {
+    kind.below.assign(equations.active.size(), 0.0);
+    for (const CellDescent::Child& child : equations.below.children) {
         const Points points = *points_of(child.key);
         if (!kinds_.contains(child.key)) {
-            std::vector<double> sum(draft.active.size(), 0.0);
+            std::vector<double> sum(equations.active.size(), 0.0);
             auto weight = points.weight->begin();
             for_each_offset(kind, child, points,
-                            [&](const SparseRow& offset) { add(sizes(draft, offset, place), *weight++, sum); });
+                            [&](const SparseRow& offset) { add(sizes(equations, offset, place), *weight++, sum); });
             for (std::size_t a = 0; a < sum.size(); ++a) kind.below[a] = std::max(kind.below[a], sum[a]);
             continue;
         }
         Child& terms = kind.children.emplace_back();
         terms.weight = points.weight;
         for_each_offset(kind, child, points,
-                        [&](const SparseRow& offset) { terms.offsets.push_back(sizes(draft, offset, place)); });
+                        [&](const SparseRow& offset) { terms.offsets.push_back(sizes(equations, offset, place)); });
     }
 }
 
@@ -194,7 +194,7 @@ std::vector<double> NormEquations::right_side(const Kind& kind) const {
         for (std::size_t j = 0; j < child.offsets.size(); ++j) add(child.offsets[j], (*child.weight)[j], sum);
         for (std::size_t a = 0; a < sum.size(); ++a) result[a] = std::max(result[a], sum[a]);
     }
-    for (std::size_t a = 0; a < result.size(); ++a) result[a] += kind.draft.direct[kind.draft.active[a]];
+    for (std::size_t a = 0; a < result.size(); ++a) result[a] += kind.equations.direct[kind.equations.active[a]];
     return result;
 }
 
@@ -224,7 +224,7 @@ void NormEquations::spread_none() {
         again = false;
         for (auto& [key, kind] : kinds_)
             if (!kind.none)
-                for (const CellDescent* down : {&kind.draft.below, &kind.draft.next})
+                for (const CellDescent* down : {&kind.equations.below, &kind.equations.next})
                     for (const CellDescent::Child& child : down->children)
                         if (const auto at = kinds_.find(child.key); at != kinds_.end() && at->second.none)
                             kind.none = again = true;
@@ -258,27 +258,27 @@ NormEquations::Known NormEquations::norms() const {
         std::unique_ptr<CellNorms>& norms = made[key];
         if (kind.none) continue;
         norms = std::make_unique<CellNorms>();
-        norms->point = kind.draft.active;
+        norms->point = kind.equations.active;
         norms->weight = kind.weight;
         for (std::size_t a = 0; a < kind.weight.size(); ++a) {
             const int i = norms->point[a];
-            if (!kind.draft.is_free(i)) norms->weight[a] = 0;
-            norms->anchor.push_back(kind.draft.anchor[i]);
+            if (!kind.equations.is_free(i)) norms->weight[a] = 0;
+            norms->anchor.push_back(kind.equations.anchor[i]);
         }
     }
     for (const auto& [key, kind] : kinds_) {
         if (kind.none) continue;
         CellNorms& norms = *made.at(key);
-        std::vector<int> place(kind.draft.points, -1);
+        std::vector<int> place(kind.equations.points, -1);
         for (std::size_t a = 0; a < norms.point.size(); ++a) place[norms.point[a]] = static_cast<int>(a);
         for (std::size_t k = 0; k < norms.children.size(); ++k) {
-            const CellDescent::Child& from = kind.draft.next.children[k];
+            const CellDescent::Child& from = kind.equations.next.children[k];
             CellNorms::Child& child = norms.children[k];
             const auto own = made.find(from.key);
             child.norms = own != made.end() ? own->second.get() : known_.at(from.key).get();
             for (const int j : child.norms->point) {
                 StencilRow row;
-                for (const auto& [i, weight] : kind.draft.next.rows[from.vertices[j]]) row.add(place[i], weight);
+                for (const auto& [i, weight] : kind.equations.next.rows[from.vertices[j]]) row.add(place[i], weight);
                 child.rows.push(std::move(row));
             }
         }
@@ -302,10 +302,10 @@ class CellNormTable::Search {
         Kind& kind = of->second;
         const int number = kind.number = static_cast<int>(kinds_.size());
         stack_.push_back(key);
-        kind.draft = draft_cell(table_.scheme_, table_.options_, key, table_.corners_, table_.rings_);
+        kind.equations = cell_equations(table_.scheme_, table_.options_, key, table_.corners_, table_.rings_);
         int lowest = number;
-        if (kind.draft)
-            for (const CellDescent* down : {&kind.draft->below, &kind.draft->next})
+        if (kind.equations)
+            for (const CellDescent* down : {&kind.equations->below, &kind.equations->next})
                 for (const CellDescent::Child& child : down->children) {
                     if (table_.known_.contains(child.key)) continue;
                     const auto met = kinds_.find(child.key);
@@ -318,17 +318,17 @@ class CellNormTable::Search {
   private:
     struct Kind {
         int number = 0;
-        std::optional<CellDraft> draft;
+        std::optional<CellEquations> equations;
     };
 
     void solve(const SurroundingsKey& first) {
-        std::map<SurroundingsKey, std::optional<CellDraft>> drafts;
+        std::map<SurroundingsKey, std::optional<CellEquations>> equations;
         for (bool last = false; !last;) {
             last = stack_.back() == first;
-            drafts.emplace(stack_.back(), std::move(kinds_.at(stack_.back()).draft));
+            equations.emplace(stack_.back(), std::move(kinds_.at(stack_.back()).equations));
             stack_.pop_back();
         }
-        NormEquations::Known solved = NormEquations(std::move(drafts), table_.known_).solve();
+        NormEquations::Known solved = NormEquations(std::move(equations), table_.known_).solve();
         const std::unique_lock lock(table_.reading_);
         table_.known_.merge(std::move(solved));
     }

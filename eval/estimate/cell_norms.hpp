@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "cell_draft.hpp"
+#include "cell_equations.hpp"
 
 #include <array>
 #include <map>

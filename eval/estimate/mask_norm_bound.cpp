@@ -1,7 +1,7 @@
 #include "mask_norm_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../../refine/points/level_walk.hpp"
+#include "../../refine/points/cell_frame.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../../schemes/rules/averaging.hpp"

@@ -222,7 +222,7 @@ Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, c
     std::vector<Worst> worst(count);
     for_each_reported(blocks, 1, context, "measure", 0.9, 1, [&](std::uint32_t block) {
         Sums& sum = sums[block];
-        ClosestPointWalker walker(bvh);
+        CoherentClosest walker(bvh);
         for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
             const auto& tri = target.triangles[t];
             const Vec3d a = target.positions[tri[0]], b = target.positions[tri[1]], c = target.positions[tri[2]];

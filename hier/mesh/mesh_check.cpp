@@ -5,7 +5,7 @@
 #include "../base/parallel.hpp"
 #include "corner_tags.hpp"
 #include "mesh_links.hpp"
-#include "mesh_places.hpp"
+#include "mesh_numbering.hpp"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include "corner_tags.hpp"
 #include "mesh_check.hpp"
 #include "mesh_links.hpp"
-#include "mesh_places.hpp"
+#include "mesh_numbering.hpp"
 #include "mesh_split.hpp"
 
 #include <fmt/format.h>
@@ -436,7 +436,7 @@ class Repair {
             values.emplace_back(data_.uvs[i], 0.0);
             if (is_sound_uv(data_.uvs[i])) sound.push_back(i);
         }
-        const Numbering now(detail::first_at_place(values, std::move(sound)));
+        const Numbering now(detail::first_at_position(values, std::move(sound)));
         for (std::uint32_t& i : data_.face_uvs) now.follow(i);
         gather(data_.uvs, now.kept);
         gather(data_.uv_lines, now.kept);

@@ -3,7 +3,7 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "level_walk.hpp"
+#include "cell_frame.hpp"
 
 #include <vector>
 

@@ -406,7 +406,7 @@ class LimitSearch::Finder {
         if (sharp_count >= 2) {
             if (step.child_crease.empty() || step.child_crease[sharp] == RuleMesh::none) return std::nullopt;
             const bool corner = sharp_count > 2 || is_sharp(mesh.vertex_sharpness(v));
-            return at(corner ? vertex : crease, tip_halfedge(fine, step.child_crease[sharp]));
+            return at(corner ? vertex : crease, crease_end_halfedge(fine, step.child_crease[sharp]));
         }
         if (ring.faces() < 3 || smooth == RuleMesh::none || step.child_halfedge[smooth] == RuleMesh::none)
             return std::nullopt;

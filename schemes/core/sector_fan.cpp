@@ -342,7 +342,7 @@ std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, cons
     return found;
 }
 
-int tip_halfedge(const RuleMesh& fine, int along) {
+int crease_end_halfedge(const RuleMesh& fine, int along) {
     const int inwards = fine.twin(fine.prev(along));
     return inwards == RuleMesh::none ? inwards : fine.prev(inwards);
 }
@@ -353,7 +353,7 @@ std::vector<int> child_start(const SectorFan& fan, const RuleStep& step) {
     if (fan.labels.shape().boundary && !step.child_crease.empty()) {
         const int along = step.child_crease[fan.start[0]];
         if (fan.labels.lattice() == FanLattice::dual) return {along};
-        return {tip_halfedge(step.mesh, along)};
+        return {crease_end_halfedge(step.mesh, along)};
     }
     std::vector<int> result;
     for (const int h : fan.start) result.push_back(step.child_halfedge[h]);

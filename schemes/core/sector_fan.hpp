@@ -26,7 +26,7 @@ std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, cons
 /// What a dual step makes of the vertex that a crease's half-edge leaves: of the finer half-edge along that crease
 /// (RuleStep::child_crease), the one before it. At a boundary corner it leaves the corner's own point, elsewhere the
 /// crease's last point before the vertex.
-int tip_halfedge(const RuleMesh& fine, int along);
+int crease_end_halfedge(const RuleMesh& fine, int along);
 
 /// Where the same neighbourhood starts one level down.
 std::vector<int> child_start(const SectorFan& fan, const RuleStep& step);

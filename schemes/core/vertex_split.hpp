@@ -13,7 +13,7 @@
 namespace tetrakis::detail {
 
 /// The other halves of a split mesh's half-edges, most of them known from the way they are made. The few along creases
-/// and between tips are matched by their ends.
+/// and between ends are matched by their ends.
 class SplitTwins {
   public:
     /// Of the quad of an old half-edge: the half-edge from its child ahead of it, out of its face, and the one back to
@@ -130,7 +130,7 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
         faces.end_face();
         step.parent_face.push_back(mesh.face(h));
     }
-    std::vector<float> tips;  // sharpness of the corner vertices' points
+    std::vector<float> ends;  // sharpness of the corner vertices' points
     for (int v = 0; v < mesh.vertex_count(); ++v) {
         if (mesh.first(v) == RuleMesh::none) continue;
         const RuleMesh::Ring ring = mesh.ring(v);
@@ -164,10 +164,10 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
             continue;
         }
         const bool corner = sharp_count > 2 || is_sharp(mesh.vertex_sharpness(v));
-        int tip = -1;
+        int end = -1;
         if (corner) {
-            tip = count++;
-            tips.push_back(is_sharp(mesh.vertex_sharpness(v)) ? k_sharp : 0.0f);
+            end = count++;
+            ends.push_back(is_sharp(mesh.vertex_sharpness(v)) ? k_sharp : 0.0f);
             step.stencils.push(tip_row(v));
         }
         const int sectors = ring.closed ? sharp_count : sharp_count - 1;
@@ -183,13 +183,13 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
             }
             twins.link(faces.halfedge_count() - 1, twins.behind[mesh.prev(ring.halfedge[last_in])]);
             if (corner) {
-                twins.search(faces.halfedge_count(), crease_at(to), tip);
-                twins.search(faces.halfedge_count() + 1, tip, crease_at(from));
+                twins.search(faces.halfedge_count(), crease_at(to), end);
+                twins.search(faces.halfedge_count() + 1, end, crease_at(from));
             } else {
                 twins.search(faces.halfedge_count(), crease_at(to), crease_at(from));
             }
             faces.corner(crease_at(to), k_sharp);
-            if (corner) faces.corner(tip, k_sharp);
+            if (corner) faces.corner(end, k_sharp);
             faces.end_face();
             step.parent_face.push_back(mesh.face(ring.halfedge[from]));
         }
@@ -197,7 +197,7 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
     std::vector<float> sharpness;
     if (!mesh.vertex_sharpness().empty()) {
         sharpness.assign(count, 0.0f);
-        std::copy(tips.begin(), tips.end(), sharpness.end() - static_cast<std::ptrdiff_t>(tips.size()));
+        std::copy(ends.begin(), ends.end(), sharpness.end() - static_cast<std::ptrdiff_t>(ends.size()));
     }
     if (auto known = std::move(twins).finish(faces.halfedge_count())) faces.set_twins(std::move(*known));
     step.mesh = RuleMesh(count, std::move(faces), std::move(sharpness));

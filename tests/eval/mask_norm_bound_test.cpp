@@ -6,7 +6,7 @@
 #include "../../eval/estimate/normed_cells.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
-#include "../../refine/points/level_walk.hpp"
+#include "../../refine/points/cell_frame.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-#include "quad_cell_walk.hpp"
+#include "quad_cell_path.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -9,13 +9,13 @@ namespace {
 constexpr std::uint32_t k_most_kept_roots = 2048;
 }
 
-QuadCellWalk::QuadCellWalk(const QuadPatches& patches)
+QuadCellPath::QuadCellPath(const QuadPatches& patches)
     : patches_(patches),
       root_points_(std::bit_ceil(std::min(patches.mesh().halfedge_count() + 1, k_most_kept_roots))),
       cells_(k_max_level + k_max_refinement + 4),
       nets_(k_max_level + k_max_refinement + 4) {}
 
-const CellPoints* QuadCellWalk::root_points(const QuadNode& node, HalfedgeId root) {
+const CellPoints* QuadCellPath::root_points(const QuadNode& node, HalfedgeId root) {
     if (node.kind != QuadNode::Kind::regular || node.crease) return nullptr;
     RootPoints& kept = root_points_[root.value & (root_points_.size() - 1)];
     if (kept.root != root) {
@@ -25,13 +25,13 @@ const CellPoints* QuadCellWalk::root_points(const QuadNode& node, HalfedgeId roo
     return &kept.points;
 }
 
-WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y) {
+PathCell& QuadCellPath::cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y) {
     int from = -1;
     if (root == root_ && times_forgotten_ == patches_.times_forgotten()) {
         // The deepest kept cell that holds the wanted one.
         from = std::min(depth_, level);
         while (from > 0) {
-            const WalkCell& kept = cells_[static_cast<std::size_t>(from)];
+            const PathCell& kept = cells_[static_cast<std::size_t>(from)];
             if (kept.x == x >> (level - from) && kept.y == y >> (level - from)) break;
             --from;
         }
@@ -39,7 +39,7 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
     if (from < 0) {
         root_ = root;
         times_forgotten_ = patches_.times_forgotten();
-        WalkCell& top = cells_[0];
+        PathCell& top = cells_[0];
         top.node = &patches_.root_node(root);
         const bool regular = top.node->kind == QuadNode::Kind::regular;
         top.net = regular ? &top.node->net : nullptr;
@@ -50,8 +50,8 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
         from = 0;
     }
     for (int l = from + 1; l <= level; ++l) {
-        const WalkCell& parent = cells_[static_cast<std::size_t>(l - 1)];
-        WalkCell& child = cells_[static_cast<std::size_t>(l)];
+        const PathCell& parent = cells_[static_cast<std::size_t>(l - 1)];
+        PathCell& child = cells_[static_cast<std::size_t>(l)];
         child.x = x >> (level - l), child.y = y >> (level - l);
         child.forget();
         const int qx = static_cast<int>(child.x & 1), qy = static_cast<int>(child.y & 1);
@@ -77,7 +77,7 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
     return cells_[static_cast<std::size_t>(level)];
 }
 
-const Vec3d& WalkCell::point(int i) {
+const Vec3d& PathCell::point(int i) {
     const std::size_t at = static_cast<std::size_t>(i);
     const bool corner = i != k_centre_point && i % 2 == 0;
     if (irregular() && !(corner && node->kind == QuadNode::Kind::star)) return node->points()[at];

@@ -1,6 +1,6 @@
-#include "cell_draft.hpp"
+#include "cell_equations.hpp"
 
-#include "../../refine/points/level_walk.hpp"
+#include "../../refine/points/cell_frame.hpp"
 
 #include <algorithm>
 #include <array>
@@ -277,7 +277,7 @@ SparseRow SparseSum::take() {
     return row;
 }
 
-bool CellDraft::annihilates(const SparseRow& functional) const {
+bool CellEquations::annihilates(const SparseRow& functional) const {
     CellAnchor sum{};
     double size = 1;
     for (const auto& [i, weight] : functional) {
@@ -287,8 +287,8 @@ bool CellDraft::annihilates(const SparseRow& functional) const {
     return std::all_of(sum.begin(), sum.end(), [&](double s) { return std::abs(s) < k_no_weight * size; });
 }
 
-std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
-                                    int cell_corners, int rings) {
+std::optional<CellEquations> cell_equations(const SchemeInfo& scheme, const RuleOptions& options,
+                                            const SurroundingsKey& key, int cell_corners, int rings) {
     RuleMesh mesh;
     try {
         mesh = surroundings_mesh(key);
@@ -296,42 +296,42 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
         return std::nullopt;
     }
     if (has_too_many_edges(mesh) || !mesh.all_faces_have(cell_corners)) return std::nullopt;
-    CellDraft draft;
+    CellEquations equations;
     const int n = mesh.vertex_count();
-    draft.points = n;
+    equations.points = n;
     const std::vector<Coordinates> at = unrolled(mesh, cell_corners);
-    go_down(scheme, options, mesh, cell_corners, rings, 1, draft.next);
-    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, k_levels, draft.below);
+    go_down(scheme, options, mesh, cell_corners, rings, 1, equations.next);
+    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, k_levels, equations.below);
     // The vertices of the small cells, without the hats.
     std::vector<SparseRow> off;
     SparseSum sum(n);
     for (std::size_t c = 0; c < cells.size(); ++c)
         for (int k = 0; k < cell_corners; ++k) {
-            sum.add(draft.below.rows[draft.below.children[c].vertices[k]], 1);
+            sum.add(equations.below.rows[equations.below.children[c].vertices[k]], 1);
             const std::array<double, 4> hat = hats(cells[c].at[k], cell_corners);
             for (int i = 0; i < cell_corners; ++i) sum.add(i, -hat[i]);
             off.push_back(sum.take());
         }
-    draft.direct.assign(n, 0.0);
+    equations.direct.assign(n, 0.0);
     for (const SparseRow& f : off)
-        for (const auto& [i, weight] : f) draft.direct[i] = std::max(draft.direct[i], std::abs(weight));
+        for (const auto& [i, weight] : f) equations.direct[i] = std::max(equations.direct[i], std::abs(weight));
     for (int i = 0; i < n; ++i)
-        if (i < cell_corners || draft.direct[i] > k_no_weight) draft.active.push_back(i);
+        if (i < cell_corners || equations.direct[i] > k_no_weight) equations.active.push_back(i);
     // The anchor that the rules reproduce.
     const auto reproduces = [&](auto&& anchor) {
-        draft.anchor.clear();
-        for (int i = 0; i < n; ++i) draft.anchor.push_back(anchor(at[i]));
-        return std::all_of(off.begin(), off.end(), [&](const SparseRow& f) { return draft.annihilates(f); });
+        equations.anchor.clear();
+        for (int i = 0; i < n; ++i) equations.anchor.push_back(anchor(at[i]));
+        return std::all_of(off.begin(), off.end(), [&](const SparseRow& f) { return equations.annihilates(f); });
     };
     // Around many edges a lattice may close after several turns: its points are far from there.
     std::vector<Coordinates> places;
-    for (const int i : draft.active) places.push_back(at[i]);
+    for (const int i : equations.active) places.push_back(at[i]);
     std::sort(places.begin(), places.end());
     const bool flat = std::adjacent_find(places.begin(), places.end()) == places.end();
     const bool linear = flat && ((cell_corners == 4 && reproduces(bilinear)) ||
                                  reproduces([&](const Coordinates& p) { return affine(p, cell_corners); }));
-    if (!linear) draft.anchor = draft.constant();
-    return draft;
+    if (!linear) equations.anchor = equations.constant();
+    return equations;
 }
 
 }  // namespace tetrakis::detail

@@ -34,7 +34,7 @@ struct Numbering {
 bool is_sound_position(const Vec3d& p);
 
 /// By vertex: the lowest of the listed ones that have its very coordinates; of others itself. O(n log n).
-std::vector<std::uint32_t> first_at_place(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed);
+std::vector<std::uint32_t> first_at_position(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed);
 
 /// By vertex: the lowest one of those that weld() joins it with.
 std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double distance);

@@ -7,8 +7,8 @@
 
 namespace tetrakis::detail {
 
-/// A cell of the limit surface at any level, as QuadCellWalk reaches it.
-struct WalkCell {
+/// A cell of the limit surface at any level, as QuadCellPath reaches it.
+struct PathCell {
     const QuadNode* node = nullptr;  ///< irregular node, or regular node of the tree, or null below it
     const Net16* net = nullptr;      ///< regular cells
     SideCrease crease;
@@ -20,7 +20,7 @@ struct WalkCell {
     const Vec3d& point(int i);
 
   private:
-    friend class QuadCellWalk;
+    friend class QuadCellPath;
     void forget() { kept_ = nullptr, known_ = 0; }
 
     const CellPoints* kept_ = nullptr;  ///< point(), of a smooth cell: the node's, or own_
@@ -30,12 +30,12 @@ struct WalkCell {
 
 /// Walks down the cells of a root by subdividing nets and keeps the way, so that cells asked for in path order share
 /// it. What a cell gives does not depend on the way. One per thread.
-class QuadCellWalk {
+class QuadCellPath {
   public:
-    explicit QuadCellWalk(const QuadPatches& patches);
+    explicit QuadCellPath(const QuadPatches& patches);
 
     /// The cell (x, y) of a level; valid until the next call.
-    WalkCell& cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y);
+    PathCell& cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y);
 
   private:
     struct RootPoints {
@@ -48,7 +48,7 @@ class QuadCellWalk {
     HalfedgeId root_;
     std::uint64_t times_forgotten_ = 0;    ///< as the patches had it when the cells were reached
     std::vector<RootPoints> root_points_;  ///< of roots seen lately: they are asked for again and again
-    std::vector<WalkCell> cells_;
+    std::vector<PathCell> cells_;
     std::vector<Net16> nets_;
     int depth_ = -1;
 };

@@ -80,7 +80,7 @@ struct CellDescent {
 };
 
 /// What a cell's norms are found from: the same of a few levels, and of one.
-struct CellDraft {
+struct CellEquations {
     CellDescent below;               ///< of a few levels
     CellDescent next;                ///< of one: the cells at the corners; a triangle's middle one is the last
     int points = 0;                  ///< around the cell, its corners first
@@ -106,7 +106,7 @@ inline constexpr int k_most_edges = 64;
 
 /// Nothing where the surroundings are no mesh of cells alone, or have a vertex of more than k_most_edges edges. With
 /// several extraordinary points they would be as many as there are cells, and of no further use.
-std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
-                                    int cell_corners, int rings);
+std::optional<CellEquations> cell_equations(const SchemeInfo& scheme, const RuleOptions& options,
+                                            const SurroundingsKey& key, int cell_corners, int rings);
 
 }  // namespace tetrakis::detail

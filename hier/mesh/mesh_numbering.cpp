@@ -1,4 +1,4 @@
-#include "mesh_places.hpp"
+#include "mesh_numbering.hpp"
 
 #include "mesh_check.hpp"
 
@@ -50,7 +50,7 @@ bool is_sound_position(const Vec3d& p) {
            std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= k_max_coordinate;
 }
 
-std::vector<std::uint32_t> first_at_place(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed) {
+std::vector<std::uint32_t> first_at_position(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed) {
     const auto key = [&](std::uint32_t v) {
         const Vec3d& p = positions[v];
         return std::tuple(p.x, p.y, p.z);
@@ -75,7 +75,7 @@ std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double di
         listed.push_back(v);
         largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
     }
-    std::vector<std::uint32_t> first = first_at_place(positions, listed);
+    std::vector<std::uint32_t> first = first_at_position(positions, listed);
     // Coordinates of doubles that differ are hardly nearer to each other, and the numbers of cells fit 64 bits.
     constexpr double k_least_share = 0x1p-50;
     if (largest == 0 || distance <= largest * k_least_share) return first;
@@ -143,7 +143,7 @@ std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span
             edges.push_back({0, 0, data.face_vertices[h], data.face_vertices[next]});
             ends.push_back(edges.back().a);  // of every boundary vertex an edge starts
         }
-    const std::vector<std::uint32_t> place = first_at_place(data.positions, std::move(ends));
+    const std::vector<std::uint32_t> place = first_at_position(data.positions, std::move(ends));
     for (Edge& edge : edges) std::tie(edge.low, edge.high) = std::minmax(place[edge.a], place[edge.b]);
     std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
         return std::tie(x.low, x.high, x.a, x.b) < std::tie(y.low, y.high, y.a, y.b);
