@@ -33,7 +33,7 @@ class NormEquations {
     using Known = std::map<SurroundingsKey, std::unique_ptr<const CellNorms>>;
 
     /// @param known  has the weights of all kinds that the equations ask for and do not determine
-    NormEquations(std::map<SurroundingsKey, std::optional<CellEquations>> equations, const Known& known);
+    NormEquations(std::map<SurroundingsKey, std::optional<CellEquations>> kinds, const Known& known);
 
     /// The weights, or nullptr, of each kind.
     Known solve();
@@ -76,9 +76,9 @@ class NormEquations {
     const Known& known_;
 };
 
-NormEquations::NormEquations(std::map<SurroundingsKey, std::optional<CellEquations>> equations, const Known& known)
+NormEquations::NormEquations(std::map<SurroundingsKey, std::optional<CellEquations>> kinds, const Known& known)
     : known_(known) {
-    for (auto& [key, equations] : equations) {
+    for (auto& [key, equations] : kinds) {
         Kind& kind = kinds_[key];
         kind.none = !equations;
         if (equations) kind.equations = std::move(*equations);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "../../hier/base/run_context.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
 #include "../../refine/points/position_source.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../surface/surface_point.hpp"

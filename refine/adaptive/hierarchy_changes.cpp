@@ -1,4 +1,5 @@
 #include "../../hier/base/error.hpp"
+#include "../families/hierarchy_family.hpp"
 #include "hierarchy.hpp"
 
 #include <algorithm>

@@ -225,9 +225,9 @@ class Sqrt3Levels final : public LevelSource {
             first = std::min(first, v);
         }
         if (first.valid())
-            throw NoLimit("sqrt3 has no limit at vertex " + std::to_string(first.value) +
-                              ", where a crease ends between two triangles: tag the vertex as a corner",
-                          mesh_.data().source);
+            throw detail::NoLimit("sqrt3 has no limit at vertex " + std::to_string(first.value) +
+                                      ", where a crease ends between two triangles: tag the vertex as a corner",
+                                  mesh_.data().source);
     }
 
     const ControlMesh& mesh_;

@@ -28,7 +28,7 @@ namespace {
 std::string name_of(const std::filesystem::path& mesh) { return mesh.stem().string(); }
 
 /// Of a bounding box's diagonal; what is measured is 2e-15.
-constexpr double k_points_apart = 1e-13, k_limits_apart = 1e-12;
+constexpr double k_points_apart = 1e-13, k_limits_apart = 1e-13;
 constexpr double k_normals_apart = 1e-10, k_iterated_normals_apart = 2e-6;
 
 std::vector<std::uint32_t> from_least(std::vector<std::uint32_t> face) {

@@ -85,7 +85,7 @@ std::unique_ptr<Far::TopologyRefiner> far_refiner(const ControlMeshData& data, S
 }
 
 // The figure of the issue, relative to the bounding box; measured: 1e-15.
-constexpr double k_tolerance = 1e-9;
+constexpr double k_tolerance = 1e-13;
 
 /// What OpenSubdiv makes of a mesh.
 struct FarLevel {
