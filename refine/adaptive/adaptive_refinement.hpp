@@ -175,7 +175,7 @@ class AdaptiveRefinement {
     /// @param leaves, fans  to be split and opened first, whatever their error
     void settle_in_budget(std::vector<LeafId> fresh, std::span<const LeafId> leaves = {},
                           std::span<const FaceId> fans = {}) {
-        constexpr double k_first = std::numeric_limits<double>::infinity(), k_share = 0.5;
+        constexpr double k_first = std::numeric_limits<double>::infinity(), k_share = 0.85;
         constexpr std::uint64_t k_triangles_per_split = 2;
         std::vector<Candidate> candidates;
         std::vector<LeafId> marked;

@@ -30,12 +30,12 @@ struct Bounded {
     std::vector<std::vector<Vec3d>> samples;  ///< per vertex, k_points for each of its sides
     std::vector<double> gap;                  ///< per vertex, from its cell's corners to the samples beside them
 
-    Bounded(const AdaptiveDual& dual, const SchemeInfo& scheme, const ControlMesh& mesh, bool sampled = true) {
+    Bounded(const AdaptiveDual& dual, const SchemeInfo& scheme, const ControlMesh& control, bool sampled = true) {
         const VertexForest& forest = dual.forest();
         mesh = detail::dual_triangles(forest);
         positions.resize(mesh.vertex_count());
         dual.points().limit_positions(cell_sites(mesh.faces.cells), positions);
-        detail::DualBound bounder(dual.points(), scheme, forest.roots(), mesh);
+        detail::DualBound bounder(dual.points(), scheme, forest.roots(), control);
         bound = bounder.errors(forest, mesh, positions, {0, true}, say_nothing);
         samples.resize(mesh.vertex_count());
         gap.resize(mesh.vertex_count(), 0.0);
