@@ -471,7 +471,7 @@ TEST_CASE("with a number of triangles the progress is their share of it, in the 
     options.measure = false;
     tessellate(parse(cube_text()), options, context);
     CHECK(last > 0.99);
-    CHECK(steps > 100);
+    CHECK(steps > 10);
 }
 
 TEST_SUITE_END();
