@@ -21,9 +21,8 @@ namespace {
 /// The rules make so many vertices in a minute, and take so many bytes for each; nothing can be cancelled meanwhile.
 constexpr std::uint64_t k_most_by_rules = std::uint64_t{1} << 24;
 constexpr std::uint64_t k_point_bytes = 300;
-/// So many points, or limits, are made with all of their level in the time in which one is found by itself (measured:
-/// 60 instructions against some thousands; biquartic and 4-8).
-constexpr std::uint64_t k_points_whole = 32;
+/// So many points, or limits, are made by rows, with all of their level, in the time in which one is found by itself.
+constexpr std::uint64_t k_points_whole = 8;
 /// Of such levels; 200 MB.
 constexpr std::uint64_t k_most_whole = 1u << 22;
 constexpr std::uint64_t k_whole_bytes = 2 * sizeof(Vec3d);  ///< the point and its limit
@@ -104,7 +103,7 @@ struct SiteRows::Rows {
     std::array<std::vector<Vec3d>, k_max_level + 2> whole, whole_limits;
     std::atomic<std::size_t> whole_count = 0;
     std::array<std::atomic<bool>, k_max_level + 2> has_whole_limits{};
-    std::array<std::uint64_t, k_max_level + 2> asked{}, asked_limits{};  ///< sites so far, by levels from the first on
+    std::array<std::uint64_t, k_max_level + 2> asked{}, asked_limits{};  ///< points and limits so far, by levels
     /// In cells too large for rows of their own the limit at the middle of a cell, where four finer ones meet, is a sum
     /// of their points: x, y = 0 stand right above.
     std::vector<LatticeTerm> middle, tangents[2];
@@ -207,14 +206,18 @@ std::unique_ptr<const RepeatedRows> SiteRows::repeated_rows(bool limit, bool nor
     }
 }
 
-/// Those for which enough sites at them and further down have been asked for; and their limits, if enough of them were.
+/// Those of which enough points, and of levels further down, have been asked for; and limits, if enough of them were.
 void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted wanted, int level) const {
     for (const Site& site : sites) {
         const Address at = address(rows, site, wanted, level);
         if (at.level < rows.first_level()) continue;
         const auto l = static_cast<std::size_t>(at.level - rows.first_level());
-        ++rows.asked[l];
-        if (wanted == Wanted::limits && at.half_cell == 0) ++rows.asked_limits[l];
+        const bool middle = at.half_cell != 0;
+        if (wanted == Wanted::limits)
+            rows.asked[l] += middle ? rows.middle.size() : rows.all->limit().terms_inside();
+        else
+            rows.asked[l] += wanted == Wanted::normals ? rows.all->normals().terms_inside() : 1;
+        if (wanted == Wanted::limits && !middle) ++rows.asked_limits[l];
     }
     for (std::size_t next = rows.whole_count; next < rows.whole.size(); ++next) {
         std::uint64_t deeper = 0;
