@@ -80,10 +80,11 @@ double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, st
                        std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points, double at_least) {
     const std::uint32_t begin = mesh.around_begin[vertex], count = mesh.around_begin[vertex + std::size_t{1}] - begin;
     double most = at_least * at_least;
-    for (std::uint32_t first = 0; const Vec3d& p : points) {
+    for (std::uint32_t nearest = 0; const Vec3d& p : points) {
         double squared = std::numeric_limits<double>::infinity();
         // A point that a triangle is near enough to does not raise the error, however near the others are; the next
         // point mostly is near the same one.
+        const std::uint32_t first = nearest;
         for (std::uint32_t i = 0; squared > most && i < count; ++i) {
             const std::uint32_t at = (first + i) % count;
             const auto t = mesh.triangle(mesh.around[begin + at]);
@@ -91,7 +92,7 @@ double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, st
                 nearest_on_triangle(p, positions[t[0]], positions[t[1]], positions[t[2]]).squared_distance;
             if (!(found < squared)) continue;
             squared = found;
-            if (found <= most) first = at;
+            nearest = at;
         }
         most = std::max(most, squared);
     }

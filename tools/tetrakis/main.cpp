@@ -16,7 +16,7 @@
 #include <vector>
 
 #if defined(__GLIBC__)
-#include <malloc.h>
+#    include <malloc.h>
 #endif
 
 namespace tetrakis::cli {
