@@ -77,18 +77,26 @@ void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& 
 }
 
 double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points) {
-    const auto to_mesh = [&](const Vec3d& p) {
+                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points, double at_least) {
+    const std::uint32_t begin = mesh.around_begin[vertex], count = mesh.around_begin[vertex + std::size_t{1}] - begin;
+    double most = at_least * at_least;
+    for (std::uint32_t nearest = 0; const Vec3d& p : points) {
         double squared = std::numeric_limits<double>::infinity();
-        for (std::uint32_t i = mesh.around_begin[vertex]; i < mesh.around_begin[vertex + std::size_t{1}]; ++i) {
-            const auto t = mesh.triangle(mesh.around[i]);
-            squared = std::min(
-                squared, nearest_on_triangle(p, positions[t[0]], positions[t[1]], positions[t[2]]).squared_distance);
+        // A point that a triangle is near enough to does not raise the error, however near the others are; the next
+        // point mostly is near the same one.
+        const std::uint32_t first = nearest;
+        for (std::uint32_t i = 0; squared > most && i < count; ++i) {
+            const std::uint32_t at = (first + i) % count;
+            const auto t = mesh.triangle(mesh.around[begin + at]);
+            const double found =
+                nearest_on_triangle(p, positions[t[0]], positions[t[1]], positions[t[2]]).squared_distance;
+            if (!(found < squared)) continue;
+            squared = found;
+            nearest = at;
         }
-        return std::sqrt(squared);
-    };
-    double error = 0;
-    for (const Vec3d& p : points) error = std::max(error, to_mesh(p));
+        most = std::max(most, squared);
+    }
+    double error = std::max(at_least, std::sqrt(most));
     // Sides where the surface ends: the points along them, to the mesh's boundary.
     const std::uint32_t side = 1u << bits;
     const auto point = [&](std::uint32_t x, std::uint32_t y) { return points[std::size_t{y} * side + x]; };
@@ -158,12 +166,12 @@ std::vector<double> DualLeafErrors::errors(const VertexForest& forest, const Dua
         vertex.push_back(side.vertex);
         leaves.push_back(side.leaf);
     }
+    std::vector<double> of_leaf(leaves.size(), 0.0), errors(mesh.vertex_count(), 0.0);
     const auto error_by = [&](const Layer& layer, std::uint32_t i) {
         const std::size_t each = std::size_t{1} << (2 * layer.bits);
         return dual_leaf_error(forest, mesh, positions, vertex[i], leaves[i], layer.bits,
-                               std::span(layer.points).subspan(leaves[i].value * each, each));
+                               std::span(layer.points).subspan(leaves[i].value * each, each), of_leaf[i]);
     };
-    std::vector<double> of_leaf(leaves.size()), errors(mesh.vertex_count(), 0.0);
     find(children_, forest, leaves, [&](double done) { report(0.2 * done); });
     constexpr std::uint32_t k_grain = 64;
     for_each_index(

@@ -39,8 +39,9 @@ void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& 
 /// @param positions  of the mesh's vertices: the vertex itself, those of the triangles around it and beside it are used
 /// @param leaf       the vertex, or one of its sides where it is on a crease
 /// @param points     as add_cells_below() orders them
+/// @param at_least   an error that is known: the result is no smaller
 double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points);
+                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points, double at_least = 0);
 
 /// Limit points of a forest's leaves, and of their cells' children and grandchildren, which tell how far the surface is
 /// from the mesh between the leaves. Each is found when it is first needed, in large batches, and kept.

@@ -20,10 +20,11 @@ namespace {
 /// The rules make so many vertices in a minute, and take so many bytes for each; nothing can be cancelled meanwhile.
 constexpr std::uint64_t k_most_by_rules = std::uint64_t{1} << 24;
 constexpr std::uint64_t k_point_bytes = 300;
-/// So many points are made by rows, with all of their level, in the time in which one is found by itself.
+/// So many points, or limits, are made by rows, with all of their level, in the time in which one is found by itself.
 constexpr std::uint64_t k_points_whole = 8;
-/// Of such levels; 100 MB.
+/// Of such levels; 200 MB.
 constexpr std::uint64_t k_most_whole = 1u << 22;
+constexpr std::uint64_t k_whole_bytes = 2 * sizeof(Vec3d);  ///< the point and its limit
 /// Share of the memory limit that the first level may take.
 constexpr std::uint64_t k_memory_share = 4;
 /// Steps in which all semi-sharp tags have to be gone.
@@ -66,22 +67,25 @@ std::vector<std::uint32_t> root_halfedges(const VertexRoots& roots, const Repeat
 }  // namespace
 
 struct SiteRows::Workspace {
-    /// The points of a sum, of a block of sites.
-    struct Terms {
-        std::vector<std::uint32_t> source;
-        std::vector<double> weight;
-        std::vector<std::uint32_t> row;
-
-        void clear() {
-            source.clear();
-            weight.clear();
-            row.clear();
-        }
+    /// Of the sum of a site of a level that is not whole.
+    struct Term {
+        std::uint32_t row, source;  ///< the source among the level's vertices
+        double weight;
+    };
+    struct Site {
+        std::size_t number, level, end;  ///< of its terms
     };
 
     std::array<LevelVertices, k_max_level + 2> levels;  ///< from the first level of the rows on
-    Terms terms;
+    std::vector<Site> sites;
+    std::vector<Term> terms;
     Sums sums;
+
+    void add_to_sums(std::uint32_t row, double weight, const Vec3d& point) {
+        sums.last_row = row;
+        if (row >= sums.value.size()) sums.value.resize(row + 1, Vec3d(0));
+        sums.value[row] += weight * point;
+    }
 };
 
 struct SiteRows::Rows {
@@ -95,9 +99,10 @@ struct SiteRows::Rows {
     std::vector<std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
     int limit_level = 0;                       ///< RepeatedRows::limit_level()
     /// Points of the levels from the first on that are whole; rows go up to the last of these.
-    std::array<std::vector<Vec3d>, k_max_level + 2> whole;
+    std::array<std::vector<Vec3d>, k_max_level + 2> whole, whole_limits;
     std::atomic<std::size_t> whole_count = 0;
-    std::array<std::uint64_t, k_max_level + 2> asked{};  ///< sites so far, by levels from the first on
+    std::array<std::atomic<bool>, k_max_level + 2> has_whole_limits{};
+    std::array<std::uint64_t, k_max_level + 2> asked{}, asked_limits{};  ///< points and limits so far, by levels
     /// In cells too large for rows of their own the limit at the middle of a cell, where four finer ones meet, is a sum
     /// of their points: x, y = 0 stand right above.
     std::vector<LatticeTerm> middle, tangents[2];
@@ -145,7 +150,7 @@ SiteRows::SiteRows(const ControlMesh& mesh, const SchemeInfo& scheme, const Rule
       most_whole_(k_most_whole) {
     if (max_memory_bytes_ == 0) return;
     most_by_rules_ = std::min(most_by_rules_, max_memory_bytes_ / k_memory_share / k_point_bytes);
-    most_whole_ = std::min(most_whole_, max_memory_bytes_ / k_memory_share / sizeof(Vec3d));
+    most_whole_ = std::min(most_whole_, max_memory_bytes_ / k_memory_share / k_whole_bytes);
 }
 
 /// Null where rows do not repeat, or the first level is too large.
@@ -200,21 +205,37 @@ std::unique_ptr<const RepeatedRows> SiteRows::repeated_rows(bool limit, bool nor
     }
 }
 
-/// Those for which enough sites at them and further down have been asked for.
+/// Those of which enough points, and of levels further down, have been asked for; and limits, if enough of them were.
 void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted wanted, int level) const {
-    for (const Site& site : sites)
-        if (const Address at = address(rows, site, wanted, level); at.level >= rows.first_level())
-            ++rows.asked[static_cast<std::size_t>(at.level - rows.first_level())];
+    for (const Site& site : sites) {
+        const Address at = address(rows, site, wanted, level);
+        if (at.level < rows.first_level()) continue;
+        const auto l = static_cast<std::size_t>(at.level - rows.first_level());
+        const bool middle = at.half_cell != 0;
+        if (wanted == Wanted::limits)
+            rows.asked[l] += middle ? rows.middle.size() : rows.all->limit().terms_inside();
+        else
+            rows.asked[l] += wanted == Wanted::normals ? rows.all->normals().terms_inside() : 1;
+        if (wanted == Wanted::limits && !middle) ++rows.asked_limits[l];
+    }
     for (std::size_t next = rows.whole_count; next < rows.whole.size(); ++next) {
         std::uint64_t deeper = 0;
         for (std::size_t l = next; l < rows.asked.size(); ++l) deeper += rows.asked[l];
         const std::uint64_t points = std::uint64_t{factor_} * factor_ * rows.whole[next - 1].size();
-        if (points > std::min(k_points_whole * deeper, most_whole_)) return;
+        if (points > std::min(k_points_whole * deeper, most_whole_)) break;
         const RootLayout above = rows.layout(next - 1), layout = rows.layout(next);
         resize_large(rows.whole[next], rows.net().place_count(layout));
         rows.all->step_to(rows.first_level() + static_cast<int>(next))
             .apply(above, layout, rows.whole[next - 1].data(), rows.whole[next].data(), {{}, 0, 1});
         rows.whole_count = next + 1;
+    }
+    for (std::size_t l = 0; l < rows.whole_count; ++l) {
+        const std::vector<Vec3d>& points = rows.whole[l];
+        if (rows.has_whole_limits[l] || points.size() > k_points_whole * rows.asked_limits[l]) continue;
+        const RootLayout layout = rows.layout(l);
+        resize_large(rows.whole_limits[l], points.size());
+        rows.all->limit().apply(layout, layout, points.data(), rows.whole_limits[l].data(), {{}, 0, 1});
+        rows.has_whole_limits[l] = true;
     }
 }
 
@@ -289,21 +310,41 @@ void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std
     if (!own) own = std::make_shared<Workspace>();
     Workspace& work = *own;
     for (LevelVertices& vertices : work.levels) vertices.clear();
+    work.sites.clear();
     work.terms.clear();
     const std::size_t base = rows.whole_count - 1;
-    std::vector<std::size_t> begin, level_of;
     std::size_t deepest = base;
+    const auto clear_sums = [&] {
+        work.sums.value.assign(k_normal_rows, Vec3d(0));
+        work.sums.last_row = 0;
+    };
+    const auto finish_sums = [&](std::size_t i) {
+        if (wanted == Wanted::rings) work.sums.value.resize(work.sums.last_row + 1);
+        finish(first + i, work.sums);
+    };
     for (std::size_t i = 0; i < sites.size(); ++i) {
-        begin.push_back(work.terms.source.size());
-        level_of.push_back(base);
         const Address at = address(rows, sites[i], wanted, level);
         missing[i] = at.level < 0 ? 1 : 0;
         if (missing[i] != 0) continue;
-        level_of[i] = static_cast<std::size_t>(at.level - rows.first_level());
-        add(rows, at, wanted, base, work);
-        deepest = std::max(deepest, level_of[i]);
+        const auto l = static_cast<std::size_t>(at.level - rows.first_level());
+        if (l > base) {
+            for_each_term(rows, at, wanted, [&](std::uint32_t row, const RootPlace& p, double weight) {
+                work.terms.push_back({row, work.levels[l].insert(p), weight});
+            });
+            work.sites.push_back({i, l, work.terms.size()});
+            deepest = std::max(deepest, l);
+            continue;
+        }
+        const RootLayout layout = rows.layout(l);
+        const bool limit_known = wanted == Wanted::limits && at.half_cell == 0 && rows.has_whole_limits[l];
+        const std::vector<Vec3d>& value = limit_known ? rows.whole_limits[l] : rows.whole[l];
+        clear_sums();
+        for_each_term(rows, at, limit_known ? Wanted::positions : wanted,
+                      [&](std::uint32_t row, const RootPlace& p, double weight) {
+                          work.add_to_sums(row, weight, value[rows.net().number_at(layout, p.root, {p.x, p.y})]);
+                      });
+        finish_sums(i);
     }
-    begin.push_back(work.terms.source.size());
     const RootLayout base_layout = rows.layout(base);
     evaluate_levels(
         std::span(work.levels).subspan(base), static_cast<int>(deepest - base),
@@ -317,36 +358,22 @@ void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std
             return rows.net().number_at(base_layout, at.root, {at.x, at.y});
         },
         rows.whole[base]);
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-        if (missing[i] != 0) continue;
-        const std::vector<Vec3d>& value =
-            level_of[i] <= base ? rows.whole[level_of[i]] : work.levels[level_of[i]].value;
-        Sums& sums = work.sums;
-        sums.value.assign(k_normal_rows, Vec3d(0));
-        sums.last_row = 0;
-        for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) {
-            sums.last_row = work.terms.row[k];
-            if (sums.last_row >= sums.value.size()) sums.value.resize(sums.last_row + 1, Vec3d(0));
-            sums.value[sums.last_row] += work.terms.weight[k] * value[work.terms.source[k]];
+    std::size_t begin = 0;
+    for (const Workspace::Site& site : work.sites) {
+        clear_sums();
+        for (; begin < site.end; ++begin) {
+            const Workspace::Term& term = work.terms[begin];
+            work.add_to_sums(term.row, term.weight, work.levels[site.level].value[term.source]);
         }
-        if (wanted == Wanted::rings) sums.value.resize(sums.last_row + 1);
-        finish(first + i, sums);
+        finish_sums(site.number);
     }
 }
 
-/// The terms of a site's sums.
-/// @param base  the last whole level
-void SiteRows::add(const Rows& rows, const Address& address, Wanted wanted, std::size_t base, Workspace& work) {
+/// Calls take(row, place, weight) for the terms of a site's sums.
+template <class Take>
+void SiteRows::for_each_term(const Rows& rows, const Address& address, Wanted wanted, const Take& take) {
     const RootLattices& net = rows.net();
     const std::uint32_t segments = rows.all->segments(address.level), h = address.halfedge;
-    const auto level = static_cast<std::size_t>(address.level - rows.first_level());
-    const RootLayout layout = rows.layout(level);
-    const auto take = [&](std::uint32_t row, const RootPlace& p, double weight) {
-        work.terms.source.push_back(level <= base ? net.number_at(layout, p.root, {p.x, p.y})
-                                                  : work.levels[level].insert(p));
-        work.terms.weight.push_back(weight);
-        work.terms.row.push_back(row);
-    };
     if (address.half_cell != 0) {
         const auto sum = [&](std::uint32_t row, const std::vector<Rows::LatticeTerm>& terms) {
             const std::uint32_t x = address.x + address.half_cell, y = address.y + address.half_cell;

@@ -3,7 +3,6 @@
 #include "../../schemes/analysis/spectrum.hpp"
 #include "../../schemes/core/corner_angles.hpp"
 #include "../../schemes/core/masks.hpp"
-#include "../../schemes/rules/averaging.hpp"
 #include "corner_angles.hpp"
 #include "honeycomb_limit.hpp"
 #include "mesh_part.hpp"
@@ -427,9 +426,10 @@ class LimitSearch::Finder {
 };
 
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
-    // A step's rules reach three rings at most, many averaging steps one more each, and what is twice as far away in
-    // the finer mesh must do for the step after it.
-    return 8 + (scheme.has_chosen_steps() ? options.averaging_steps : 0);
+    // What a step's rules reach, one ring more for what they are chosen by, and half of what the step after it needs in
+    // the finer mesh.
+    constexpr int k_chosen_by = 2;
+    return 2 * (rule_rings(scheme, options) + k_chosen_by);
 }
 
 LimitSearch::LimitSearch(const SchemeInfo& scheme, const RuleOptions& options)

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 
+#include <algorithm>
 #include <map>
 #include <mutex>
 #include <span>
@@ -120,15 +121,14 @@ std::shared_ptr<const CornerRows> RowLearner::limit_rows(const CornerKind& kind,
     return std::make_shared<CornerRows>(std::move(corner), std::move(row), std::move(limits));
 }
 
-std::vector<std::shared_ptr<const CornerRows>> RowLearner::rows(std::uint32_t segments, bool limits) {
+RowLearner::Sources RowLearner::rows(std::uint32_t segments, bool limits, std::span<const CornerKind> kinds) {
     static KnownCorners known;
     const bool keeps = find_scheme(scheme_.name) == &scheme_;  // others may be gone, and their addresses used again
     CornerKind regular;
     regular.sharp.assign(net_.side_count() == 4 ? 4 : 6, 0.0f);
-    const std::size_t count = corners_.kinds.size();
-    std::vector<std::shared_ptr<const CornerRows>> all(count + 1);
+    Sources all(kinds.size() + 1);
     const auto take = [&](std::uint32_t i) {
-        const CornerKind& kind = i < count ? corners_.kinds[i] : regular;
+        const CornerKind& kind = i < kinds.size() ? kinds[i] : regular;
         const KnownCorners::Key key = key_of(scheme_, rules_, net_, kind, segments, limits);
         if (keeps) all[i] = known.find(key);
         if (all[i]) return;
@@ -136,30 +136,44 @@ std::vector<std::shared_ptr<const CornerRows>> RowLearner::rows(std::uint32_t se
         if (keeps && all[i]) known.add(key, all[i]);
     };
     if (limits)
-        for (std::uint32_t i = 0; i <= count; ++i) take(i);
+        for (std::uint32_t i = 0; i < all.size(); ++i) take(i);
     else
         for_each_index(static_cast<std::uint32_t>(all.size()), take, 1);
     return all;
 }
 
-bool RowLearner::learn_step(RowPatterns& patterns) {
+/// @param learn  (kinds, rows of these and of a regular corner): false where the templates are too small
+template <class Learn>
+bool RowLearner::learn_from_templates(bool limits, const Learn& learn) {
+    // Where templates are too small, they mostly are so for the first kind by itself: that saves the others.
+    const auto fewest = std::min_element(corners_.kinds.begin(), corners_.kinds.end(),
+                                         [](const auto& a, const auto& b) { return a.roots() < b.roots(); });
+    CornerKinds first = corners_;
+    first.kinds.assign(fewest, fewest + 1);
+    first.kind.clear();
+    first.root.clear();
     for (const std::uint32_t n : template_segments(scheme_, rules_)) {
-        if (too_large(n, factor_)) return false;
-        const auto all = rows(n, false);
-        std::vector<RowPatterns::KnownRows> sources;
-        for (const auto& of_kind : all) {
-            if (!of_kind) return false;
-            sources.push_back({of_kind->corner, of_kind->row, of_kind->rows.positions});
+        if (too_large(n, limits ? 1 : factor_)) return false;
+        for (const CornerKinds* some : {&std::as_const(first), &corners_}) {
+            const Sources sources = rows(n, limits, some->kinds);
+            if (std::find(sources.begin(), sources.end(), nullptr) != sources.end()) return false;
+            if (!learn(*some, sources)) break;
+            if (some == &corners_) return true;
         }
-        if (patterns.learn(corners_, sources.back(), std::span(sources).first(sources.size() - 1))) return true;
     }
     return false;
 }
 
+bool RowLearner::learn_step(RowPatterns& patterns) {
+    return learn_from_templates(false, [&](const CornerKinds& corners, const Sources& all) {
+        std::vector<RowPatterns::KnownRows> sources;
+        for (const auto& of_kind : all) sources.push_back({of_kind->corner, of_kind->row, of_kind->rows.positions});
+        return patterns.learn(corners, sources.back(), std::span(sources).first(sources.size() - 1));
+    });
+}
+
 bool RowLearner::learn_limits(RowPatterns* points, RowPatterns* normals) {
-    for (const std::uint32_t n : template_segments(scheme_, rules_)) {
-        if (too_large(n, 1)) return false;
-        const auto all = rows(n, true);
+    return learn_from_templates(true, [&](const CornerKinds& corners, const Sources& all) {
         const auto learn = [&](RowPatterns& patterns, bool tangents) {
             std::vector<RowPatterns::KnownRows> sources;
             for (const auto& of_kind : all) {
@@ -169,11 +183,10 @@ bool RowLearner::learn_limits(RowPatterns* points, RowPatterns* normals) {
                 else
                     sources.push_back({of_kind->corner, of_kind->row, limits.positions});
             }
-            return patterns.learn(corners_, sources.back(), std::span(sources).first(sources.size() - 1));
+            return patterns.learn(corners, sources.back(), std::span(sources).first(sources.size() - 1));
         };
-        if ((points == nullptr || learn(*points, false)) && (normals == nullptr || learn(*normals, true))) return true;
-    }
-    return false;
+        return (points == nullptr || learn(*points, false)) && (normals == nullptr || learn(*normals, true));
+    });
 }
 
 }  // namespace tetrakis::detail

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -41,8 +42,11 @@ class RowLearner {
     bool too_large(std::uint32_t segments, std::uint32_t factor) const;
     std::shared_ptr<const CornerRows> step_rows(const CornerKind& kind, std::uint32_t segments) const;
     std::shared_ptr<const CornerRows> limit_rows(const CornerKind& kind, std::uint32_t segments);
-    /// Of the net's kinds, and then of a regular corner; null where a finer level is no lattice.
-    std::vector<std::shared_ptr<const CornerRows>> rows(std::uint32_t segments, bool limits);
+    /// Of some kinds, and then of a regular corner; null where a finer level is no lattice.
+    using Sources = std::vector<std::shared_ptr<const CornerRows>>;
+    Sources rows(std::uint32_t segments, bool limits, std::span<const CornerKind> kinds);
+    template <class Learn>
+    bool learn_from_templates(bool limits, const Learn& learn);
 
     const RootLattices& net_;
     const CornerKinds& corners_;

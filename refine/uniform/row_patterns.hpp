@@ -8,6 +8,7 @@
 #include "row_kernels.hpp"
 
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -49,6 +50,11 @@ class RowPatterns {
         return factor * segments * 2 / 3;
     }
     std::uint32_t factor() const { return factor_; }
+    /// Points that a result inside is made of.
+    std::size_t terms_inside() const {
+        return std::accumulate(regular_.begin(), regular_.begin() + rows_inside(), std::size_t{0},
+                               [](std::size_t sum, const RowOf<Step>& row) { return sum + row.size(); });
+    }
 
     /// Whether a level's points are enough for the rows.
     bool fits(const RootLayout& coarse) const;

@@ -49,6 +49,11 @@ class ShortList {
     const T& back() const { return data()[size_ - 1]; }
 
     void clear() { size_ = 0; }
+    void assign(const T* values, std::size_t count) {
+        if (count > capacity_) grow(std::max(count, 2 * capacity_));
+        std::uninitialized_copy(values, values + count, data());
+        size_ = count;
+    }
     /// Keeps the first `count` <= size().
     void shorten(std::size_t count) { size_ = count; }
     void push_back(const T& value) {
@@ -69,11 +74,6 @@ class ShortList {
         std::copy(begin(), end(), larger.get());
         heap_ = std::move(larger);
         capacity_ = capacity;
-    }
-    void assign(const T* values, std::size_t count) {
-        if (count > capacity_) grow(std::max(count, 2 * capacity_));
-        std::uninitialized_copy(values, values + count, data());
-        size_ = count;
     }
     void take(ShortList& other) {
         if (other.heap_) {

@@ -24,19 +24,15 @@ struct StencilRow {
     /// Puts points in increasing order, each once: its weights are summed in the order in which they were added, and it
     /// is left out where that gives 0.
     void gather() {
-        // By insertion: rows are short, and often nearly in order.
-        constexpr std::size_t k_short = 32;
+        // Most rows are sums of a few that are in order; more runs are sooner sorted than merged.
+        constexpr std::size_t k_few_runs = 16;
         auto& t = terms;
-        const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
-        if (t.size() > k_short) {
-            if (!std::is_sorted(t.begin(), t.end(), before)) std::stable_sort(t.begin(), t.end(), before);
-        } else
-            for (std::size_t i = 1; i < t.size(); ++i) {
-                const std::pair<int, double> term = t[i];
-                std::size_t j = i;
-                for (; j > 0 && term.first < t[j - 1].first; --j) t[j] = t[j - 1];
-                t[j] = term;
-            }
+        std::size_t runs = 1;
+        for (std::size_t i = 1; i < t.size(); ++i) runs += t[i].first <= t[i - 1].first ? 1 : 0;
+        if (runs > k_few_runs)
+            std::stable_sort(t.begin(), t.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+        else if (runs > 1)
+            merge_runs();
         std::size_t kept = 0;
         for (std::size_t i = 0; i < t.size();) {
             double weight = 0;
@@ -45,6 +41,35 @@ struct StencilRow {
             if (weight != 0) t[kept++] = {point, weight};
         }
         t.shorten(kept);
+    }
+
+  private:
+    /// One run after the other, into the sum of those before it at the front.
+    void merge_runs() {
+        std::pair<int, double>* const t = terms.data();
+        const std::size_t size = terms.size();
+        const auto end_of_run = [&](std::size_t i) {
+            for (++i; i < size && t[i - 1].first < t[i].first;) ++i;
+            return i;
+        };
+        ShortList<std::pair<int, double>, 64> sum;
+        std::size_t kept = end_of_run(0);
+        for (std::size_t at = kept; at < size;) {
+            const std::size_t end = end_of_run(at);
+            sum.assign(t, kept);
+            kept = 0;
+            auto before = sum.begin();
+            while (before != sum.end() && at < end) {
+                const auto [p, weight] = *before;
+                const auto [q, next] = t[at];
+                t[kept++] = p < q ? *before : std::pair(q, p == q ? weight + next : next);
+                before += p <= q ? 1 : 0;
+                at += q <= p ? 1 : 0;
+            }
+            kept = static_cast<std::size_t>(std::copy(before, sum.end(), t + kept) - t);
+            for (; at < end; ++at) t[kept++] = t[at];
+        }
+        terms.shorten(kept);
     }
 };
 

@@ -45,33 +45,29 @@ StencilRow blended_row(const RuleMesh& mesh, int place, const StencilRow& averag
 
 RuleStep averaging_step(const RuleMesh& mesh, const RuleOptions& options) {
     const detail::AveragingLevel level(mesh, options);
-    const auto each = [&](std::size_t count, const auto& body) {
-        detail::for_row_blocks(options.runner, static_cast<int>(count), [&](int begin, int end) {
-            for (int i = begin; i < end; ++i) body(i);
-        });
-    };
     std::vector<char> made = level.made();
-    std::vector<StencilRow> points(made.size());
-    each(points.size(), [&](int v) {
-        if (made[v]) points[v] = bilinear_row(level.mesh(), level.place(v));
-    });
+    StencilTable points;
+    const auto make_points = [&](const auto& row) {
+        StencilTable next;
+        next.push_rows(options.runner, static_cast<int>(made.size()),
+                       [&](int point) { return made[point] ? row(point) : StencilRow(); });
+        points = std::move(next);
+    };
+    make_points([&](int v) { return bilinear_row(level.mesh(), level.place(v)); });
     for (int i = 0; i < level.averagings(); ++i) {
         made = level.made(i, made);
-        std::vector<StencilRow> next(made.size());
-        each(next.size(), [&](int point) {
-            if (!made[point]) return;
+        make_points([&](int point) {
             StencilRow row;
             const auto around = level.around(i, point);
-            for (const int p : around) row.add(points[p], 1.0 / static_cast<double>(around.size()));
-            next[point] = gathered(std::move(row));
+            for (const int p : around) points.add_row(p, 1.0 / static_cast<double>(around.size()), row);
+            return row;
         });
-        points = std::move(next);
     }
     return level
         .end(made, options.runner,
              [&](int point) {
-                 return level.has_sharp_rules() ? blended_row(level.mesh(), level.place(point), points[point])
-                                                : points[point];
+                 const StencilRow row = points.row(point);
+                 return level.has_sharp_rules() ? blended_row(level.mesh(), level.place(point), row) : row;
              })
         .step;
 }
@@ -177,7 +173,7 @@ extern constinit const SchemeInfo averaging_scheme{
     .generation = "bi-(m + 1)",
     .lattice = FanLattice::dual,
     .rings = 2,
-    .rule_rings = 2,
+    .rule_rings = 1,
     .sees_rings = true,
     .step = averaging_step,
     .closed_masks = averaging_closed_masks,

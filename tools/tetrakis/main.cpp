@@ -2,6 +2,7 @@
 #include "console.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/version.hpp"
 
 #include <algorithm>
@@ -14,8 +15,21 @@
 #include <utility>
 #include <vector>
 
+#if defined(__GLIBC__)
+#    include <malloc.h>
+#endif
+
 namespace tetrakis::cli {
 namespace {
+
+/// As keep_freed_memory(), for what malloc() gives: by default it returns pages again and again, and touches new ones.
+void keep_freed_heap() {
+#if defined(__GLIBC__)
+    constexpr int k_own_mapping = 4 << 20;  // bytes of a block that is none of the heap's
+    mallopt(M_MMAP_THRESHOLD, k_own_mapping);
+    mallopt(M_TRIM_THRESHOLD, static_cast<int>(default_freed_memory()));
+#endif
+}
 
 ExitCode exit_code_of(const Error& error) {
     switch (error.code()) {
@@ -111,6 +125,7 @@ ExitCode finish_parse(const CLI::App& app, const CLI::ParseError& error) {
 
 int main(int argc, char** argv) {
     using namespace tetrakis::cli;
+    keep_freed_heap();
     CLI::App app("tetrakis: adaptive tessellation of subdivision surfaces to a stated tolerance", "tetrakis");
     app.set_version_flag("--version", "tetrakis " + std::string(tetrakis::k_version));
     app.require_subcommand(1);
