@@ -220,6 +220,18 @@ void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
 #endif
 }
 
+void map_at_once(void* data, std::size_t bytes) noexcept {
+#if defined(__linux__) && defined(MADV_POPULATE_WRITE)
+    constexpr std::size_t k_page = 4096, k_few = 16 * k_page;
+    const std::size_t before = (k_page - reinterpret_cast<std::uintptr_t>(data) % k_page) % k_page;
+    if (bytes < before + k_few) return;
+    // Older systems refuse, and pages are then mapped one by one.
+    madvise(static_cast<char*>(data) + before, (bytes - before) / k_page * k_page, MADV_POPULATE_WRITE);
+#else
+    (void)data, (void)bytes;
+#endif
+}
+
 struct RecordPool::Threads {
     struct Blocks {
         std::vector<PodArray<std::max_align_t>> blocks;

@@ -43,6 +43,10 @@ inline void* new_memory(std::size_t bytes) {
 /// Asks for huge pages for memory that has been allocated but not touched, where it is large.
 void wish_for_huge_pages(void* data, std::size_t bytes) noexcept;
 
+/// Has the system map all pages of memory that is about to be written: one call for many pages takes a fraction of a
+/// page fault for each (on a virtual machine 1 us a page of 4 KiB instead of 15).
+void map_at_once(void* data, std::size_t bytes) noexcept;
+
 /// Reserves room for `size` elements, on huge pages if it is large: for vectors that are filled once.
 template <class T, class Allocator>
 void reserve_large(std::vector<T, Allocator>& v, std::size_t size) {
@@ -53,6 +57,7 @@ void reserve_large(std::vector<T, Allocator>& v, std::size_t size) {
 template <class T, class Allocator>
 void resize_large(std::vector<T, Allocator>& v, std::size_t size) {
     reserve_large(v, size);
+    if (size > v.size()) map_at_once(static_cast<void*>(v.data() + v.size()), (size - v.size()) * sizeof(T));
     v.resize(size);
 }
 /// Room for `size` elements, growing by half at least: many small calls take linear time in all.
