@@ -36,7 +36,8 @@ std::size_t mapped_size(std::size_t bytes) {
 /// A new mapping; nullptr: there is no room. Large ones start at a huge page.
 char* map_pages(std::size_t bytes) {
     const std::size_t all = bytes >= k_large ? bytes + k_huge_page : bytes;
-    void* const memory = mmap(nullptr, all, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    const int now = bytes < k_large ? MAP_POPULATE : 0;  // as map_at_once(); few huge pages are mapped as they are met
+    void* const memory = mmap(nullptr, all, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | now, -1, 0);
     if (memory == MAP_FAILED) return nullptr;
     char* const begin = static_cast<char*>(memory);
     if (bytes < k_large) return begin;
