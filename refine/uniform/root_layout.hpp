@@ -79,20 +79,22 @@ class RootLayout {
         return face_begin(f) + (y - 1) * inner_ - (y - 1) * y / 2 + x - 1;
     }
 
-    /// The line b away from side h, which runs as h does.
+    /// Side h, which runs as h does.
+    PointLine side(std::uint32_t h) const {
+        const std::uint32_t edge = base_->edge_side[h];
+        const bool forwards = (edge & 1) == 0;
+        return {segments_ + 1, base_->origin[h], base_->origin[base_->next(h)],
+                edge_begin(edge >> 1) + (forwards ? 0 : inner_ - 1), forwards ? 1 : -1u};
+    }
+    /// The line b away from it.
     PointLine line(std::uint32_t h, std::uint32_t b) const {
+        if (b == 0) return side(h);
         const std::uint32_t n = segments_, sides = quads() ? 4 : 3, f = quads() ? h / 4 : h / 3, side = h - sides * f,
                             next = side + 1 == sides ? h - side : h + 1, prev = side == 0 ? h + sides - 1 : h - 1;
         PointLine line{quads() ? n + 1 : n + 1 - b, 0, 0};
-        if (b == 0 || b == n) {
-            const std::uint32_t far = quads() ? h ^ 2 : prev;
-            line.first = base_->origin[b == 0 ? h : prev];
-            line.last = base_->origin[b == 0 ? next : far];
-            const std::uint32_t edge = base_->edge_side[b == 0 ? h : far];
-            const bool forwards = (edge & 1) == (b == 0 ? 0u : 1u);
-            line.second = edge_begin(edge >> 1) + (forwards ? 0 : inner_ - 1);
-            line.step = forwards ? 1 : -1u;
-            return line;
+        if (b == n) {
+            const PointLine back = this->side(quads() ? h ^ 2 : next);  // of triangles a point
+            return {line.count, back.last, back.first, back.second + (inner_ - 1) * back.step, 0 - back.step};
         }
         line.first = inside_side(prev, n - b);
         line.last = inside_side(next, b);
