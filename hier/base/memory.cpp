@@ -49,7 +49,8 @@ std::size_t mapped_size(std::size_t bytes) {
 /// A new mapping; nullptr: there is no room. Large ones start at a huge page.
 char* map_pages(std::size_t bytes) {
     const std::size_t all = bytes >= k_large ? bytes + k_huge_page : bytes;
-    void* const memory = mmap(nullptr, all, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    const int now = bytes < k_large ? MAP_POPULATE : 0;  // as map_at_once(); few huge pages are mapped as they are met
+    void* const memory = mmap(nullptr, all, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | now, -1, 0);
     if (memory == MAP_FAILED) return nullptr;
     char* const begin = static_cast<char*>(memory);
     if (bytes < k_large) return begin;
@@ -228,6 +229,18 @@ void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
     const std::size_t before = (k_huge_page - reinterpret_cast<std::uintptr_t>(begin) % k_huge_page) % k_huge_page;
     if (bytes < before + k_huge_page) return;
     madvise(begin + before, (bytes - before) / k_huge_page * k_huge_page, MADV_HUGEPAGE);
+#else
+    (void)data, (void)bytes;
+#endif
+}
+
+void map_at_once(void* data, std::size_t bytes) noexcept {
+#if defined(__linux__) && defined(MADV_POPULATE_WRITE)
+    constexpr std::size_t k_page = 4096, k_few = 16 * k_page;  // fewer faults cost no more than the call
+    const std::size_t before = (k_page - reinterpret_cast<std::uintptr_t>(data) % k_page) % k_page;
+    if (bytes < before + k_few) return;
+    // Older systems refuse, and those with larger pages may; pages are then mapped one by one.
+    madvise(static_cast<char*>(data) + before, (bytes - before) / k_page * k_page, MADV_POPULATE_WRITE);
 #else
     (void)data, (void)bytes;
 #endif

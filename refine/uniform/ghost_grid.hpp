@@ -91,7 +91,7 @@ class GhostGrid {
         for (std::uint32_t s = 0; s < sides; ++s) {
             T* const first = grid + sides_[s].origin;
             const std::ptrdiff_t step = sides_[s].along;
-            at_.line(sides * f + s, 0).for_each(0, n, [&](std::uint32_t a, std::uint32_t v) {
+            at_.side(sides * f + s).for_each(0, n, [&](std::uint32_t a, std::uint32_t v) {
                 first[static_cast<std::ptrdiff_t>(a) * step] = in[v];
             });
         }

@@ -167,16 +167,15 @@ template <class ControlFace>
 bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
                   const ControlFace& control_face, std::span<const int> beyond, PolygonMesh& result) {
     const ControlMeshData& data = mesh.data();
-    std::vector<char> kept(result.face_count(), 1);
-    bool all_kept = true, holes = false;
+    bool holes = false;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes = holes || mesh.is_hole(FaceId(f));
-    for (std::uint32_t f = 0; f < result.face_count() && (holes || !beyond.empty()); ++f) {
-        const std::uint32_t control = control_face(f);
-        if (mesh.is_hole(FaceId(control))) kept[f] = 0;
+    const bool all_kept = !holes && beyond.empty();
+    std::vector<char> kept(all_kept ? 0 : result.face_count(), 1);
+    for (std::uint32_t f = 0; f < kept.size(); ++f) {
+        if (mesh.is_hole(FaceId(control_face(f)))) kept[f] = 0;
         for (std::uint32_t c = result.face_offsets[f]; !beyond.empty() && c < result.face_offsets[f + 1]; ++c)
             if (std::binary_search(beyond.begin(), beyond.end(), static_cast<int>(result.face_vertices[c])))
                 kept[f] = 0;
-        all_kept = all_kept && kept[f] != 0;
     }
     // Followed texture coordinates bring their own.
     const auto per_face = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {

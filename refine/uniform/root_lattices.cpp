@@ -16,24 +16,29 @@ namespace {
 constexpr std::uint32_t k_grain = 4;  // roots per task
 
 /// The corners of a root's cells, row by row.
+/// @param row   writes the points of a line of the lattice
+/// @param line  room for two lines
 template <class Row>
-void number_cells(std::uint32_t n, bool quads, const Row& row, std::uint32_t* out) {
-    std::vector<std::uint32_t> low(n + std::size_t{1}), high(n + std::size_t{1});
+void number_cells(std::uint32_t n, bool quads, const Row& row, std::uint32_t* line, std::uint32_t* out) {
+    std::uint32_t *low = line, *high = line + n + 1;
     row(0, low);
     for (std::uint32_t y = 0; y < n; ++y) {
         row(y + 1, high);
-        const std::uint32_t last = quads ? n : n - y;
-        for (std::uint32_t x = 0; x < last; ++x) {
-            *out++ = low[x];
-            *out++ = low[x + 1];
-            if (quads) *out++ = high[x + 1];
-            *out++ = high[x];
-            if (quads || x + 1 == last) continue;
-            *out++ = low[x + 1];
-            *out++ = high[x + 1];
-            *out++ = high[x];
+        if (quads) {
+            for (std::uint32_t x = 0; x < n; ++x, out += 4) {
+                const std::uint32_t corners[4] = {low[x], low[x + 1], high[x + 1], high[x]};
+                std::copy_n(corners, 4, out);
+            }
+        } else {
+            const std::uint32_t last = n - y - 1;
+            for (std::uint32_t x = 0; x < last; ++x, out += 6) {
+                const std::uint32_t corners[6] = {low[x], low[x + 1], high[x], low[x + 1], high[x + 1], high[x]};
+                std::copy_n(corners, 6, out);
+            }
+            const std::uint32_t corners[3] = {low[last], low[last + 1], high[last]};
+            out = std::copy_n(corners, 3, out);
         }
-        low.swap(high);
+        std::swap(low, high);
     }
 }
 
@@ -385,17 +390,19 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
     resize_large(faces.vertices, std::size_t{size} * count);
     faces.offsets[count] = size * count;
     const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
+        std::vector<std::uint32_t> lines(2 * (segments + std::size_t{1}));
         for (std::uint32_t f = begin; f < end; ++f) {
             const std::uint32_t root = only != nullptr ? (*only)[f] : f;
             std::fill_n(&faces.control[cells * f], cells, base_face_[root]);
-            for (std::uint32_t i = cells * f; i < cells * (f + 1); ++i) faces.offsets[i] = size * i;
-            const auto row = [&](std::uint32_t y, std::vector<std::uint32_t>& numbers) {
+            const auto row = [&](std::uint32_t y, std::uint32_t* numbers) {
                 at.line(size * root, y).for_each(0, segments + 1, [&](std::uint32_t x, std::uint32_t v) {
                     numbers[x] = v;
                 });
             };
-            number_cells(segments, size == 4, row, &faces.vertices[std::size_t{size} * cells * f]);
+            number_cells(segments, size == 4, row, lines.data(), &faces.vertices[std::size_t{size} * cells * f]);
         }
+        std::uint32_t* const offsets = faces.offsets.data();
+        for (std::uint32_t i = cells * begin; i < cells * end; ++i) offsets[i] = size * i;
     };
     for_each_reported_block(roots, k_grain, context, "faces", 0, 1, number_roots);
     return faces;

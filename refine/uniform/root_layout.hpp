@@ -40,16 +40,19 @@ struct PointLine {
 class RootLayout {
   public:
     RootLayout(const MeshLevel& base, std::uint32_t segments)
-        : base_(&base), segments_(segments), inner_(segments - 1) {}
+        : base_(&base),
+          segments_(segments),
+          inner_(segments - 1),
+          root_points_(static_cast<std::uint32_t>(quads() ? std::uint64_t{inner_} * inner_
+                                                          : std::uint64_t{inner_} * (inner_ - 1) / 2)),
+          faces_begin_(edge_begin(base.edge_count)) {}
 
     const MeshLevel& base() const { return *base_; }
     bool quads() const { return base_->face_size == 4; }
     std::uint32_t segments() const { return segments_; }
-    std::uint32_t root_points() const {
-        return quads() ? inner_ * inner_ : static_cast<std::uint32_t>(std::uint64_t{inner_} * (inner_ - 1) / 2);
-    }
+    std::uint32_t root_points() const { return root_points_; }
     std::uint32_t edge_begin(std::uint32_t e) const { return base_->vertex_count + e * inner_; }
-    std::uint32_t face_begin(std::uint32_t f) const { return edge_begin(base_->edge_count) + f * root_points(); }
+    std::uint32_t face_begin(std::uint32_t f) const { return faces_begin_ + f * root_points_; }
     std::uint32_t vertex_count() const { return face_begin(base_->face_count); }
     std::uint64_t cell_count() const { return std::uint64_t{base_->face_count} * segments_ * segments_; }
 
@@ -57,8 +60,7 @@ class RootLayout {
     std::uint32_t along(std::uint32_t h, std::uint32_t j) const {
         if (j == 0) return base_->origin[h];
         if (j == segments_) return base_->origin[base_->next(h)];
-        const std::uint32_t side = base_->edge_side[h], begin = edge_begin(side >> 1);
-        return (side & 1) == 0 ? begin + j - 1 : begin + inner_ - j;
+        return inside_side(h, j);
     }
     /// Lattice point (x, y) of face f, on its sides or inside.
     std::uint32_t at(std::uint32_t f, std::uint32_t x, std::uint32_t y) const {
@@ -77,18 +79,28 @@ class RootLayout {
         return face_begin(f) + (y - 1) * inner_ - (y - 1) * y / 2 + x - 1;
     }
 
-    /// The line b away from side h, which runs as h does.
+    /// Side h, which runs as h does.
+    PointLine side(std::uint32_t h) const {
+        const std::uint32_t edge = base_->edge_side[h];
+        const bool forwards = (edge & 1) == 0;
+        return {segments_ + 1, base_->origin[h], base_->origin[base_->next(h)],
+                edge_begin(edge >> 1) + (forwards ? 0 : inner_ - 1), forwards ? 1 : -1u};
+    }
+    /// The line b away from it.
     PointLine line(std::uint32_t h, std::uint32_t b) const {
-        const std::uint32_t n = segments_, f = base_->face_of(h), side = h - base_->first_halfedge(f),
-                            inside = face_begin(f);
+        if (b == 0) return side(h);
+        const std::uint32_t n = segments_, sides = quads() ? 4 : 3, f = quads() ? h / 4 : h / 3, side = h - sides * f,
+                            next = side + 1 == sides ? h - side : h + 1, prev = side == 0 ? h + sides - 1 : h - 1;
+        PointLine line{quads() ? n + 1 : n + 1 - b, 0, 0};
+        if (b == n) {
+            const PointLine back = this->side(quads() ? h ^ 2 : next);  // of triangles a point
+            return {line.count, back.last, back.first, back.second + (inner_ - 1) * back.step, 0 - back.step};
+        }
+        line.first = inside_side(prev, n - b);
+        line.last = inside_side(next, b);
+        const std::uint32_t inside = face_begin(f);
         const auto row = [&](std::uint32_t y) { return inside + (y - 1) * inner_ - (quads() ? 0 : (y - 1) * y / 2); };
-        PointLine line{quads() ? n + 1 : n + 1 - b, along(base_->prev(h), n - b), along(base_->next(h), b)};
-        if (b == 0 || (quads() && b == n)) {
-            const std::uint32_t edge = base_->edge_side[b == 0 ? h : base_->next(base_->next(h))];
-            const bool forwards = (edge & 1) == (b == 0 ? 0u : 1u);
-            line.second = edge_begin(edge >> 1) + (forwards ? 0 : inner_ - 1);
-            line.step = forwards ? 1 : -1u;
-        } else if (side == 0) {
+        if (side == 0) {
             line.second = row(b);
             line.step = 1;
         } else if (quads()) {
@@ -103,8 +115,14 @@ class RootLayout {
     }
 
   private:
+    /// Vertex j of side h, 0 < j < N.
+    std::uint32_t inside_side(std::uint32_t h, std::uint32_t j) const {
+        const std::uint32_t side = base_->edge_side[h];
+        return edge_begin(side >> 1) + ((side & 1) == 0 ? j - 1 : inner_ - j);
+    }
+
     const MeshLevel* base_;
-    std::uint32_t segments_, inner_;
+    std::uint32_t segments_, inner_, root_points_, faces_begin_;
 };
 
 }  // namespace tetrakis::detail
