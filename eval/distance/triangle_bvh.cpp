@@ -83,8 +83,13 @@ struct TriangleBvhCallbacks {
         auto& search = *static_cast<Search*>(args->userPtr);
         const auto& state = *static_cast<const TriangleBvh::State*>(search.state);
         const auto& corner = state.triangles[args->primID];
-        const detail::TrianglePoint nearest = detail::nearest_on_triangle(
-            search.point, state.positions[corner[0]], state.positions[corner[1]], state.positions[corner[2]]);
+        const Vec3d &p = search.point, &a = state.positions[corner[0]], &b = state.positions[corner[1]],
+                    &c = state.positions[corner[2]];
+        // Most candidates are out of reach by their boxes: Embree knows those of several triangles at a time alone.
+        const Vec3d low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
+        const Vec3d off = glm::max(glm::max(low - p, p - high), Vec3d(0));
+        if (glm::dot(off, off) > search.best_squared) return false;
+        const detail::TrianglePoint nearest = detail::nearest_on_triangle(p, a, b, c);
         if (nearest.squared_distance > search.best_squared) return false;
         const double distance = std::sqrt(nearest.squared_distance);
         if (distance > search.best || (distance == search.best && args->primID > search.out->triangle)) return false;
