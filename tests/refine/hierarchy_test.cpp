@@ -493,17 +493,4 @@ TEST_CASE("[bad-input] the deepest leaves are found, in order, and cannot be spl
     }
 }
 
-TEST_CASE("[bad-input] schemes without hierarchy, meshes and choices that a scheme does not have are refused") {
-    const ControlMesh quads = test::hierarchy_mesh("catmull-clark", 1);
-    const auto code = [&](auto&& call) { return error_of(call).code(); };
-    CHECK(code([&] { make_hierarchy(quads, "catmull-klark"); }) == ErrorCode::invalid_input);
-    CHECK(code([&] { make_hierarchy(quads, "loop"); }) == ErrorCode::invalid_input);
-    CHECK(code([&] { make_hierarchy(quads, "honeycomb"); }) == ErrorCode::unsupported);
-    HierarchyOptions options;
-    options.rules.averaging_steps = 2;
-    options.rules.averaging_boundary = AveragingBoundary::recede;
-    const ControlMesh open = test::random_mesh(1, {.removed_faces = 2});
-    CHECK(code([&] { make_hierarchy(open, "averaging", options); }) == ErrorCode::unsupported);
-}
-
 TEST_SUITE_END();
