@@ -46,14 +46,16 @@ inline float round_up(double x) {
 
 /// How far points of the limit surface, their control points and distances to them may be off by rounding, whatever the
 /// level: Lemma 1 of eval/bounds/README.md. O(vertices).
-inline double surface_rounding(const ControlMesh& mesh) {
+/// @param row  most terms of the scheme's rows where they are more than those of a vertex and its ring
+inline double surface_rounding(const ControlMesh& mesh, std::uint32_t row = 0) {
     constexpr std::uint32_t k_valence = 64;  // below, other sums are as long
-    std::uint32_t most = k_valence;
+    std::uint32_t most = std::max(k_valence, row / 2);
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) most = std::max(most, mesh.face_valence(VertexId(v)) + 1);
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) most = std::max(most, mesh.face_size(FaceId(f)));
     const Box3d box = mesh.bounding_box();
     const Vec3d reach = glm::max(glm::abs(box.lower), glm::abs(box.upper));
-    return 64.0 * most * std::numeric_limits<double>::epsilon() * std::max({reach.x, reach.y, reach.z});
+    constexpr double k_roundings = 140;  // per edge
+    return k_roundings * most * std::numeric_limits<double>::epsilon() * std::max({reach.x, reach.y, reach.z});
 }
 
 }  // namespace tetrakis::detail

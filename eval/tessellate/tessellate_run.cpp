@@ -10,6 +10,7 @@
 #include "../estimate/linear_bound.hpp"
 #include "../estimate/mask_norm_bound.hpp"
 #include "../io/mesh_writer.hpp"
+#include "../surface/local_frame.hpp"
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_sort.h>
@@ -98,11 +99,22 @@ double tolerance_length(const ControlMesh& mesh, const TessellateOptions& option
 
 double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& options, double tolerance,
                            std::vector<std::string>& warnings) {
-    if (!options.tolerance || !options.floats_written) return tolerance;
+    if (!options.tolerance) return tolerance;
+    const bool certified = options.estimator == EstimatorKind::certified;
+    const double least = surface_rounding(mesh);
+    if (certified && !(tolerance > least))
+        throw Error(
+            ErrorCode::invalid_input,
+            fmt::format("no tolerance of {:.2g} can be certified: where coordinates are as large as here, points "
+                        "of the surface may be off by {:.2g} by rounding; use a larger tolerance, the measured "
+                        "estimator, or a model near the origin",
+                        tolerance, least),
+            mesh.data().source);
+    if (!options.floats_written) return tolerance;
     const double rounding = glb_rounding_bound_within(mesh.bounding_box());
     constexpr double k_below = 1 - 1e-15;  // the sum of both is rounded once more
-    if (rounding < tolerance * k_below)
-        return options.estimator == EstimatorKind::certified ? tolerance * k_below - rounding : tolerance;
+    if (!certified && rounding < tolerance) return tolerance;
+    if (const double left = tolerance * k_below - rounding; certified && left > least) return left;
     warnings.push_back(
         fmt::format("the floats that are written may be off by {:.2g}, which alone is more than the tolerance of "
                     "{:.2g}; write doubles (.obj or .ply) or use a larger tolerance",

@@ -85,6 +85,7 @@ double tolerance_length(const ControlMesh& mesh, const TessellateOptions& option
 /// estimator must do with the rest of the tolerance.
 /// @param tolerance  as a length
 /// @param warnings   told where the rounding alone is more than the tolerance
+/// @throws Error     invalid_input: the certified estimator, and less than surface_rounding()
 double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& options, double tolerance,
                            std::vector<std::string>& warnings);
 

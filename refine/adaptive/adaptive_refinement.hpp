@@ -165,6 +165,7 @@ class AdaptiveRefinement {
         LeafId leaf;  // invalid: a fan
         FaceId fan;
         typename Hierarchy::Key key;  // settles ties, whatever the history
+        bool due = false;             // whatever its error
         bool operator<(const Candidate& o) const {
             return error != o.error ? error > o.error : fan != o.fan ? fan < o.fan : key < o.key;
         }
@@ -179,8 +180,8 @@ class AdaptiveRefinement {
         constexpr std::uint64_t k_triangles_per_split = 2;
         std::vector<Candidate> candidates;
         std::vector<LeafId> marked;
-        for (const LeafId leaf : leaves) candidates.push_back({k_first, leaf, FaceId{}, hierarchy_.key(leaf)});
-        for (const FaceId face : fans) candidates.push_back({k_first, LeafId{}, face, {}});
+        for (const LeafId leaf : leaves) candidates.push_back({k_first, leaf, FaceId{}, hierarchy_.key(leaf), true});
+        for (const FaceId face : fans) candidates.push_back({k_first, LeafId{}, face, {}, true});
         std::vector<LeafId> open;                                        // may have to be split
         std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // splits in a round
         for (;;) {
@@ -227,8 +228,14 @@ class AdaptiveRefinement {
                 hierarchy_ = before;
                 most /= 2;
             }
-            if (most == candidates.size()) most = std::numeric_limits<std::uint64_t>::max();
-            candidates.clear();
+            // What was due and had no room in this round still is, unless it was split with others.
+            std::size_t i = 0;
+            const bool all = most == candidates.size();
+            std::erase_if(candidates, [&](const Candidate& c) {
+                return i++ < most || !c.due ||
+                       (c.leaf.valid() && (!hierarchy_.is_leaf(c.leaf) || hierarchy_.key(c.leaf) != c.key));
+            });
+            if (all) most = std::numeric_limits<std::uint64_t>::max();
         }
     }
 

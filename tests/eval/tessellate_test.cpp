@@ -474,4 +474,18 @@ TEST_CASE("with a number of triangles the progress is their share of it, in the 
     CHECK(steps > 10);
 }
 
+TEST_CASE("[bad-input] no tolerance below what rounding takes is certified") {
+    ControlMeshData far = parse(cube_text()).data();
+    for (Vec3d& p : far.positions) p += Vec3d(1e6, 0, 0);
+    const ControlMesh mesh = ControlMesh::build(std::move(far));
+    TessellateOptions options;
+    options.estimator = EstimatorKind::certified;
+    options.measure = false;
+    options.tolerance_is_absolute = true;
+    options.tolerance = 1e-7;
+    CHECK_THROWS_AS(tessellate(mesh, options), Error);
+    options.tolerance = 1e-2;
+    CHECK(*tessellate(mesh, options).certified_error <= 1e-2);
+}
+
 TEST_SUITE_END();
