@@ -173,6 +173,14 @@ class BisectionForest {
     Site corner_site(LeafId id, int corner) const {
         return tetrakis::corner_site(*mesh_, triangle(id), static_cast<std::size_t>(corner));
     }
+    /// Whether the surface ends at a side: on the boundary, or towards a hole.
+    bool ends_at(LeafId id, int side) const {
+        const CellTriangle t = triangle(id);
+        const auto k = static_cast<std::size_t>(side);
+        const LatticePoint p = t.corner[k], q = t.corner[(k + 1) % 3];
+        const HalfedgeId h = p.y == 0 && q.y == 0 ? t.root : p.x == 0 && q.x == 0 ? mesh_->prev(t.root) : HalfedgeId{};
+        return h.valid() && (!mesh_->twin(h).valid() || mesh_->is_hole(mesh_->face(mesh_->twin(h))));
+    }
     /// Control vertices and centres of faces, which are points whatever the leaves.
     bool is_fixed(PointId p) const { return p.value < fixed_points(); }
 

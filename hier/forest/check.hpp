@@ -13,7 +13,7 @@ namespace tetrakis {
 /// Verifies any forest through its public interface: its leaves are counted and listed right; neighbours are leaves,
 /// see each other and differ by at most one level (bisections: depth), those across creases by none; where leaves have
 /// points, these have their sites, neighbours share them, and none is left over. Forests whose leaves have points and
-/// none hanging are conforming: there is one leaf across each side.
+/// none hanging are conforming: there is one leaf across each side. Bisections are open where the surface ends alone.
 /// @return  the first violation, or nothing. O(leaves).
 template <class Forest>
 std::optional<std::string> check_forest(const Forest& forest) {
@@ -42,6 +42,9 @@ std::optional<std::string> check_forest(const Forest& forest) {
     for (const LeafId leaf : leaves)
         for (int side = 0; side < k_sides; ++side) {
             const auto across = forest.neighbours(leaf, side);
+            if constexpr (requires { forest.ends_at(leaf, side); })
+                if (across[0].valid() == forest.ends_at(leaf, side))
+                    return fault(leaf, side, "is open inside the surface, or leads beyond its end");
             for (std::size_t k = 0; k < 2; ++k) {
                 const LeafId other = across[k];
                 if (!other.valid()) continue;

@@ -171,41 +171,48 @@ class AdaptiveRefinement {
         }
     };
 
-    /// Splits the largest errors first, in rounds: of those above half of the largest one as many as the budget has
-    /// room for.
+    /// Splits the largest errors first, in rounds: of those near the largest one as many as the budget has room for.
     /// @param leaves, fans  to be split and opened first, whatever their error
     void settle_in_budget(std::vector<LeafId> fresh, std::span<const LeafId> leaves = {},
                           std::span<const FaceId> fans = {}) {
-        constexpr double k_first = std::numeric_limits<double>::infinity(), k_share = 0.85;
+        constexpr double k_first = std::numeric_limits<double>::infinity();
+        constexpr double k_share = 0.7;  // of the largest error; children have a quarter of it, or half
         constexpr std::uint64_t k_triangles_per_split = 2;
         std::vector<Candidate> candidates;
         std::vector<LeafId> marked;
         for (const LeafId leaf : leaves) candidates.push_back({k_first, leaf, FaceId{}, hierarchy_.key(leaf), true});
         for (const FaceId face : fans) candidates.push_back({k_first, LeafId{}, face, {}, true});
-        std::vector<LeafId> open;                                        // may have to be split
+        std::vector<LeafId> open;                                        // may have to be split, in order
         std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // splits in a round
+        const auto wanted = [&](LeafId leaf) { return is_first(leaf) ? k_first : error(leaf); };
+        const auto fan_wants = [&](double error) { return error > options_.tolerance || options_.min_level > 0; };
         for (;;) {
             const std::uint64_t count = hierarchy_.triangle_count(), budget = options_.max_triangles;
             progress_ = static_cast<double>(count) / static_cast<double>(budget);
             estimate(fresh);
+            std::sort(fresh.begin(), fresh.end());
+            const auto middle = static_cast<std::ptrdiff_t>(open.size());
             open.insert(open.end(), fresh.begin(), fresh.end());
-            std::sort(open.begin(), open.end());
+            std::inplace_merge(open.begin(), open.begin() + middle, open.end());
             open.erase(std::unique(open.begin(), open.end()), open.end());
-            std::erase_if(open, [&](LeafId leaf) { return !hierarchy_.is_leaf(leaf) || !wants_split(leaf); });
+            double largest = candidates.empty() ? 0 : k_first;
+            std::erase_if(open, [&](LeafId leaf) {
+                if (!hierarchy_.is_leaf(leaf) || !wants_split(leaf)) return true;
+                left_over_ |= !may_split(leaf);
+                if (may_split(leaf)) largest = std::max(largest, wanted(leaf));
+                return !may_split(leaf);
+            });
+            hierarchy_.for_each_fan([&](FaceId, double error) {
+                if (fan_wants(error)) largest = std::max(largest, error);
+            });
+            const double least = k_share * largest;
             for (const LeafId leaf : open)
-                if (may_split(leaf))
-                    candidates.push_back(
-                        {is_first(leaf) ? k_first : error(leaf), leaf, FaceId{}, hierarchy_.key(leaf)});
-                else
-                    left_over_ = true;
+                if (wanted(leaf) >= least) candidates.push_back({wanted(leaf), leaf, FaceId{}, hierarchy_.key(leaf)});
             hierarchy_.for_each_fan([&](FaceId face, double error) {
-                if (error > options_.tolerance || options_.min_level > 0)
-                    candidates.push_back({error, LeafId{}, face, {}});
+                if (fan_wants(error) && error >= least) candidates.push_back({error, LeafId{}, face, {}});
             });
             if (candidates.empty()) return;
             std::sort(candidates.begin(), candidates.end());
-            const double least = k_share * candidates.front().error;
-            std::erase_if(candidates, [&](const Candidate& c) { return c.error < least; });
             // Back to the last state within the budget where a round takes too much.
             const Hierarchy before = hierarchy_;
             for (;;) {
