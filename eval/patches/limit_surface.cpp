@@ -66,6 +66,7 @@ SurfacePoint LimitSurface::vertex(const Site& site) const {
 }
 
 void LimitSurface::positions(std::span<const Site> sites, std::span<Vec3d> out) const {
+    if (sites.size() != out.size()) refuse("as many positions as sites are asked for");
     const ControlMesh& mesh = patches_->mesh();
     for (const Site& site : sites) require_site(mesh, site, patches_->triangles.has_value());
     patches_->with([&](const auto& patches) {

@@ -38,7 +38,7 @@ class LimitSurface final : public PositionSource {
     /// @throws Error  invalid_input: no site of a root
     SurfacePoint vertex(const Site& site) const;
     /// @param sites  of corner cells (Catmull-Clark) or face triangles (Loop), of levels up to k_max_level
-    /// @throws Error  invalid_input: another one
+    /// @throws Error  invalid_input: another one, or the spans differ in length
     void positions(std::span<const Site> sites, std::span<Vec3d> out) const override;
 
     /// Bytes of the trees, which grow with the points asked for.

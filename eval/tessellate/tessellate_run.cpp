@@ -101,7 +101,8 @@ double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& opt
                            std::vector<std::string>& warnings) {
     if (!options.tolerance) return tolerance;
     const bool certified = options.estimator == EstimatorKind::certified;
-    const double least = surface_rounding(mesh);
+    // Every bound adds the rounding: what is left must be enough for the surface.
+    const double rounding_of_points = surface_rounding(mesh), least = 2 * rounding_of_points;
     if (certified && !(tolerance > least))
         throw Error(
             ErrorCode::invalid_input,
@@ -116,7 +117,7 @@ double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& opt
     if (!certified && rounding < tolerance) return tolerance;
     if (const double left = tolerance * k_below - rounding; certified && left > least) return left;
     warnings.push_back(
-        fmt::format("the floats that are written may be off by {:.2g}, which alone is more than the tolerance of "
+        fmt::format("the floats that are written may be off by {:.2g}, which leaves nothing of the tolerance of "
                     "{:.2g}; write doubles (.obj or .ply) or use a larger tolerance",
                     rounding, tolerance));
     return tolerance;

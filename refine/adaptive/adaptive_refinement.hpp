@@ -171,6 +171,20 @@ class AdaptiveRefinement {
         }
     };
 
+    /// Splits the first candidates. The same splits of equal hierarchies make equal ones.
+    /// @param fresh  receives the leaves to be estimated
+    void split_first(std::span<const Candidate> candidates, std::uint64_t count, Hierarchy& hierarchy,
+                     std::vector<LeafId>& fresh) {
+        fresh.clear();
+        std::vector<LeafId> marked;
+        for (const Candidate& c : candidates.first(count))
+            if (c.leaf.valid())
+                marked.push_back(c.leaf);
+            else
+                hierarchy.open(c.fan, fresh);
+        if (!marked.empty()) hierarchy.refine(marked, fresh);
+    }
+
     /// Splits the largest errors first, in rounds: of those near the largest one as many as the budget has room for.
     /// @param leaves, fans  to be split and opened first, whatever their error
     void settle_in_budget(std::vector<LeafId> fresh, std::span<const LeafId> leaves = {},
@@ -178,8 +192,9 @@ class AdaptiveRefinement {
         constexpr double k_first = std::numeric_limits<double>::infinity();
         constexpr double k_share = 0.7;  // of the largest error; children have a quarter of it, or half
         constexpr std::uint64_t k_triangles_per_split = 2;
+        Hierarchy before = hierarchy_;  // the last state within the budget, for where a round takes too much
+        std::vector<LeafId> spare;
         std::vector<Candidate> candidates;
-        std::vector<LeafId> marked;
         for (const LeafId leaf : leaves) candidates.push_back({k_first, leaf, FaceId{}, hierarchy_.key(leaf), true});
         for (const FaceId face : fans) candidates.push_back({k_first, LeafId{}, face, {}, true});
         std::vector<LeafId> open;                                        // may have to be split, in order
@@ -213,8 +228,6 @@ class AdaptiveRefinement {
             });
             if (candidates.empty()) return;
             std::sort(candidates.begin(), candidates.end());
-            // Back to the last state within the budget where a round takes too much.
-            const Hierarchy before = hierarchy_;
             for (;;) {
                 const std::uint64_t room = count < budget ? (budget - count) / k_triangles_per_split : 0;
                 most = std::min({most, std::uint64_t{candidates.size()}, room});
@@ -223,18 +236,12 @@ class AdaptiveRefinement {
                     return;
                 }
                 check_memory(most);
-                fresh.clear();
-                marked.clear();
-                for (std::size_t i = 0; i < most; ++i)
-                    if (candidates[i].leaf.valid())
-                        marked.push_back(candidates[i].leaf);
-                    else
-                        hierarchy_.open(candidates[i].fan, fresh);
-                if (!marked.empty()) hierarchy_.refine(marked, fresh);
+                split_first(candidates, most, hierarchy_, fresh);
                 if (hierarchy_.triangle_count() <= budget) break;
                 hierarchy_ = before;
                 most /= 2;
             }
+            split_first(candidates, most, before, spare);
             // What was due and had no room in this round still is, unless it was split with others.
             std::size_t i = 0;
             const bool all = most == candidates.size();
