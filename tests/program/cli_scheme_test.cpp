@@ -408,7 +408,6 @@ TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis 
     const tetrakis::HeightImage loop = draw("loop.png", {"loop", "--valence", "5"});
     CHECK(loop.width > 1000);
     CHECK(ink(loop, 0, 0, 1, 0.05) > 0.005);  // titles
-    CHECK(draw("seven.png", {"loop", "--valence", "7"}).values != loop.values);
     // Lines all over a window, and no more than lines; or a surface.
     const auto lines = [&](const tetrakis::HeightImage& sheet, double left, double top, double right, double bottom) {
         const double share = ink(sheet, left, top, right, bottom);
@@ -416,10 +415,11 @@ TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis 
         CHECK(share < 0.2);
     };
     for (const std::vector<std::string>& arguments :
-         {std::vector<std::string>{"doo-sabin"}, {"honeycomb"}, {"sqrt3", "--valence", "2"}}) {
+         {std::vector<std::string>{"honeycomb"}, {"sqrt3", "--valence", "2"}}) {
         CAPTURE(arguments[0]);
         const tetrakis::HeightImage sheet = draw("other.png", arguments);
         CHECK(sheet.width == loop.width);
+        CHECK(sheet.values != loop.values);
         lines(sheet, 0, 0.06, 1, 0.53);                // masks
         lines(sheet, 0, 0.58, 0.48, 0.98);             // isoparametric lines
         CHECK(ink(sheet, 0.6, 0.8, 0.9, 0.85) > 0.8);  // surface
@@ -433,15 +433,11 @@ TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis 
 
     CHECK(cli::run({"scheme", "loop", "--image", (dir / "loop.obj").string()}).code == 2);
     // At a boundary: one side of it, from the middle of the left half's height (the boundary) up.
-    for (const std::vector<std::string>& arguments :
-         {std::vector<std::string>{"loop", "--boundary", "--valence", "5"}, {"doo-sabin", "--boundary"}}) {
-        CAPTURE(arguments[0]);
-        const tetrakis::HeightImage sheet = draw("boundary.png", arguments);
-        CHECK(sheet.width == loop.width);
-        lines(sheet, 0, 0.06, 1, 0.4);
-        lines(sheet, 0, 0.5, 0.48, 0.98);
-        CHECK(ink(sheet, 0.5, 0.5, 1, 0.98) > 0.1);
-    }
+    const tetrakis::HeightImage boundary = draw("boundary.png", {"doo-sabin", "--boundary"});
+    CHECK(boundary.width == loop.width);
+    lines(boundary, 0, 0.06, 1, 0.4);
+    lines(boundary, 0, 0.5, 0.48, 0.98);
+    CHECK(ink(boundary, 0.5, 0.5, 1, 0.98) > 0.1);
 }
 
 TEST_SUITE_END();
