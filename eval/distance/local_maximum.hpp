@@ -15,7 +15,7 @@ struct Maximum {
     }
 };
 
-/// Share of the tolerance from which on the largest sample is a start for one that is larger still.
+/// Share of the tolerance. Where the largest sample is above it, a larger local maximum is looked for nearby.
 inline constexpr double k_climb_from = 0.8;
 
 /// Climbs from a sample of f to a local maximum near by: along the three directions of a lattice in turn, each time to

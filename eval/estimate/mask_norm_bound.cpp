@@ -239,8 +239,7 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       norms_(scheme, rules),
       scratch_(std::make_unique<oneapi::tbb::enumerable_thread_specific<Scratch>>()) {
     rules_.runner = nullptr;  // a thread must not take up another block amid one
-    const int steps = averaging_steps(scheme, rules);
-    rounding_ = detail::surface_rounding(mesh_, static_cast<std::uint32_t>((steps + 2) * (steps + 2)));
+    rounding_ = detail::surface_rounding(mesh_, averaging_steps(scheme, rules));
     aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * mesh_.bounding_box().diagonal(), 0.0);
     RuleStep control;
     control.mesh = rule_mesh(mesh_, rules);

@@ -14,7 +14,7 @@ namespace tetrakis {
 /// A pinhole camera.
 struct Camera {
     Vec3d eye{0, 0, 5};
-    Vec3d target{0};  ///< what lies in the middle of the picture
+    Vec3d target{0};  ///< a point in the middle of the picture
     Vec3d up{0, 1, 0};
     double vertical_fov_degrees = 30;
 };

@@ -46,10 +46,11 @@ inline float round_up(double x) {
 
 /// How far points of the limit surface, their control points and distances to them may be off by rounding, whatever the
 /// level: Lemma 1 of eval/bounds/README.md. O(vertices).
-/// @param row  most terms of the scheme's rows where they are more than those of a vertex and its ring
-inline double surface_rounding(const ControlMesh& mesh, std::uint32_t row = 0) {
-    constexpr std::uint32_t k_valence = 64;  // below, other sums are as long
-    std::uint32_t most = std::max(k_valence, row / 2);
+/// @param averaging_steps  of repeated averaging, whose rows are longer than a vertex and its ring
+inline double surface_rounding(const ControlMesh& mesh, int averaging_steps = 0) {
+    constexpr std::uint32_t k_valence = 64;                             // below, other sums are as long
+    const auto side = static_cast<std::uint32_t>(averaging_steps + 2);  // of the square of points that a row has
+    std::uint32_t most = std::max(k_valence, side * side / 2);
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) most = std::max(most, mesh.face_valence(VertexId(v)) + 1);
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) most = std::max(most, mesh.face_size(FaceId(f)));
     const Box3d box = mesh.bounding_box();

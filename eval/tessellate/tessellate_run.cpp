@@ -101,8 +101,9 @@ double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& opt
                            std::vector<std::string>& warnings) {
     if (!options.tolerance) return tolerance;
     const bool certified = options.estimator == EstimatorKind::certified;
-    // Every bound adds the rounding: what is left must be enough for the surface.
-    const double rounding_of_points = surface_rounding(mesh), least = 2 * rounding_of_points;
+    // Every bound adds the rounding: the rest of the tolerance must be enough for the surface.
+    const double rounding_of_points = surface_rounding(mesh, averaging_steps(options.scheme.info(), options.rules)),
+                 least = 2 * rounding_of_points;
     if (certified && !(tolerance > least))
         throw Error(
             ErrorCode::invalid_input,

@@ -181,7 +181,7 @@ class BisectionForest {
         const HalfedgeId h = p.y == 0 && q.y == 0 ? t.root : p.x == 0 && q.x == 0 ? mesh_->prev(t.root) : HalfedgeId{};
         return h.valid() && (!mesh_->twin(h).valid() || mesh_->is_hole(mesh_->face(mesh_->twin(h))));
     }
-    /// Control vertices and centres of faces, which are points whatever the leaves.
+    /// Control vertices and centres of faces are points for any set of leaves.
     bool is_fixed(PointId p) const { return p.value < fixed_points(); }
 
     /// Bytes allocated: 48 for each leaf that there is room for, and 16 for each point.

@@ -249,7 +249,6 @@ class Sqrt3Hierarchy {
         std::ranges::fill(basis, ErrorBasis::bound);
     }
     const Sqrt3Forest& forest() const { return forest_; }
-    Sqrt3Forest& forest() { return forest_; }
 
     std::uint32_t slots() const { return forest_.leaf_slots(); }
     bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }

@@ -1,10 +1,8 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
-#include "../../hier/forest/check.hpp"
 #include "hierarchy_families.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -12,22 +10,18 @@ namespace tetrakis {
 
 namespace {
 
-class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
+class BisectionFamily final : public detail::ForestFamily<BisectionFamily, BisectionForest> {
   public:
     BisectionFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
-        : forest_(mesh),
-          source_(std::move(source)),
-          tree_{.child_count = 2,
-                .path_bits = 1,
-                .max_depth = k_max_bisection_depth,
-                .root_bound = mesh.halfedge_count()} {}
+        : ForestFamily(mesh, std::move(source), BisectionForest(mesh),
+                       {.child_count = 2,
+                        .path_bits = 1,
+                        .max_depth = k_max_bisection_depth,
+                        .root_bound = mesh.halfedge_count()}) {}
 
     std::string_view name() const override { return "bisection"; }
-    const ControlMesh& mesh() const override { return forest_.mesh(); }
-    const LevelSource& source() const override { return *source_; }
-    const HierarchyTree& tree() const override { return tree_; }
     std::unique_ptr<HierarchyFamily> fresh() const override {
-        return std::make_unique<BisectionFamily>(forest_.mesh(), source_);
+        return std::make_unique<BisectionFamily>(mesh_, source_);
     }
 
     std::string check_site(const Site& site) const override {
@@ -40,11 +34,6 @@ class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
         return {};
     }
     bool has_root(std::uint32_t root) const override { return !mesh().is_hole(mesh().face(HalfedgeId(root))); }
-
-    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
-    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
-    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
-    std::uint32_t point_slots() const override { return forest_.point_slots(); }
 
     HierarchyNode node(LeafId leaf) const override {
         const BisectionLeaf& l = forest_.leaf(leaf);
@@ -61,10 +50,6 @@ class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
         for (std::size_t k = 0; k < 3; ++k) view.corner[k] = corner_site(mesh(), t, k);
         return view;
     }
-    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
-        return {forest_.leaf(leaf).neighbour[static_cast<std::size_t>(side)], LeafId{}};
-    }
-    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         update.reshaped.clear();
@@ -100,13 +85,9 @@ class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
     HierarchyFaces faces(bool with_levels) const override {
         return detail::faces_of(forest_.pooled(), with_levels, [&](LeafId leaf) { return level(forest_.depth(leaf)); });
     }
-    std::optional<std::string> check() const override { return check_forest(forest_); }
-    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
-    void shrink() override { forest_.shrink(); }
-    bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
-    friend class detail::DescribedFamily<BisectionFamily>;
+    friend class detail::ForestFamily<BisectionFamily, BisectionForest>;
 
     void describe(LeafId leaf, LeafView& view) const {
         const BisectionLeaf& l = forest_.leaf(leaf);
@@ -134,7 +115,6 @@ class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
             std::vector<CellTriangle> triangles;
             for (std::uint32_t i = begin; i < end; ++i) triangles.push_back(triangle(i));
             estimator.estimate(triangles, errors.subspan(begin, end - begin));
-            for (std::uint32_t i = begin; i < end; ++i) errors[i] = std::abs(errors[i]);
         });
     }
     // The leaves that a refinement splits: base by base from each marked one.
@@ -158,9 +138,6 @@ class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
         for (const auto& [leaf, node] : update.removed) seen_[leaf.value] = 0;
     }
 
-    BisectionForest forest_;
-    std::shared_ptr<const LevelSource> source_;
-    HierarchyTree tree_;
     std::vector<std::uint8_t> seen_;  // per slot; zero between calls
 };
 

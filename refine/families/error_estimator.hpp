@@ -12,8 +12,8 @@ struct Sqrt3Triangle;
 
 /// What an error rests on.
 enum class ErrorBasis : std::uint8_t {
-    bound,    ///< whatever its estimator says of its errors
-    samples,  ///< points of the surface, where other errors of the same estimator are proven bounds
+    bound,    ///< a proven bound, where its estimator proves any; else not said
+    samples,  ///< distances of sampled points
 };
 
 /// Decides where to refine: gives the leaves of a hierarchy errors, in the unit of the control mesh, to be compared
@@ -28,7 +28,7 @@ class ErrorEstimator {
     /// @param triangles  triangles of the hierarchy (CellTriangle; quad family: depth-0 ones in their extended frame)
     /// @param errors     receives triangles.size() errors
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
-    /// The same, and what each of them rests on: not overridden, `bound`.
+    /// The same with the basis of each error: `bound`, unless an estimator overrides this.
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
                           std::span<ErrorBasis> basis) const;
     /// Triangles of the sqrt(3) scheme; from one thread, all that are wanted at a time together.

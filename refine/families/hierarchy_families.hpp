@@ -2,13 +2,18 @@
 
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../../hier/forest/exported_triangles.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "hierarchy_family.hpp"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -39,11 +44,28 @@ int sqrt3_tree_levels(const ControlMesh& mesh);
 /// What families share.
 namespace detail {
 
-/// A family's answers about leaves from its describe(leaf, view), which fills all of a view but the handle's generation
-/// (a friend can be private), and its depth(leaf). For many leaves neither is called by way of a table.
-template <class Family>
-class DescribedFamily : public HierarchyFamily {
+/// The part of a family that is the same for every forest: it holds forest, points and tree. A family has, beside what
+/// it overrides, describe(leaf, view), which fills all of a view but the handle's generation (a friend can be private),
+/// and depth(leaf). For many leaves neither is called by way of a table.
+template <class Family, class Forest>
+class ForestFamily : public HierarchyFamily {
   public:
+    const ControlMesh& mesh() const final { return mesh_; }
+    const LevelSource& source() const final { return *source_; }
+    const HierarchyTree& tree() const final { return tree_; }
+
+    std::uint32_t leaf_slots() const final { return forest_.leaf_slots(); }
+    std::uint32_t leaf_count() const final { return forest_.leaf_count(); }
+    bool is_leaf(LeafId slot) const final { return forest_.is_leaf(slot); }
+    std::uint32_t point_slots() const final {
+        if constexpr (requires { std::declval<const Forest&>().point_slots(); })
+            return forest_.point_slots();
+        else
+            return forest_.leaf_slots();  // leaves are vertices
+    }
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const final { return forest_.neighbours(leaf, side); }
+    std::vector<LeafId> ordered_leaves() const final { return forest_.ordered_leaves(); }
+
     using HierarchyFamily::view;
     LeafView view(LeafId leaf) const final {
         LeafView view;
@@ -56,6 +78,21 @@ class DescribedFamily : public HierarchyFamily {
     void remove_below(int least_depth, std::vector<LeafId>& leaves) const final {
         std::erase_if(leaves, [&](LeafId leaf) { return self().depth(leaf) >= least_depth; });
     }
+
+    std::optional<std::string> check() const final { return check_forest(forest_); }
+    std::uint64_t memory_bytes() const final { return forest_.memory_bytes(); }
+    void shrink() final { forest_.shrink(); }
+    bool has_free_slots() const final { return forest_.has_free_slots(); }
+
+  protected:
+    ForestFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source, Forest forest,
+                 const HierarchyTree& tree)
+        : mesh_(mesh), source_(std::move(source)), forest_(std::move(forest)), tree_(tree) {}
+
+    const ControlMesh& mesh_;
+    std::shared_ptr<const LevelSource> source_;
+    Forest forest_;
+    HierarchyTree tree_;
 
   private:
     const Family& self() const { return static_cast<const Family&>(*this); }

@@ -1,6 +1,5 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/forest/check.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
 #include "hierarchy_families.hpp"
 
@@ -14,21 +13,17 @@ namespace {
 
 constexpr int k_side_bits = 2;
 
-class Sqrt3Family final : public detail::DescribedFamily<Sqrt3Family> {
+class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> {
   public:
     Sqrt3Family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
-        : source_(std::move(source)),
-          forest_(mesh),
-          tree_{.child_count = 3,
-                .path_bits = k_side_bits,
-                .max_depth = 2 * sqrt3_tree_levels(mesh),
-                .root_bound = mesh.face_count(),
-                .halves = true} {}
+        : ForestFamily(mesh, std::move(source), Sqrt3Forest(mesh),
+                       {.child_count = 3,
+                        .path_bits = k_side_bits,
+                        .max_depth = 2 * sqrt3_tree_levels(mesh),
+                        .root_bound = mesh.face_count(),
+                        .halves = true}) {}
 
     std::string_view name() const override { return "sqrt3"; }
-    const ControlMesh& mesh() const override { return forest_.mesh(); }
-    const LevelSource& source() const override { return *source_; }
-    const HierarchyTree& tree() const override { return tree_; }
     std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<Sqrt3Family>(mesh(), source_); }
 
     std::string check_site(const Site& site) const override {
@@ -45,11 +40,6 @@ class Sqrt3Family final : public detail::DescribedFamily<Sqrt3Family> {
         return {};
     }
     bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
-
-    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
-    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
-    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
-    std::uint32_t point_slots() const override { return forest_.point_slots(); }
 
     HierarchyNode node(LeafId leaf) const override { return node_of(forest_.triangle(leaf)); }
     int depth(LeafId leaf) const override { return 2 * forest_.level(leaf) - (forest_.is_half(leaf) ? 1 : 0); }
@@ -70,10 +60,6 @@ class Sqrt3Family final : public detail::DescribedFamily<Sqrt3Family> {
         out.leaf.slot = leaf;
         std::ranges::copy(forest_.points(leaf), out.point.begin());
     }
-    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
-        return {forest_.neighbour(leaf, side), LeafId{}};
-    }
-    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
     std::vector<LeafId> leaves_on_curve() const override { return forest_.leaves_on_curve(); }
     std::optional<LeafId> find(const HierarchyNode& node) const override { return forest_.find(triangle_of(node)); }
 
@@ -157,10 +143,6 @@ class Sqrt3Family final : public detail::DescribedFamily<Sqrt3Family> {
                        [&](std::uint32_t i) { faces.sites[i] = forest_.site(faces.points[i]); });
         return faces;
     }
-    std::optional<std::string> check() const override { return check_forest(forest_); }
-    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
-    void shrink() override { forest_.shrink(); }
-    bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
     static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }
@@ -177,9 +159,6 @@ class Sqrt3Family final : public detail::DescribedFamily<Sqrt3Family> {
         for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
         return t;
     }
-    std::shared_ptr<const LevelSource> source_;
-    Sqrt3Forest forest_;
-    HierarchyTree tree_;
 };
 
 }  // namespace

@@ -1,11 +1,9 @@
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/forest/check.hpp"
 #include "../../hier/trees/triangle_cell.hpp"
 #include "../../hier/trees/triangle_forest.hpp"
 #include "hierarchy_families.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -13,21 +11,15 @@ namespace tetrakis {
 
 namespace {
 
-class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
+class TriangleFamily final : public detail::ForestFamily<TriangleFamily, TriangleForest> {
   public:
     TriangleFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
-        : forest_(mesh),
-          sites_(mesh),
-          source_(std::move(source)),
-          tree_{.child_count = 4, .path_bits = 2, .max_depth = k_max_level, .root_bound = mesh.face_count()} {}
+        : ForestFamily(mesh, std::move(source), TriangleForest(mesh),
+                       {.child_count = 4, .path_bits = 2, .max_depth = k_max_level, .root_bound = mesh.face_count()}),
+          sites_(mesh) {}
 
     std::string_view name() const override { return "triangles"; }
-    const ControlMesh& mesh() const override { return forest_.mesh(); }
-    const LevelSource& source() const override { return *source_; }
-    const HierarchyTree& tree() const override { return tree_; }
-    std::unique_ptr<HierarchyFamily> fresh() const override {
-        return std::make_unique<TriangleFamily>(forest_.mesh(), source_);
-    }
+    std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<TriangleFamily>(mesh_, source_); }
 
     std::string check_site(const Site& site) const override {
         if (site.root.value >= mesh().halfedge_count() || mesh().face_halfedge(mesh().face(site.root)) != site.root)
@@ -38,11 +30,6 @@ class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
         return {};
     }
     bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
-
-    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
-    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
-    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
-    std::uint32_t point_slots() const override { return forest_.point_slots(); }
 
     HierarchyNode node(LeafId leaf) const override {
         const int level = forest_.level(leaf);
@@ -60,8 +47,6 @@ class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
         for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sites_.canonical({t.root, t.corner[k], t.level});
         return view;
     }
-    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override { return forest_.neighbours(leaf, side); }
-    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         update.removed.clear();
@@ -91,7 +76,6 @@ class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
             }
             std::vector<double> values(triangles.size());
             estimator.estimate(triangles, values);
-            for (double& value : values) value = std::abs(value);
             std::fill(errors.begin() + begin, errors.begin() + end, 0.0);
             // Not std::max: an error that is no number has to get through.
             for (std::size_t t = 0; t < values.size(); ++t)
@@ -103,20 +87,15 @@ class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
         std::vector<CellTriangle> triangles;
         for (const HierarchyNode& node : nodes) triangles.push_back(triangle(node));
         estimator.estimate(triangles, errors);
-        for (double& error : errors) error = std::abs(error);
     }
 
     HierarchyFaces faces(bool with_levels) const override {
         return detail::faces_of(forest_.pooled(), with_levels,
                                 [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
     }
-    std::optional<std::string> check() const override { return check_forest(forest_); }
-    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
-    void shrink() override { forest_.shrink(); }
-    bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
-    friend class detail::DescribedFamily<TriangleFamily>;
+    friend class detail::ForestFamily<TriangleFamily, TriangleForest>;
 
     void describe(LeafId leaf, LeafView& view) const {
         view.node = node(leaf);
@@ -144,10 +123,7 @@ class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
         return {mesh().face_halfedge(FaceId(node.root)), node.depth, {at, {at.x + step, at.y}, {at.x, at.y + step}}};
     }
 
-    TriangleForest forest_;
     TriangleSites sites_;
-    std::shared_ptr<const LevelSource> source_;
-    HierarchyTree tree_;
 };
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include "../../hier/base/memory.hpp"
-#include "../../hier/forest/check.hpp"
 #include "../../hier/trees/vertex_forest.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "hierarchy_families.hpp"
@@ -63,23 +62,17 @@ void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std
         leaves.push_back(std::lower_bound(above.begin(), above.end(), std::pair(cell, LeafId(0)))->second);
 }
 
-class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
+class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexForest> {
   public:
     VertexFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source, VertexRoots roots)
-        : mesh_(&mesh),
-          source_(std::move(source)),
-          forest_(std::move(roots)),
-          tree_{.child_count = 4,
-                .path_bits = k_path_bits,
-                .max_depth = k_max_level,
-                .root_bound = forest_.roots().count()} {}
+        : ForestFamily(mesh, std::move(source), VertexForest(std::move(roots)),
+                       {.child_count = 4, .path_bits = k_path_bits, .max_depth = k_max_level}) {
+        tree_.root_bound = forest_.roots().count();
+    }
 
     std::string_view name() const override { return "vertices"; }
-    const ControlMesh& mesh() const override { return *mesh_; }
-    const LevelSource& source() const override { return *source_; }
-    const HierarchyTree& tree() const override { return tree_; }
     std::unique_ptr<HierarchyFamily> fresh() const override {
-        return std::make_unique<VertexFamily>(*mesh_, source_, forest_.roots());
+        return std::make_unique<VertexFamily>(mesh_, source_, forest_.roots());
     }
 
     std::string check_site(const Site& site) const override {
@@ -94,11 +87,6 @@ class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
     bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
     bool has_node(const HierarchyNode& node) const override { return has_root(node.root); }
 
-    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
-    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
-    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
-    std::uint32_t point_slots() const override { return forest_.leaf_slots(); }
-
     HierarchyNode node(LeafId leaf) const override { return node_of(forest_.cell(leaf)); }
     int depth(LeafId leaf) const override { return forest_.level(leaf); }
     NodeView view(const HierarchyNode& node) const override {
@@ -106,8 +94,6 @@ class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
         describe(node, cell_of(node), view);
         return view;
     }
-    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override { return forest_.neighbours(leaf, side); }
-    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         update.removed.clear();
@@ -168,13 +154,9 @@ class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
         faces.diagonal_at_first = std::move(dual.diagonal_at_first);
         return faces;
     }
-    std::optional<std::string> check() const override { return check_forest(forest_); }
-    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
-    void shrink() override { forest_.shrink(); }
-    bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
-    friend class detail::DescribedFamily<VertexFamily>;
+    friend class detail::ForestFamily<VertexFamily, VertexForest>;
 
     HierarchyNode node_of(const VertexCell& cell) const {
         HierarchyNode node{cell.root, 0, 0};
@@ -254,10 +236,6 @@ class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
         std::sort(fresh.begin(), fresh.end());
         std::erase_if(list, [&](LeafId leaf) { return std::binary_search(fresh.begin(), fresh.end(), leaf); });
     }
-    const ControlMesh* mesh_;
-    std::shared_ptr<const LevelSource> source_;
-    VertexForest forest_;
-    HierarchyTree tree_;
 };
 
 }  // namespace

@@ -66,7 +66,7 @@ struct SchemeInfo {
     int averaging_steps = 0;
     static constexpr int k_chosen_steps = -1;
     SurfacePieces pieces = SurfacePieces::none;
-    /// Whether the limit of a vertex, by the plain rules, is a combination of its one-ring, whatever is sharp there.
+    /// Whether the limit of a vertex, by the plain rules, is a combination of its one-ring for any sharpness there.
     bool one_ring_limits = false;
     /// Whether its rules at corners know the angle of the sector (RuleMesh::corner_angle()).
     bool takes_corner_angles = false;

@@ -51,7 +51,7 @@ double distance_to(const Vec3d& p, const Corners& c) {
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE("[inv9] with sliding, errors bound the distance from a triangle and what lies across its edges") {
+TEST_CASE("[inv9] with sliding, errors bound the distance from a triangle and its neighbours") {
     test::Random random(1);
     for (int i = 0; i < 400; ++i) {
         const Corners c = random_triangle(random);
