@@ -101,15 +101,14 @@ double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& opt
                            std::vector<std::string>& warnings) {
     if (!options.tolerance) return tolerance;
     const bool certified = options.estimator == EstimatorKind::certified;
-    // Every bound adds the rounding: the rest of the tolerance must be enough for the surface.
-    const double rounding_of_points = surface_rounding(mesh, averaging_steps(options.scheme.info(), options.rules)),
-                 least = 2 * rounding_of_points;
+    // Every bound adds the rounding of points: half of the tolerance is left for the surface.
+    const double least = 2 * surface_rounding(mesh, averaging_steps(options.scheme.info(), options.rules));
     if (certified && !(tolerance > least))
         throw Error(
             ErrorCode::invalid_input,
-            fmt::format("no tolerance of {:.2g} can be certified: where coordinates are as large as here, points "
-                        "of the surface may be off by {:.2g} by rounding; use a larger tolerance, the measured "
-                        "estimator, or a model near the origin",
+            fmt::format("a tolerance of {:.2g} cannot be certified: with coordinates as large as these, rounding "
+                        "rules out tolerances up to {:.2g}; use a larger one, the measured estimator, or a model "
+                        "near the origin",
                         tolerance, least),
             mesh.data().source);
     if (!options.floats_written) return tolerance;
