@@ -135,11 +135,11 @@ class GhostGrid {
                 for (std::ptrdiff_t a = first; a < end; ++a) grid[sides_[s].index(-a - shift, -b - shift)] = at(a, b);
             return;
         }
-        // A turn by 60 degrees takes (a, b) to (-b, a + b).
+        // A turn by 60 degrees takes (a, b) to (-b, a + b). Each root without its last ray, which the next one has.
         for (int turn = 2; turn <= 4; ++turn) {
             g = base.twin[base.prev(g)];
             for (std::ptrdiff_t b = 0; b <= reach; ++b)
-                for (std::ptrdiff_t a = 0; a + b <= reach; ++a) {
+                for (std::ptrdiff_t a = 1; a + b <= reach; ++a) {
                     std::ptrdiff_t x = a, y = b;
                     for (int i = 0; i < turn; ++i) {
                         const std::ptrdiff_t old = x;
