@@ -11,10 +11,11 @@ import sys
 
 # From the bottom up. A folder may include itself and what stands before it in its list.
 LAYERS = {
-    "schemes": ["core", "rules", "analysis", "curves"],
-    "hier": ["base", "mesh", "forest", "trees"],
-    "refine": ["rules", "attributes", "uniform", "points", "families", "adaptive", "factored"],
-    "eval": ["surface", "patches", "bounds", "distance", "estimate", "io", "tessellate", "render"],
+    "schemes": ["core", "parts", "rules", "analysis", "curves"],
+    "hier": ["base", "mesh", "obj", "forest", "trees"],
+    "refine": ["rules", "attributes", "lattices", "uniform", "points", "families", "adaptive", "factored"],
+    "eval": ["surface", "triangles", "loop_patches", "patches", "bounds", "distance", "estimate", "io", "tessellate",
+             "render"],
 }
 KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}
 KNOWS["eval"] = KNOWS["refine"] + ["eval"]

@@ -2,8 +2,8 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../surface/local_frame.hpp"
-#include "convex_face.hpp"
-#include "mesh_sliding.hpp"
+#include "../triangles/convex_face.hpp"
+#include "../triangles/mesh_sliding.hpp"
 #include "patch_bounder.hpp"
 
 #include <algorithm>

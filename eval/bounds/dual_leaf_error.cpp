@@ -3,7 +3,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
-#include "point_triangle.hpp"
+#include "../triangles/point_triangle.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../patches/loop_patches.hpp"
+#include "../loop_patches/loop_patches.hpp"
 #include "bezier_triangle.hpp"
 #include "patch_bounder.hpp"
 

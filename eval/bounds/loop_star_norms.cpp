@@ -1,4 +1,4 @@
-#include "../patches/loop_cell.hpp"
+#include "../loop_patches/loop_cell.hpp"
 #include "bezier_pieces.hpp"
 #include "star_norms.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "../triangles/triangle_distance.hpp"
 #include "bezier_triangle.hpp"
-#include "triangle_distance.hpp"
 
 #include <algorithm>
 #include <array>

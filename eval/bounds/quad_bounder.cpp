@@ -1,9 +1,9 @@
 #include "quad_bounder.hpp"
 
 #include "../surface/local_frame.hpp"
+#include "../triangles/point_triangle.hpp"
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
-#include "point_triangle.hpp"
 #include "star_norms.hpp"
 
 #include <algorithm>

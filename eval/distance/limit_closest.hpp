@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../patches/loop_patches.hpp"
+#include "../loop_patches/loop_patches.hpp"
 #include "../patches/quad_patches.hpp"
 #include "../surface/surface_point.hpp"
 #include "closest_bvh.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../bounds/point_triangle.hpp"
+#include "../triangles/point_triangle.hpp"
 #include "local_maximum.hpp"
 #include "surface_family.hpp"
 

@@ -1,7 +1,7 @@
 #include "triangle_bvh.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../bounds/point_triangle.hpp"
+#include "../triangles/point_triangle.hpp"
 #include "embree_scene.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 #include "../../refine/rules/mesh_part.hpp"
 #include "../../schemes/core/rule_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../../schemes/core/sector_fan.hpp"
+#include "../../schemes/parts/sector_fan.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "sqrt3_leaf_error.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../bounds/point_triangle.hpp"
 #include "../surface/site_limits.hpp"
+#include "../triangles/point_triangle.hpp"
 
 #include <algorithm>
 #include <array>

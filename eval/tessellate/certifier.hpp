@@ -2,8 +2,8 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
-#include "../bounds/mesh_sliding.hpp"
-#include "../bounds/point_triangle.hpp"
+#include "../triangles/mesh_sliding.hpp"
+#include "../triangles/point_triangle.hpp"
 #include "exported_mesh.hpp"
 #include "fan_error.hpp"
 #include "leaf_estimator.hpp"

@@ -1,6 +1,6 @@
 #include "fan_error.hpp"
 
-#include "../bounds/point_triangle.hpp"
+#include "../triangles/point_triangle.hpp"
 
 #include <limits>
 #include <numbers>

@@ -1,8 +1,8 @@
 #include "leaf_estimator.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../bounds/point_triangle.hpp"
 #include "../distance/limit_samples.hpp"
+#include "../triangles/point_triangle.hpp"
 #include "patch_batches.hpp"
 
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../refine/families/error_estimator.hpp"
-#include "../bounds/point_triangle.hpp"
+#include "../triangles/point_triangle.hpp"
 #include "surface_map.hpp"
 #include "tessellate.hpp"
 

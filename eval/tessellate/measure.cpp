@@ -1,11 +1,11 @@
 #include "measure.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../bounds/point_triangle.hpp"
 #include "../distance/limit_samples.hpp"
 #include "../distance/local_maximum.hpp"
 #include "../distance/triangle_bvh.hpp"
 #include "../surface/site_limits.hpp"
+#include "../triangles/point_triangle.hpp"
 #include "patch_batches.hpp"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
-#include "../bounds/point_triangle.hpp"
 #include "../surface/local_frame.hpp"
+#include "../triangles/point_triangle.hpp"
 #include "certifier.hpp"
 #include "exported_mesh.hpp"
 #include "fan_error.hpp"

@@ -1,6 +1,6 @@
 #include "../../hier/base/error.hpp"
-#include "../../schemes/core/face_split.hpp"
-#include "../../schemes/rules/averaging_level.hpp"
+#include "../../schemes/parts/averaging_level.hpp"
+#include "../../schemes/parts/face_split.hpp"
 #include "factored_faces.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "../../schemes/core/vertex_split.hpp"
+#include "../../schemes/parts/vertex_split.hpp"
 #include "../../schemes/rules/dual_schemes.hpp"
 #include "factored_faces.hpp"
 

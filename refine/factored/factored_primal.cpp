@@ -2,7 +2,7 @@
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/rules/catmull_clark.hpp"
 #include "../attributes/used_values.hpp"
-#include "../uniform/mesh_level.hpp"
+#include "../lattices/mesh_level.hpp"
 #include "factored_steps.hpp"
 #include "level_ring.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../uniform/mesh_level.hpp"
+#include "../lattices/mesh_level.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "../uniform/root_lattices.hpp"
+#include "../lattices/root_lattices.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "../../schemes/core/scheme_table.hpp"
-#include "../../schemes/core/sector_fan.hpp"
 #include "../../schemes/core/stencil_table.hpp"
+#include "../../schemes/parts/sector_fan.hpp"
 
 #include <array>
 #include <memory>

@@ -2,7 +2,7 @@
 
 #include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "root_lattices.hpp"
+#include "../lattices/root_lattices.hpp"
 
 #include <compare>
 #include <cstdint>

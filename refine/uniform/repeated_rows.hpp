@@ -2,8 +2,8 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/base/vec.hpp"
+#include "../lattices/root_lattices.hpp"
 #include "../rules/rule_levels.hpp"
-#include "root_lattices.hpp"
 #include "row_patterns.hpp"
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 
 #include "../../hier/base/vec.hpp"
 #include "../../schemes/core/stencil_table.hpp"
+#include "../lattices/ghost_grid.hpp"
+#include "../lattices/root_lattices.hpp"
 #include "corner_templates.hpp"
-#include "ghost_grid.hpp"
-#include "root_lattices.hpp"
 #include "row_kernels.hpp"
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 #include "../core/masks.hpp"
-#include "../core/sector_fan.hpp"
+#include "../parts/sector_fan.hpp"
 #include "spectrum.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "spectrum.hpp"
 
-#include "../core/dense_eigen.hpp"
+#include "../parts/dense_eigen.hpp"
 
 #include <algorithm>
 #include <cmath>

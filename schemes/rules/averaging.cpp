@@ -1,8 +1,8 @@
 #include "averaging.hpp"
 
-#include "../core/face_split.hpp"
 #include "../core/scheme_table.hpp"
-#include "averaging_level.hpp"
+#include "../parts/averaging_level.hpp"
+#include "../parts/face_split.hpp"
 #include "catmull_clark.hpp"
 #include "dual_schemes.hpp"
 #include "linear.hpp"

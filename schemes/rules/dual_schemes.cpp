@@ -1,7 +1,7 @@
 #include "dual_schemes.hpp"
 
-#include "../core/corner_weights.hpp"
 #include "../core/scheme_table.hpp"
+#include "../parts/corner_weights.hpp"
 
 #include <cmath>
 #include <numbers>

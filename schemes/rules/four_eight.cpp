@@ -1,8 +1,8 @@
 #include "four_eight.hpp"
 
-#include "../core/face_split.hpp"
 #include "../core/masks.hpp"
 #include "../core/scheme_table.hpp"
+#include "../parts/face_split.hpp"
 
 #include <cstdlib>
 

@@ -1,8 +1,8 @@
 #include "honeycomb.hpp"
 
-#include "../core/face_split.hpp"
 #include "../core/masks.hpp"
 #include "../core/scheme_table.hpp"
+#include "../parts/face_split.hpp"
 #include "dual_schemes.hpp"
 
 namespace tetrakis {

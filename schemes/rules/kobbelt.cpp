@@ -1,8 +1,8 @@
 #include "kobbelt.hpp"
 
-#include "../core/face_split.hpp"
-#include "../core/four_point.hpp"
 #include "../core/scheme_table.hpp"
+#include "../parts/face_split.hpp"
+#include "../parts/four_point.hpp"
 #include "linear.hpp"
 
 #include <cmath>

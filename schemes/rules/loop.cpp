@@ -1,8 +1,8 @@
 #include "loop.hpp"
 
 #include "../core/corner_angles.hpp"
-#include "../core/face_split.hpp"
 #include "../core/scheme_table.hpp"
+#include "../parts/face_split.hpp"
 #include "ring_limit.hpp"
 
 #include <cmath>

@@ -1,9 +1,9 @@
 #include "modified_butterfly.hpp"
 
 #include "../core/corner_angles.hpp"
-#include "../core/face_split.hpp"
-#include "../core/four_point.hpp"
 #include "../core/scheme_table.hpp"
+#include "../parts/face_split.hpp"
+#include "../parts/four_point.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,6 +1,6 @@
 #include "ring_limit.hpp"
 
-#include "../core/dense_eigen.hpp"
+#include "../parts/dense_eigen.hpp"
 #include "catmull_clark.hpp"
 #include "loop.hpp"
 

@@ -1,8 +1,8 @@
 #include "sqrt3.hpp"
 
 #include "../core/corner_angles.hpp"
-#include "../core/face_split.hpp"
 #include "../core/scheme_table.hpp"
+#include "../parts/face_split.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,7 @@
 #include "judge.hpp"
 
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include <doctest/doctest.h>
 

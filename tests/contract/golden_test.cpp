@@ -2,7 +2,7 @@
 #include "../kit/meshes.hpp"
 #include "../kit/point_match.hpp"
 
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/uniform/refine.hpp"
 

@@ -1,6 +1,6 @@
 #include "../../eval/io/mesh_reader.hpp"
 #include "../../eval/io/mesh_writer.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include "../kit/input_helpers.hpp"
 #include "../kit/scratch_dir.hpp"

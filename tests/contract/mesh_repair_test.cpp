@@ -1,5 +1,5 @@
 #include "../../hier/mesh/mesh_repair.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../kit/input_helpers.hpp"
 
 #include <doctest/doctest.h>

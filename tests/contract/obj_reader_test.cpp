@@ -1,4 +1,4 @@
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../kit/input_helpers.hpp"
 
 #include <doctest/doctest.h>

@@ -10,7 +10,7 @@
 #include "../kit/scheme_meshes.hpp"
 #include "../kit/surface_topology.hpp"
 
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include <doctest/doctest.h>
 

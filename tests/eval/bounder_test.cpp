@@ -1,6 +1,6 @@
-#include "../../eval/bounds/point_triangle.hpp"
 #include "../../eval/bounds/quad_bounder.hpp"
 #include "../../eval/bounds/star_norms.hpp"
+#include "../../eval/triangles/point_triangle.hpp"
 
 #include "../kit/patch_meshes.hpp"
 

@@ -1,7 +1,7 @@
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/mesh_repair.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include <doctest/doctest.h>
 

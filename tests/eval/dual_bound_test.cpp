@@ -1,8 +1,8 @@
 #include "../kit/dual_mesh.hpp"
 
 #include "../../eval/bounds/dual_bound.hpp"
-#include "../../eval/bounds/point_triangle.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../eval/triangles/point_triangle.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 
 #include <doctest/doctest.h>

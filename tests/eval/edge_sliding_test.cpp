@@ -1,7 +1,7 @@
-#include "../../eval/bounds/mesh_sliding.hpp"
-#include "../../eval/bounds/point_triangle.hpp"
-#include "../../eval/bounds/triangle_distance.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
+#include "../../eval/triangles/mesh_sliding.hpp"
+#include "../../eval/triangles/point_triangle.hpp"
+#include "../../eval/triangles/triangle_distance.hpp"
 
 #include "../kit/random_mesh.hpp"
 

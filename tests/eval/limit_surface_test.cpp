@@ -6,7 +6,7 @@
 #include "../../eval/patches/limit_surface.hpp"
 #include "../../eval/surface/local_frame.hpp"
 #include "../../hier/base/error.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

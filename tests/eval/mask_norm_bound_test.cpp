@@ -5,7 +5,7 @@
 #include "../../eval/estimate/mask_norm_bound.hpp"
 #include "../../eval/estimate/normed_cells.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/points/cell_frame.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 

@@ -2,7 +2,7 @@
 #include "../../eval/tessellate/tessellate.hpp"
 
 #include "../../eval/distance/hausdorff.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include <doctest/doctest.h>
 

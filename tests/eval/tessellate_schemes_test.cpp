@@ -6,8 +6,8 @@
 
 #include "../../eval/distance/hausdorff.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
 
 #include <doctest/doctest.h>

@@ -9,8 +9,8 @@
 #include "../../eval/distance/triangle_bvh.hpp"
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/surface/height_image.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 
 #include <doctest/doctest.h>

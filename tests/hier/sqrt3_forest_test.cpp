@@ -4,8 +4,8 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/check.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/rules/polygon_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 

@@ -3,7 +3,7 @@
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/uniform/refine.hpp"
 

@@ -9,7 +9,7 @@
 #include "../../eval/patches/quad_patches.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/corner_cell.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../refine/uniform/refine.hpp"
 

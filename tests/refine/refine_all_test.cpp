@@ -2,8 +2,8 @@
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 

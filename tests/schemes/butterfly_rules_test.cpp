@@ -1,4 +1,4 @@
-#include "../../schemes/core/sector_fan.hpp"
+#include "../../schemes/parts/sector_fan.hpp"
 #include "../../schemes/rules/modified_butterfly.hpp"
 
 #include <doctest/doctest.h>

@@ -1,8 +1,8 @@
 #include "../kit/scheme_variants.hpp"
 
 #include "../../schemes/analysis/spectrum.hpp"
-#include "../../schemes/core/dense_eigen.hpp"
-#include "../../schemes/core/sector_fan.hpp"
+#include "../../schemes/parts/dense_eigen.hpp"
+#include "../../schemes/parts/sector_fan.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 #include "../../eval/patches/limit_surface.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "adaptive_peers.hpp"
+#include "peers/adaptive_peers.hpp"
 #include "piece_models.hpp"
 
 #include <benchmark/benchmark.h>

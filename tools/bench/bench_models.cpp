@@ -1,6 +1,6 @@
 #include "bench_models.hpp"
 
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "../../eval/patches/loop_patches.hpp"
+#include "../../eval/loop_patches/loop_patches.hpp"
 #include "../../eval/patches/quad_patches.hpp"
 #include "piece_models.hpp"
 

@@ -1,6 +1,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
-#include "quadtree_pattern.hpp"
+#include "peers/quadtree_pattern.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -1,6 +1,6 @@
 #include "limit_judge.hpp"
 
-#include "peer_osd.hpp"
+#include "peers/peer_osd.hpp"
 
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/bfr/surface.h>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include <cmath>
 #include <filesystem>

@@ -5,7 +5,7 @@
 //   bench_tolerance [--samples=N] [--benchmark_filter='rook/0.001/.*'] [--benchmark_format=json] ...
 #include "../../eval/tessellate/tessellate.hpp"
 #include "bench_models.hpp"
-#include "peer_search.hpp"
+#include "peers/peer_search.hpp"
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>

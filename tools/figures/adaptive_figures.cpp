@@ -1,8 +1,8 @@
 #include "figure_commands.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"

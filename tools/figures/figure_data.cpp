@@ -11,8 +11,8 @@
 #include "../../eval/io/mesh_reader.hpp"
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/render/render.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/rules/rule_refinement.hpp"
 #include "../../schemes/curves/curve.hpp"
 

@@ -5,7 +5,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 
 #include <CLI/CLI.hpp>
 

@@ -4,7 +4,7 @@
 #include "fan_patch.hpp"
 
 #include "../../../eval/render/render.hpp"
-#include "../../../schemes/core/sector_fan.hpp"
+#include "../../../schemes/parts/sector_fan.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "averaging_level.hpp"
 
-#include "../core/face_split.hpp"
-#include "../core/vertex_split.hpp"
+#include "face_split.hpp"
+#include "vertex_split.hpp"
 
 #include <algorithm>
 #include <numeric>

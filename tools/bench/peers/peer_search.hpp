@@ -1,6 +1,6 @@
 #pragma once
 
-#include "limit_judge.hpp"
+#include "../limit_judge.hpp"
 #include "peer_osd.hpp"
 
 #include <functional>

@@ -2,7 +2,7 @@
 
 #include "../base/error.hpp"
 #include "../base/files.hpp"
-#include "mesh_repair.hpp"
+#include "../mesh/mesh_repair.hpp"
 #include "obj_prescan.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../../hier/base/vec.hpp"
-#include "../../hier/mesh/control_mesh.hpp"
+#include "../../../hier/base/vec.hpp"
+#include "../../../hier/mesh/control_mesh.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "masks.hpp"
-#include "rule_step.hpp"
+#include "../core/masks.hpp"
+#include "../core/rule_step.hpp"
 
 #include <vector>
 

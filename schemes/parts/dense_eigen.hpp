@@ -1,6 +1,6 @@
 #pragma once
 
-#include "stencil_table.hpp"
+#include "../core/stencil_table.hpp"
 
 #include <complex>
 #include <cstddef>

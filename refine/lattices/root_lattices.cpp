@@ -3,7 +3,7 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/most_frequent.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../schemes/core/face_split.hpp"
+#include "../../schemes/parts/face_split.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../../hier/mesh/control_mesh.hpp"
-#include "../../schemes/core/scheme_table.hpp"
+#include "../../../hier/mesh/control_mesh.hpp"
+#include "../../../schemes/core/scheme_table.hpp"
 
 #include <cstdint>
 #include <functional>

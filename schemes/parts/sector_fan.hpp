@@ -1,7 +1,7 @@
 #pragma once
 
-#include "fan_labels.hpp"
-#include "rule_step.hpp"
+#include "../core/fan_labels.hpp"
+#include "../core/rule_step.hpp"
 
 #include <span>
 #include <vector>

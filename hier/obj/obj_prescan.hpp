@@ -1,6 +1,6 @@
 #pragma once
 
-#include "control_mesh.hpp"
+#include "../mesh/control_mesh.hpp"
 #include "obj_lines.hpp"
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "../../schemes/core/stencil_table.hpp"
+#include "../../../schemes/core/stencil_table.hpp"
 #include "peer_osd.hpp"
 #include "uniform_peers.hpp"
 

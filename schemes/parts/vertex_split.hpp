@@ -1,6 +1,6 @@
 #pragma once
 
-#include "rule_step.hpp"
+#include "../core/rule_step.hpp"
 
 #include <algorithm>
 #include <compare>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "corner_angles.hpp"
-#include "rule_step.hpp"
+#include "../core/corner_angles.hpp"
+#include "../core/rule_step.hpp"
 
 namespace tetrakis::detail {
 

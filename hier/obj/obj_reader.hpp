@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../base/run_context.hpp"
-#include "control_mesh.hpp"
+#include "../mesh/control_mesh.hpp"
 
 #include <filesystem>
 #include <optional>
