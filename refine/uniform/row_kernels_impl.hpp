@@ -98,29 +98,31 @@ constexpr double k_side = 0.125, k_centre = 0.75;
 
 /// A line's finer points from means across it, column by column.
 template <class Column>
-TETRAKIS_INLINE void refine_columns(std::uint32_t segments, const Column& column, double* to) {
-    Lane p0{}, p1 = column(0);
-    for (std::uint32_t x = 1; x <= segments; ++x, to += 6) {
+TETRAKIS_INLINE void refine_columns(std::uint32_t segments, Column column, double* to) {
+    Lane p0 = column(0), p1 = column(1);
+    for (std::uint32_t x = 2; x <= segments; ++x, to += 6) {
         const Lane p2 = column(x);
-        if (x > 1) store(to - 3, k_side * (p0 + p2) + k_centre * p1);
-        store(to, 0.5 * (p1 + p2), x == segments);
+        store(to, 0.5 * (p0 + p1));
+        store(to + 3, k_side * (p0 + p2) + k_centre * p1);
         p0 = p1;
         p1 = p2;
     }
+    store_last(to, 0.5 * (p0 + p1));
 }
 
+// By value: what is stored might be the line that is read, for all the compiler knows.
 void quads_on(const GridLine& line, double* to) {
-    const auto column = [&](std::uint32_t x) __attribute__((always_inline)) {
-        const double* const p = line.first + x * line.along;
-        return k_side * (load(p - line.across) + load(p + line.across)) + k_centre * load(p);
+    const auto column = [at = line](std::uint32_t x) __attribute__((always_inline)) {
+        const double* const p = at.first + x * at.along;
+        return k_side * (load(p - at.across) + load(p + at.across)) + k_centre * load(p);
     };
     refine_columns(line.segments, column, to);
 }
 
 void quads_between(const GridLine& line, double* to) {
-    const auto column = [&](std::uint32_t x) __attribute__((always_inline)) {
-        const double* const p = line.first + x * line.along;
-        return 0.5 * (load(p) + load(p + line.across));
+    const auto column = [at = line](std::uint32_t x) __attribute__((always_inline)) {
+        const double* const p = at.first + x * at.along;
+        return 0.5 * (load(p) + load(p + at.across));
     };
     refine_columns(line.segments, column, to);
 }
