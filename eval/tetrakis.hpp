@@ -20,6 +20,8 @@
 #include "io/gpu_mesh.hpp"
 #include "io/mesh_reader.hpp"
 #include "io/mesh_writer.hpp"
+#include "lod/height_grid.hpp"
+#include "lod/terrain_mesh.hpp"
 #include "patches/limit_surface.hpp"
 #include "render/render.hpp"
 #include "surface/height_image.hpp"

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
+#include "picture.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -54,36 +55,41 @@ double HeightImage::sample(Vec2d uv, ImageWrap wrap) const {
     return upper * (1 - t) + lower * t;
 }
 
-HeightImage load_height_image(const std::filesystem::path& path) {
-    const std::string bytes = detail::read_file(path);
+detail::Picture detail::read_picture(const std::filesystem::path& path, const RunContext& context) {
+    const std::string bytes = read_file(path, context);
     if (bytes.empty()) throw Error(ErrorCode::invalid_input, "the file is empty", path);
     if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
         throw Error(ErrorCode::unsupported, "pictures of more than 2 GiB cannot be read", path);
-    HeightImage image;
-    int channels = 0;
+    const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());
+    const auto size = static_cast<int>(bytes.size());
+    Picture picture;
     // 8-bit pictures come out as v * 257, so v / 255 and v / 65535 are the same scale.
     const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
-        stbi_load_16_from_memory(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()),
-                                 &image.width, &image.height, &channels, 0),
-        stbi_image_free);
+        stbi_load_16_from_memory(data, size, &picture.width, &picture.height, &picture.channels, 0), stbi_image_free);
     if (!pixels)
         throw Error(
             ErrorCode::invalid_input,
             std::string("cannot decode this picture (") + stbi_failure_reason() + "); use PNG, JPEG, TGA or PGM", path);
-    const std::size_t count = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-    image.values.resize(count);
+    picture.has_16_bits = stbi_is_16_bit_from_memory(data, size) != 0;
+    const std::size_t count = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) *
+                              static_cast<std::size_t>(picture.channels);
+    picture.samples.assign(pixels.get(), pixels.get() + count);
     // stb_image (2.27) hands out the 16-bit samples of PGM and PPM as they lie in the file, high byte first.
-    const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
-    const bool swapped = bytes[0] == 'P' && stbi_is_16_bit_from_memory(data, static_cast<int>(bytes.size())) != 0;
-    const auto sample = [&](std::size_t i) {
-        const unsigned value = pixels.get()[i];
-        return (swapped ? (value >> 8 | (value & 0xFF) << 8) : value) / 65535.0f;
-    };
-    const auto stride = static_cast<std::size_t>(channels);
-    for (std::size_t i = 0; i < count; ++i)
-        image.values[i] = channels < 3 ? sample(stride * i)
-                                       : std::min(1.0f, 0.299f * sample(stride * i) + 0.587f * sample(stride * i + 1) +
-                                                            0.114f * sample(stride * i + 2));  // Rec. 601 luma
+    if (bytes[0] == 'P' && picture.has_16_bits)
+        for (std::uint16_t& value : picture.samples)
+            value = static_cast<std::uint16_t>(value >> 8 | (value & 0xFF) << 8);
+    return picture;
+}
+
+HeightImage load_height_image(const std::filesystem::path& path) {
+    const detail::Picture picture = detail::read_picture(path, {});
+    const auto stride = static_cast<std::size_t>(picture.channels);
+    HeightImage image{picture.width, picture.height, std::vector<float>(picture.samples.size() / stride)};
+    const auto sample = [&](std::size_t i) { return picture.samples[i] / 65535.0f; };
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+        image.values[i] = stride < 3 ? sample(stride * i)
+                                     : std::min(1.0f, 0.299f * sample(stride * i) + 0.587f * sample(stride * i + 1) +
+                                                          0.114f * sample(stride * i + 2));  // Rec. 601 luma
     return image;
 }
 

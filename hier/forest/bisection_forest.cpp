@@ -158,8 +158,8 @@ Diamond BisectionForest::bisect(LeafId id) {
     return diamond;
 }
 
-// The inverse of bisect().
-void BisectionForest::merge(const Diamond& diamond) {
+// With free_folded() the inverse of bisect().
+void BisectionForest::fold_diamond(const Diamond& diamond) {
     for (std::uint32_t i = diamond.pair_count; i-- > 0;) {
         const auto [slot0, slot1] = diamond.pairs[i];
         BisectionLeaf &child0 = leaves_[slot0.value], &child1 = leaves_[slot1.value];
@@ -173,7 +173,13 @@ void BisectionForest::merge(const Diamond& diamond) {
         --child0.depth;
         child0.mark = child1.mark = 0;
         child1.depth = k_dead;
-        child1.neighbour[0] = std::exchange(free_leaf_, slot1);
+    }
+}
+
+void BisectionForest::free_folded(const Diamond& diamond) {
+    for (std::uint32_t i = diamond.pair_count; i-- > 0;) {
+        const LeafId slot1 = diamond.pairs[i][1];
+        leaves_[slot1.value].neighbour[0] = std::exchange(free_leaf_, slot1);
     }
     Site& site = sites_[diamond.midpoint.value];
     site = {};

@@ -119,6 +119,8 @@ class BisectionForest {
         return true;
     }
 
+    /// What merge_diamond() would merge with a leaf; without pairs where can_merge() is false.
+    Diamond find_diamond(LeafId id) const;
     /// Whether the leaf is one of the two (at the boundary) or four around a midpoint that is the apex of all of them.
     bool can_merge(LeafId id) const { return is_leaf(id) && find_diamond(id).pair_count > 0; }
     /// Merges these two or four leaves to one or two, with changed(diamond) called afterwards. O(1), allocates nothing.
@@ -129,10 +131,18 @@ class BisectionForest {
         require_leaf(id);
         const Diamond diamond = find_diamond(id);
         if (diamond.pair_count == 0) return false;
-        merge(diamond);
+        fold_diamond(diamond);
+        free_folded(diamond);
         changed(diamond);
         return true;
     }
+
+    /// merge_diamond() in two steps, for threads that merge apart from each other. The first writes the diamond's
+    /// leaves and those across its four sides, at which no other thread may look; the second gives back the slots, and
+    /// is for one thread.
+    /// @param diamond  that find_diamond() gave, not merged since
+    void fold_diamond(const Diamond& diamond);
+    void free_folded(const Diamond& diamond);
 
     /// split_diamond() of the marked leaves in turn, but for those that others have split: the smallest conforming
     /// refinement that splits each of them. Makes room for it.
@@ -216,8 +226,6 @@ class BisectionForest {
         changed(bisect(id));
     }
     Diamond bisect(LeafId id);
-    void merge(const Diamond& diamond);
-    Diamond find_diamond(LeafId id) const;
     LeafId take_leaf();
     PointId take_point(const Site& site);
     void relink(LeafId leaf, LeafId from, LeafId to);

@@ -131,7 +131,8 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
         // Without this one's mark, the others of the diamond will fail, too.
         leaf.mark = 0;
         if (!all) continue;
-        merge(diamond);
+        fold_diamond(diamond);
+        free_folded(diamond);
         for (std::uint32_t p = diamond.pair_count; p-- > 0;) created.push_back(diamond.pairs[p][0]);
     }
     std::reverse(created.begin(), created.end());

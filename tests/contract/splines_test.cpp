@@ -115,12 +115,12 @@ class BoxSplineValues {
 constexpr int k_cells = 10;
 constexpr double k_middle = 1;  ///< half a side
 
-struct HeightGrid {
+struct NetOfHeights {
     ControlMesh mesh;
     double height(int x, int y) const { return mesh.positions()[static_cast<std::size_t>(y * (k_cells + 1) + x)].z; }
 };
 
-HeightGrid height_grid(MeshFamily family) {
+NetOfHeights height_grid(MeshFamily family) {
     test::Random random(5);
     ControlMeshData data = test::grid(k_cells, family == MeshFamily::triangles);
     for (Vec3d& p : data.positions) p.z = random.uniform(-1, 1);
@@ -143,7 +143,7 @@ TEST_CASE("regular meshes: limit points are values of the scheme's box spline") 
     for (const auto& [name, times, rules] : regular_splines()) {
         CAPTURE(name);
         CAPTURE(rules.averaging_steps);
-        const HeightGrid grid = height_grid(scheme_named(name).family);
+        const NetOfHeights grid = height_grid(scheme_named(name).family);
         // Half of its support lies on each side of a control point.
         const auto half_support = [&](int axis) {
             int sum = 0;

@@ -136,6 +136,7 @@ int main(int argc, char** argv) {
     add_info_command(app, chosen);
     add_tessellate_command(app, chosen);
     add_refine_command(app, chosen);
+    add_terrain_command(app, chosen);
     add_compare_command(app, chosen);
     add_render_command(app, chosen);
     add_scheme_command(app, chosen);

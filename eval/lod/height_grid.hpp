@@ -1,0 +1,55 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "../../hier/base/vec.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+namespace tetrakis {
+
+/// Heights of a terrain at the points of a grid, row by row from the north, each from the west.
+struct HeightGrid {
+    std::uint32_t columns = 0, rows = 0;
+    std::vector<float> heights;  ///< columns * rows; NaN: no data
+    Vec2d spacing{1, 1};         ///< ground units from a column to the next, from a row to the next; positive
+    Vec2d origin{0, 0};          ///< ground place of sample (0, 0): x to the east, y to the north
+
+    float at(std::uint32_t column, std::uint32_t row) const { return heights[std::size_t{row} * columns + column]; }
+};
+
+enum class HeightFormat {
+    automatic,    ///< by the extension: .png, .hgt, .r16 and .raw (raw16), .r32 and .f32 (raw_float)
+    png,          ///< grey, 8 or 16 bits: the numbers of the pixels; of colours: terrain_rgb
+    terrain_rgb,  ///< colours of 8 bits: -10000 + 0.1 * (65536 red + 256 green + blue), metres (Mapbox's encoding)
+    raw16,        ///< unsigned numbers of 16 bits and nothing else
+    raw_float,    ///< IEEE floats of 32 bits and nothing else; those that are not finite are no data
+    hgt,          ///< SRTM: signed, 16 bits, high byte first, square; -32768 is no data
+};
+
+struct HeightReadOptions {
+    HeightFormat format = HeightFormat::automatic;
+    std::uint32_t columns = 0, rows = 0;  ///< of raw files; 0: square, or what the file's size leaves for the other one
+    bool big_endian = false;              ///< of raw files: high byte first
+    double scale = 1, offset = 0;         ///< a height is offset + scale * what the format says
+    std::optional<double> no_data{};      ///< what the format says where there is no data
+    std::optional<Vec2d> spacing{};  ///< instead of the file's own: an HGT's is known by its name, other ones' is 1
+    RunContext context{};
+};
+
+/// Reads a height grid. An HGT of the name N35E138.hgt gets its spacing in metres, at the middle of its rows.
+/// @throws Error  io: missing or unreadable; invalid_input: no grid of that format, sizes that contradict each other,
+///                fewer than two columns or rows, all samples without data; unsupported: an extension that says
+///                nothing; memory_limit; cancelled
+HeightGrid load_height_grid(const std::filesystem::path& path, const HeightReadOptions& options = {});
+
+/// Gives samples without data heights from those around, smoothly: means of ever larger squares, as far as they have
+/// to reach. O(samples).
+/// @return  how many there were
+/// @throws Error  invalid_input: none has data
+std::uint64_t fill_missing_heights(HeightGrid& grid);
+
+}  // namespace tetrakis

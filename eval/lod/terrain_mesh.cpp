@@ -1,0 +1,467 @@
+#include "terrain_mesh.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "grid_triangle.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+namespace {
+
+using detail::GridTriangle;
+using detail::GridVertex;
+using detail::in_samples;
+using detail::k_grid_unit;
+
+constexpr std::uint32_t k_most_samples = 1u << 24;  // a side: places then fit into 31 bits
+
+void check(const HeightGrid& grid, const TerrainOptions& options) {
+    const auto refuse = [](ErrorCode code, const std::string& text) { throw Error(code, text); };
+    if (grid.columns < 2 || grid.rows < 2)
+        refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows has no surface; two of "
+                                                     "each are the least",
+                                                     grid.columns, grid.rows));
+    if (grid.columns > k_most_samples || grid.rows > k_most_samples)
+        refuse(ErrorCode::unsupported, fmt::format("a height grid of {} columns and {} rows; at most {} of each are "
+                                                   "supported: cut it into tiles",
+                                                   grid.columns, grid.rows, k_most_samples));
+    if (grid.heights.size() != std::size_t{grid.columns} * grid.rows)
+        refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows with {} heights",
+                                                     grid.columns, grid.rows, grid.heights.size()));
+    if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && std::isfinite(grid.spacing.x) && std::isfinite(grid.spacing.y)))
+        refuse(ErrorCode::invalid_input, fmt::format("spacings of {} and {} between samples; they have to be positive",
+                                                     grid.spacing.x, grid.spacing.y));
+    if (!(options.max_error >= 0 && std::isfinite(options.max_error)))
+        refuse(ErrorCode::invalid_input,
+               fmt::format("a largest error of {}; it has to be zero or a positive number", options.max_error));
+    for (std::size_t i = 0; i < grid.heights.size(); ++i)
+        if (!std::isfinite(grid.heights[i]))
+            refuse(ErrorCode::invalid_input,
+                   fmt::format("the height at column {}, row {} is missing; fill_missing_heights() gives it one",
+                               i % grid.columns, i / grid.columns));
+}
+
+/// A power of two: into how many roots the longer side is cut, so that they are about square.
+std::uint32_t roots_along(double longer, double shorter) {
+    std::uint32_t count = 1;
+    while (longer > 1.5 * shorter * count) count *= 2;
+    return count;
+}
+
+/// The middle of two places of an axis: a sample, where there is one between them.
+std::int32_t middle(std::int32_t a, std::int32_t b) {
+    const std::int32_t low = std::min(a, b), width = std::max(a, b) - low;
+    return width >= 2 * k_grid_unit ? low + width / (2 * k_grid_unit) * k_grid_unit : low + width / 2;
+}
+
+/// The quads that a grid is cut into.
+struct Roots {
+    ControlMesh mesh;
+    std::vector<std::array<std::int32_t, 2>> places;  ///< of its vertices, then of its faces' centres
+};
+
+Roots roots_of(const HeightGrid& grid) {
+    const std::uint32_t width = grid.columns - 1, height = grid.rows - 1;
+    const std::uint32_t across = std::min(width, roots_along(width, height)),
+                        down = std::min(height, roots_along(height, width));
+    std::vector<std::int32_t> xs{0, static_cast<std::int32_t>(width)}, ys{0, static_cast<std::int32_t>(height)};
+    const auto halve = [](std::vector<std::int32_t>& cuts, std::uint32_t count) {
+        while (cuts.size() - 1 < count) {
+            std::vector<std::int32_t> finer{cuts[0]};
+            for (std::size_t i = 1; i < cuts.size(); ++i) {
+                finer.push_back((cuts[i - 1] + cuts[i]) / 2);
+                finer.push_back(cuts[i]);
+            }
+            cuts = std::move(finer);
+        }
+    };
+    halve(xs, across);
+    halve(ys, down);
+    const auto columns = static_cast<std::uint32_t>(xs.size()), rows = static_cast<std::uint32_t>(ys.size());
+    ControlMeshData data;
+    std::vector<std::array<std::int32_t, 2>> places;
+    for (const std::int32_t y : ys)
+        for (const std::int32_t x : xs) {
+            places.push_back({x * k_grid_unit, y * k_grid_unit});
+            data.positions.emplace_back(x, -y, 0);
+        }
+    data.face_offsets = {0};
+    for (std::uint32_t r = 0; r + 1 < rows; ++r)
+        for (std::uint32_t c = 0; c + 1 < columns; ++c) {
+            const std::uint32_t v = r * columns + c;
+            for (const std::uint32_t corner : {v, v + columns, v + columns + 1, v + 1})
+                data.face_vertices.push_back(corner);
+            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+            const auto &p = places[v], &q = places[v + columns + 1];
+            places.push_back({middle(p[0], q[0]), middle(p[1], q[1])});
+        }
+    return {ControlMesh::build(std::move(data)), std::move(places)};
+}
+
+class TerrainRefinement {
+  public:
+    TerrainRefinement(const HeightGrid& grid, const Roots& roots, const TerrainOptions& options)
+        : grid_(grid), limit_(options.max_error), context_(options.context), forest_(roots.mesh) {
+        for (const auto& [x, y] : roots.places) vertices_.push_back(sampled(x, y));
+        float largest = 0;
+        for (const float height : grid.heights) largest = std::max(largest, std::abs(height));
+        rounding_ = 0x1p-44 * double{largest};
+    }
+
+    /// Splits until no sample is farther from the leaves than the limit.
+    void refine() {
+        std::vector<LeafId> fresh = forest_.ordered_leaves();
+        std::vector<std::uint8_t> too_far, known_depth;
+        for (double samples = 1; !fresh.empty(); samples *= 2) {
+            context_.report("refine", std::min(0.6, 0.6 * std::log2(samples) / depth_of_samples()));
+            too_far.assign(fresh.size(), 0);
+            for_each_index(
+                static_cast<std::uint32_t>(fresh.size()),
+                [&](std::uint32_t i) { too_far[i] = triangle(forest_.leaf(fresh[i]).vertex).error(limit_) > limit_; },
+                16);
+            std::vector<LeafId> touched;
+            for (std::size_t i = 0; i < fresh.size(); ++i)
+                if (too_far[i] != 0) split(fresh[i], known_depth, touched);
+            check_memory();
+            // A slot that was split twice is there twice.
+            known_depth.resize(forest_.leaf_slots(), 0xFF);
+            fresh.clear();
+            for (const LeafId leaf : touched)
+                if (std::exchange(known_depth[leaf.value], static_cast<std::uint8_t>(forest_.depth(leaf))) !=
+                    forest_.depth(leaf))
+                    fresh.push_back(leaf);
+        }
+    }
+
+    /// Merges diamonds for as long as it is worth a pass: those inside blocks of leaves by all threads, then those that
+    /// reach into several by one.
+    void merge() {
+        constexpr int k_most_passes = 8;
+        constexpr double k_least_gain = 1e-3;
+        const std::vector<LeafId> slots = forest_.ordered_leaves();  // merged leaves keep the slots of their first ones
+        const std::vector<std::uint32_t> begin = set_blocks(slots);
+        struct Result {
+            std::vector<Diamond> merged;
+            std::vector<LeafId> left;  // first leaves of diamonds that reach beyond the block
+        };
+        std::vector<Result> results(begin.size() - 1);
+        changed_.assign(vertices_.size(), 0);
+        for (pass_ = 1; pass_ <= k_most_passes; ++pass_) {
+            context_.report("merge", 0.6 + 0.3 * pass_ / k_most_passes);
+            for_each_index(
+                static_cast<std::uint32_t>(results.size()),
+                [&](std::uint32_t block) {
+                    Result& result = results[block] = {};
+                    for (std::uint32_t i = begin[block]; i < begin[block + 1]; ++i)
+                        merge_inside(slots[i], result.merged, result.left);
+                },
+                1);
+            std::size_t merged = 0;
+            for (const Result& result : results) {
+                for (const Diamond& diamond : result.merged) forest_.free_folded(diamond);
+                merged += result.merged.size();
+            }
+            for (const Result& result : results)
+                for (const LeafId leaf : result.left) merged += merge_across(leaf) ? 1 : 0;
+            if (static_cast<double>(merged) < k_least_gain * forest_.leaf_count()) break;
+        }
+    }
+
+    Terrain result(bool y_up) const {
+        context_.report("output", 0.9);
+        ExportedTriangles exported = forest_.exported();
+        Terrain terrain;
+        terrain.mesh.triangles = std::move(exported.triangles);
+        terrain.mesh.positions.resize(exported.points.size());
+        for_each_index(static_cast<std::uint32_t>(exported.points.size()), [&](std::uint32_t i) {
+            const GridVertex& v = vertices_[exported.points[i].value];
+            const double x = grid_.origin.x + grid_.spacing.x * (in_samples(v.x)),
+                         y = grid_.origin.y - grid_.spacing.y * (in_samples(v.y));
+            terrain.mesh.positions[i] = y_up ? Vec3d(x, v.z, -y) : Vec3d(x, y, v.z);
+        });
+        std::vector<double> errors(exported.leaves.size());
+        for_each_index(
+            static_cast<std::uint32_t>(errors.size()),
+            [&](std::uint32_t i) {
+                errors[i] = triangle(forest_.leaf(exported.leaves[i]).vertex).error(std::numeric_limits<double>::max());
+            },
+            64);
+        for (const double error : errors) terrain.largest_error = std::max(terrain.largest_error, error);
+        context_.report("output", 1);
+        return terrain;
+    }
+
+  private:
+    using Corners = std::array<PointId, 3>;
+
+    GridTriangle triangle(const Corners& points) const {
+        return {grid_, {vertices_[points[0].value], vertices_[points[1].value], vertices_[points[2].value]}};
+    }
+    int depth_of_samples() const { return 2 * static_cast<int>(std::log2(std::max(grid_.columns, grid_.rows)) + 2); }
+
+    /// @throws Error  memory_limit
+    void check_memory() const {
+        const std::uint64_t bytes =
+            forest_.memory_bytes() + vertices_.capacity() * sizeof(GridVertex) + grid_.heights.size() * sizeof(float);
+        if (context_.max_memory_bytes != 0 && bytes > context_.max_memory_bytes)
+            throw Error(
+                ErrorCode::memory_limit,
+                fmt::format("{} triangles before merging take {} MiB with the grid, and the limit is {} MiB; use "
+                            "a larger error",
+                            forest_.leaf_count(), bytes >> 20, context_.max_memory_bytes >> 20));
+    }
+
+    /// The vertex at a place, with the samples' height; between them it is bilinear.
+    GridVertex sampled(std::int32_t x, std::int32_t y) const {
+        const auto column = static_cast<std::uint32_t>(x / k_grid_unit),
+                   row = static_cast<std::uint32_t>(y / k_grid_unit);
+        const double s = double(x % k_grid_unit) / k_grid_unit, t = double(y % k_grid_unit) / k_grid_unit;
+        const auto along = [&](std::uint32_t r) {
+            const double first = grid_.at(column, r);
+            return s == 0 ? first : first + s * (double{grid_.at(column + 1, r)} - first);
+        };
+        const double first = along(row);
+        return {x, y, static_cast<float>(t == 0 ? first : first + t * (along(row + 1) - first))};
+    }
+
+    /// @param touched  receives the leaves that were made; of several splits of one slot each
+    void split(LeafId leaf, const std::vector<std::uint8_t>& known_depth, std::vector<LeafId>& touched) {
+        // It may have been split for another one.
+        if (forest_.depth(leaf) != known_depth_of(known_depth, leaf)) return;
+        const auto changed = [&](const Diamond& diamond) {
+            const Corners &child0 = forest_.leaf(diamond.pairs[0][0]).vertex,
+                          &child1 = forest_.leaf(diamond.pairs[0][1]).vertex;
+            const GridVertex a = vertices_[child0[1].value], b = vertices_[child1[0].value];
+            if (diamond.midpoint.value >= vertices_.size()) vertices_.resize(diamond.midpoint.value + std::size_t{1});
+            vertices_[diamond.midpoint.value] = sampled(middle(a.x, b.x), middle(a.y, b.y));
+            for (const auto& [slot0, slot1] : diamond.siblings()) {
+                touched.push_back(slot0);
+                touched.push_back(slot1);
+            }
+        };
+        while (!forest_.split_diamond(leaf, changed)) forest_.reserve(forest_.leaf_capacity() / 2 * 3 + 1024);
+    }
+    static int known_depth_of(const std::vector<std::uint8_t>& known_depth, LeafId leaf) {
+        return leaf.value < known_depth.size() ? known_depth[leaf.value] : 0;
+    }
+
+    /// Puts leaves that are side by side in the order of their paths into blocks, subtrees of one depth.
+    /// @param slots  all leaves, ordered
+    /// @return       where the blocks begin, and the end
+    std::vector<std::uint32_t> set_blocks(const std::vector<LeafId>& slots) {
+        constexpr double k_leaves = 8192;  // of a block, about
+        const double roots = forest_.mesh().halfedge_count();
+        block_depth_ = std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
+        block_.assign(forest_.leaf_slots(), k_no_block);
+        std::vector<std::uint32_t> begin;
+        std::uint64_t last = ~std::uint64_t{0};
+        for (std::uint32_t i = 0; i < slots.size(); ++i) {
+            const BisectionLeaf& leaf = forest_.leaf(slots[i]);
+            // Coarser leaves are blocks by themselves.
+            const std::uint64_t path = leaf.depth > block_depth_ ? leaf.path >> (leaf.depth - block_depth_) : leaf.path,
+                                subtree = (std::uint64_t{forest_.root(slots[i]).value} << 32) + path;
+            if (begin.empty() || subtree != last || leaf.depth < block_depth_) begin.push_back(i);
+            last = subtree;
+            block_[slots[i].value] = static_cast<std::uint32_t>(begin.size() - 1);
+        }
+        begin.push_back(static_cast<std::uint32_t>(slots.size()));
+        return begin;
+    }
+
+    /// Merges the diamond of a leaf, by its first leaf alone, where all leaves that have to do with it are in one
+    /// block.
+    /// @param left  receives the leaf if they are not
+    void merge_inside(LeafId id, std::vector<Diamond>& merged, std::vector<LeafId>& left) {
+        if (!forest_.is_leaf(id)) return;
+        const BisectionLeaf& leaf = forest_.leaf(id);
+        if ((leaf.path & 1) != 0 || leaf.depth == 0) return;
+        const std::uint32_t block = block_[id.value];
+        const auto beyond = [&](LeafId other) { return other.valid() && block_[other.value] != block; };
+        // Of others not even the records are looked at: another thread may be writing them.
+        if (leaf.depth <= block_depth_ || beyond(leaf.neighbour[1]) || beyond(leaf.neighbour[2]) ||
+            beyond(forest_.leaf(leaf.neighbour[2]).neighbour[2])) {
+            left.push_back(id);
+            return;
+        }
+        const Diamond diamond = forest_.find_diamond(id);
+        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !has_news(diamond)) return;
+        bool inside = true;
+        for (const PointId corner : corners_of(diamond)) inside = inside && corner_is_inside(corner, diamond, block);
+        if (!inside)
+            left.push_back(id);
+        else if (make_room(diamond)) {
+            forest_.fold_diamond(diamond);
+            merged.push_back(diamond);
+        }
+    }
+    /// The same for any diamond, by one thread.
+    bool merge_across(LeafId id) {
+        if (!forest_.is_leaf(id)) return false;
+        const Diamond diamond = forest_.find_diamond(id);
+        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !has_news(diamond) || !make_room(diamond))
+            return false;
+        return forest_.merge_diamond(id, [](const Diamond&) {});
+    }
+
+    /// The triangle that two leaves were.
+    Corners parent(const std::array<LeafId, 2>& pair) const {
+        const Corners &child0 = forest_.leaf(pair[0]).vertex, &child1 = forest_.leaf(pair[1]).vertex;
+        return {child0[1], child1[0], child0[0]};
+    }
+
+    struct Corners4 {
+        std::array<PointId, 4> points;
+        std::size_t count = 0;
+        const PointId* begin() const { return points.data(); }
+        const PointId* end() const { return points.data() + count; }
+    };
+    /// Three where the diamond is on the grid's edge.
+    Corners4 corners_of(const Diamond& diamond) const {
+        Corners4 corners;
+        for (const auto& pair : diamond.siblings())
+            for (const PointId p : parent(pair))
+                if (std::find(corners.begin(), corners.end(), p) == corners.end()) corners.points[corners.count++] = p;
+        return corners;
+    }
+    /// Whether anything changed since it was tried.
+    bool has_news(const Diamond& diamond) const {
+        const Corners4 corners = corners_of(diamond);
+        return pass_ == 1 ||
+               std::any_of(corners.begin(), corners.end(), [&](PointId p) { return changed_[p.value] + 1 >= pass_; });
+    }
+
+    /// Moves the heights of a diamond's corners so that its triangles can be merged; false, with the heights as they
+    /// were, where that is not found to be possible. Leaves around it stay within the limit.
+    bool make_room(const Diamond& diamond) {
+        constexpr double k_worth_trying = 2.5;  // limits; errors above are hardly ever brought down
+        std::array<Corners, 2> parents;
+        bool fits = true;
+        for (std::uint32_t i = 0; i < diamond.pair_count; ++i) {
+            parents[i] = parent(diamond.pairs[i]);
+            const double error = triangle(parents[i]).error(k_worth_trying * limit_);
+            if (error > k_worth_trying * limit_) return false;
+            fits = fits && error <= limit_;
+        }
+        const Corners4 corners = corners_of(diamond);
+        std::array<float, 4> before;
+        for (std::size_t k = 0; k < corners.count; ++k) before[k] = vertices_[corners.points[k].value].z;
+        for (std::size_t k = 0; k < corners.count && !fits; ++k) {
+            if (!move(corners.points[k], diamond, std::span(parents).first(diamond.pair_count))) continue;
+            fits = true;
+            for (std::uint32_t i = 0; i < diamond.pair_count && fits; ++i)
+                fits = triangle(parents[i]).error(limit_) <= limit_;
+        }
+        for (std::size_t k = 0; k < corners.count; ++k) {
+            const std::uint32_t p = corners.points[k].value;
+            if (fits)
+                changed_[p] = static_cast<std::uint8_t>(pass_);
+            else
+                vertices_[p].z = before[k];
+        }
+        return fits;
+    }
+
+    /// Moves a corner to where the merged triangles are best, as far as the leaves around it let it.
+    bool move(PointId corner, const Diamond& diamond, std::span<const Corners> parents) {
+        constexpr double k_least_weight = 0.02, k_no_weight = 0x1p-40, k_margin = 0.1;
+        GridTriangle::Interval wanted;
+        for (const Corners& points : parents) {
+            const auto k = std::find(points.begin(), points.end(), corner);
+            if (k != points.end())
+                triangle(points).narrow(wanted, static_cast<std::size_t>(k - points.begin()), limit_, k_least_weight);
+        }
+        if (wanted.low <= 0 && wanted.high >= 0) return false;
+        const double margin = k_margin * (wanted.high - wanted.low);
+        double by = margin < 0       ? (wanted.low + wanted.high) / 2
+                    : wanted.low > 0 ? wanted.low + margin
+                                     : wanted.high - margin;
+        // It may stay where it is, whatever rounding says.
+        GridTriangle::Interval allowed;
+        for_each_outside(corner, diamond, [&](LeafId id) {
+            const BisectionLeaf& leaf = forest_.leaf(id);
+            triangle(leaf.vertex).narrow(allowed, corner_of(leaf, corner), limit_ - rounding_, k_no_weight);
+            return true;
+        });
+        by = std::clamp(by, std::min(allowed.low, 0.0), std::max(allowed.high, 0.0));
+        GridVertex& vertex = vertices_[corner.value];
+        const double to = double{vertex.z} + by;
+        auto rounded = static_cast<float>(to);
+        if (by > 0 ? rounded > to : rounded < to) rounded = std::nextafter(rounded, vertex.z);
+        return std::exchange(vertex.z, rounded) != rounded;
+    }
+
+    /// Calls visit(leaf) for the leaves around a diamond's corner that are not its own, until it returns false.
+    template <class Visit>
+    bool for_each_outside(PointId corner, const Diamond& diamond, const Visit& visit) const {
+        const auto own = [&](LeafId leaf) {
+            return std::any_of(diamond.siblings().begin(), diamond.siblings().end(),
+                               [&](const auto& pair) { return leaf == pair[0] || leaf == pair[1]; });
+        };
+        LeafId at;
+        // Around it, through the sides that lie there counter-clockwise (2) or clockwise (0) from the corner.
+        const auto turn = [&](std::size_t side) {
+            while (at.valid() && !own(at)) {
+                if (!visit(at)) return false;
+                const BisectionLeaf& leaf = forest_.leaf(at);
+                at = leaf.neighbour[(corner_of(leaf, corner) + side) % 3];
+            }
+            return true;
+        };
+        LeafId backwards;
+        for (const auto& pair : diamond.siblings())
+            for (const LeafId id : pair) {
+                const BisectionLeaf& leaf = forest_.leaf(id);
+                if (leaf.vertex[0] == corner) backwards = leaf.neighbour[0];
+                if (leaf.vertex[1] != corner) continue;
+                at = leaf.neighbour[0];
+                if (!turn(2)) return false;
+                if (at.valid()) return true;  // all around
+            }
+        at = backwards;
+        return turn(0);
+    }
+    static std::size_t corner_of(const BisectionLeaf& leaf, PointId point) {
+        return leaf.vertex[0] == point ? 0 : leaf.vertex[1] == point ? 1 : 2;
+    }
+    bool corner_is_inside(PointId corner, const Diamond& diamond, std::uint32_t block) const {
+        return for_each_outside(corner, diamond, [&](LeafId leaf) { return block_[leaf.value] == block; });
+    }
+
+    static constexpr std::uint32_t k_no_block = 0xFFFFFFFF;
+
+    const HeightGrid& grid_;
+    double limit_;
+    double rounding_ = 0;  // of a sample's distance from a plane, and more
+    const RunContext& context_;
+    BisectionForest forest_;
+    std::vector<GridVertex> vertices_;   // by the forest's points
+    std::vector<std::uint8_t> changed_;  // in which pass the leaves around a point did, or its height
+    int pass_ = 0;
+    std::vector<std::uint32_t> block_;  // of leaf slots; merged leaves stay in theirs
+    int block_depth_ = 0;
+};
+
+}  // namespace
+
+Terrain terrain_mesh(const HeightGrid& grid, const TerrainOptions& options) {
+    check(grid, options);
+    return with_threads(options.context, [&] {
+        const Roots roots = roots_of(grid);
+        TerrainRefinement refinement(grid, roots, options);
+        refinement.refine();
+        refinement.merge();
+        return refinement.result(options.y_up);
+    });
+}
+
+}  // namespace tetrakis

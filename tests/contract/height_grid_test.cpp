@@ -1,0 +1,186 @@
+#include "../../eval/lod/height_grid.hpp"
+#include "../../eval/io/png.hpp"
+#include "../../hier/base/error.hpp"
+
+#include "../kit/scratch_dir.hpp"
+
+#include <doctest/doctest.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace tetrakis;
+
+namespace {
+
+std::string big_endian(std::uint32_t value) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xFF);
+    return bytes;
+}
+
+/// A grey PNG of 16 bits.
+std::string png_of(std::uint32_t columns, std::uint32_t rows, const std::vector<std::uint16_t>& values) {
+    const auto chunk = [](std::string text) {
+        const auto* data = reinterpret_cast<const Bytef*>(text.data());
+        const auto crc = static_cast<std::uint32_t>(crc32(0, data, static_cast<uInt>(text.size())));
+        return big_endian(static_cast<std::uint32_t>(text.size() - 4)) + text + big_endian(crc);
+    };
+    std::string lines;
+    for (std::uint32_t r = 0; r < rows; ++r) {
+        lines += '\0';
+        for (std::uint32_t c = 0; c < columns; ++c) {
+            const unsigned value = values[r * std::size_t{columns} + c];
+            lines += {static_cast<char>(value >> 8), static_cast<char>(value & 0xFF)};
+        }
+    }
+    uLongf size = compressBound(static_cast<uLong>(lines.size()));
+    std::string packed(size, ' ');
+    compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(lines.data()),
+             static_cast<uLong>(lines.size()));
+    packed.resize(size);
+    const std::string header = big_endian(columns) + big_endian(rows) + std::string("\x10\0\0\0\0", 5);
+    return "\x89PNG\r\n\x1a\n" + chunk("IHDR" + header) + chunk("IDAT" + packed) + chunk("IEND");
+}
+
+std::string floats(const std::vector<float>& values) {
+    std::string bytes(4 * values.size(), '\0');
+    std::memcpy(bytes.data(), values.data(), bytes.size());
+    return bytes;
+}
+
+std::string fault(const std::filesystem::path& path, const HeightReadOptions& options = {}) {
+    try {
+        load_height_grid(path, options);
+    } catch (const Error& error) {
+        CHECK(error.file() == path);
+        return error.what();
+    }
+    return "";
+}
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_SUITE_BEGIN("contract");
+
+TEST_CASE("height grids: grey PNG of 16 and of 8 bits, terrain-RGB") {
+    const ScratchDir dir;
+    spill(dir / "h.png", png_of(3, 2, {0, 1, 2, 65535, 40000, 40001}));
+    HeightGrid grid = load_height_grid(dir / "h.png");
+    CHECK(grid.columns == 3);
+    CHECK(grid.rows == 2);
+    CHECK(grid.heights == std::vector<float>{0, 1, 2, 65535, 40000, 40001});
+    CHECK(grid.at(1, 1) == 40000);
+    CHECK(grid.spacing == Vec2d(1, 1));
+    grid = load_height_grid(dir / "h.png", {.scale = 0.5, .offset = -10, .no_data = 2, .spacing = Vec2d(30, 20)});
+    CHECK(grid.heights[3] == 32757.5f);
+    CHECK(std::isnan(grid.heights[2]));
+    CHECK(grid.spacing == Vec2d(30, 20));
+
+    // 1 86 160: 100000 tenths, 0 m; one tenth more; Everest.
+    write_png(dir / "t.png", {2, 2, {1, 134, 160, 1, 134, 161, 2, 224, 64, 0, 0, 0}});
+    for (const HeightFormat format : {HeightFormat::automatic, HeightFormat::terrain_rgb})
+        CHECK(load_height_grid(dir / "t.png", {.format = format}).heights == std::vector<float>{0, 0.1f, 8848, -10000});
+}
+
+TEST_CASE("height grids: raw numbers") {
+    const ScratchDir dir;
+    spill(dir / "h.r16", std::string("\x01\x00\x02\x00\xFF\xFF\x00\x80\x05\x00\x06\x00", 12));
+    const std::vector<float> numbers{1, 2, 65535, 32768, 5, 6};
+    for (const auto& [columns, rows] : {std::pair{3u, 2u}, std::pair{3u, 0u}, std::pair{0u, 2u}}) {
+        const HeightGrid grid = load_height_grid(dir / "h.r16", {.columns = columns, .rows = rows});
+        CHECK(grid.columns == 3);
+        CHECK(grid.rows == 2);
+        CHECK(grid.heights == numbers);
+    }
+    CHECK(load_height_grid(dir / "h.r16", {.columns = 2, .big_endian = true}).heights[0] == 256);
+
+    spill(dir / "h.r32", floats({1.5f, -2, std::numeric_limits<float>::infinity(), 4}));
+    const HeightGrid grid = load_height_grid(dir / "h.r32");
+    CHECK(grid.columns == 2);
+    CHECK(grid.heights[1] == -2);
+    CHECK(std::isnan(grid.heights[2]));
+    spill(dir / "h.dat", floats({1, 2, 3, 4}));
+    CHECK(load_height_grid(dir / "h.dat", {.format = HeightFormat::raw_float}).heights[3] == 4);
+}
+
+TEST_CASE("height grids: HGT has signs, gaps and its place in its name") {
+    const ScratchDir dir;
+    const std::string bytes("\x00\x07\xFF\xFE\x80\x00\x0E\xC0\x00\x00\x00\x01\x00\x02\x00\x03\x00\x04", 18);
+    spill(dir / "N60E138.hgt", bytes);
+    HeightGrid grid = load_height_grid(dir / "N60E138.hgt");
+    CHECK(grid.columns == 3);
+    CHECK(grid.at(0, 0) == 7);
+    CHECK(grid.at(1, 0) == -2);
+    CHECK(std::isnan(grid.at(2, 0)));
+    CHECK(grid.at(0, 1) == 3776);
+    CHECK(grid.spacing.y == doctest::Approx(111195 / 2.0).epsilon(1e-4));
+    CHECK(grid.spacing.x == doctest::Approx(grid.spacing.y * 0.49242).epsilon(1e-4));  // cos 60.5 degrees
+    spill(dir / "S60E138.hgt", bytes);
+    CHECK(load_height_grid(dir / "S60E138.hgt").spacing.x > grid.spacing.x);
+    spill(dir / "tile.hgt", bytes);
+    CHECK(load_height_grid(dir / "tile.hgt").spacing == Vec2d(1, 1));
+}
+
+TEST_CASE("height grids: samples without data are filled from those around") {
+    const float none = std::numeric_limits<float>::quiet_NaN();
+    HeightGrid grid{.columns = 9, .rows = 7, .heights = std::vector<float>(63, 5.0f)};
+    for (const std::size_t i : {0, 10, 11, 12, 19, 20, 21, 62}) grid.heights[i] = none;
+    CHECK(fill_missing_heights(grid) == 8);
+    CHECK(grid.heights == std::vector<float>(63, 5.0f));
+    CHECK(fill_missing_heights(grid) == 0);
+    // Between two plains, heights go from one to the other.
+    for (std::uint32_t r = 0; r < 7; ++r)
+        for (std::uint32_t c = 0; c < 9; ++c) grid.heights[r * 9 + c] = c == 0 ? 0.0f : c == 8 ? 8.0f : none;
+    CHECK(fill_missing_heights(grid) == 49);
+    for (std::uint32_t c = 0; c < 8; ++c) CHECK(grid.at(c, 3) <= grid.at(c + 1, 3));
+    CHECK(grid.at(4, 3) > 1);
+    CHECK(grid.at(4, 3) < 7);
+}
+
+TEST_CASE("[bad-input] height grids that are none") {
+    const ScratchDir dir;
+    CHECK(has(fault(dir / "none.png"), "none.png"));
+    for (const char* name : {"e.png", "e.r16", "e.r32", "e.hgt"}) {
+        spill(dir / name, "");
+        CHECK(has(fault(dir / name), "empty"));
+    }
+    spill(dir / "x.png", "no picture");
+    CHECK(has(fault(dir / "x.png"), "cannot decode"));
+    const std::string whole = png_of(3, 2, {1, 2, 3, 4, 5, 6});
+    for (const std::size_t length : {8, 20, 40, 60}) {
+        spill(dir / "x.png", whole.substr(0, length));
+        CHECK(has(fault(dir / "x.png"), "cannot decode"));
+    }
+    spill(dir / "line.png", png_of(3, 1, {1, 2, 3}));
+    CHECK(has(fault(dir / "line.png"), "3 columns and 1 rows"));
+    spill(dir / "grey.png", whole);
+    CHECK(has(fault(dir / "grey.png", {.format = HeightFormat::terrain_rgb}), "grey"));
+    spill(dir / "h.tif", whole);
+    CHECK(has(fault(dir / "h.tif"), ".tif"));
+
+    spill(dir / "h.r16", std::string(12, '\1'));
+    CHECK(has(fault(dir / "h.r16"), "6 heights, which are not a square"));
+    CHECK(has(fault(dir / "h.r16", {.columns = 4}), "6 heights, not 4 columns"));
+    CHECK(has(fault(dir / "h.r16", {.columns = 3, .rows = 4}), "not 3 columns times 4 rows"));
+    CHECK(has(fault(dir / "h.r16", {.columns = 6}), "6 columns and 1 rows"));
+    spill(dir / "h.r32", std::string(15, '\1'));
+    CHECK(has(fault(dir / "h.r32"), "15 bytes"));
+    spill(dir / "h.hgt", std::string(10, '\1'));
+    CHECK(has(fault(dir / "h.hgt"), "not a square"));
+    spill(dir / "gaps.hgt", std::string("\x80\0\x80\0\x80\0\x80\0", 8));
+    CHECK(has(fault(dir / "gaps.hgt"), "no sample has data"));
+    spill(dir / "large.r16", std::string(std::size_t{2} << 20, '\1'));
+    CHECK(has(fault(dir / "large.r16", {.context = {.max_memory_bytes = 3 << 20, .progress = {}}}), "limit is 3 MiB"));
+
+    HeightGrid grid{.columns = 2, .rows = 2, .heights = std::vector<float>(4, std::nanf(""))};
+    CHECK_THROWS_AS(fill_missing_heights(grid), Error);
+}
+
+TEST_SUITE_END();
