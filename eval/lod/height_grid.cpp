@@ -4,6 +4,7 @@
 #include "../../hier/base/files.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../surface/picture.hpp"
+#include "gdal_heights.hpp"
 
 #include <fmt/format.h>
 
@@ -31,11 +32,7 @@ HeightFormat format_of(const std::filesystem::path& path) {
     if (extension == ".hgt") return HeightFormat::hgt;
     if (extension == ".r16" || extension == ".raw") return HeightFormat::raw16;
     if (extension == ".r32" || extension == ".f32") return HeightFormat::raw_float;
-    throw Error(
-        ErrorCode::unsupported,
-        fmt::format("the extension {} stands for no height grid; there are .png, .hgt, .r16, .raw, .r32 and .f32",
-                    extension.empty() ? "(none)" : extension),
-        path);
+    return HeightFormat::gdal;
 }
 
 /// Heights from the numbers of a file.
@@ -68,6 +65,9 @@ class Decoder {
                 });
                 grid.spacing = hgt_spacing(grid);
                 break;
+            case HeightFormat::gdal:
+                grid = detail::read_with_gdal(path_, options_);
+                break;
         }
         if (options_.spacing) grid.spacing = *options_.spacing;
         return grid;
@@ -80,22 +80,6 @@ class Decoder {
     };
     [[noreturn]] void refuse(const std::string& text) const { throw Error(ErrorCode::invalid_input, text, path_); }
 
-    /// @throws Error  invalid_input: too few; memory_limit
-    HeightGrid empty_grid(std::uint64_t columns, std::uint64_t rows) const {
-        if (columns < 2 || rows < 2)
-            refuse(fmt::format("{} columns and {} rows of heights; two of each are the least", columns, rows));
-        const std::uint64_t bytes = columns * rows * sizeof(float);
-        if (options_.context.max_memory_bytes != 0 && bytes > options_.context.max_memory_bytes)
-            throw Error(ErrorCode::memory_limit,
-                        fmt::format("{} x {} heights take {} MiB, and the limit is {} MiB", columns, rows, bytes >> 20,
-                                    options_.context.max_memory_bytes >> 20),
-                        path_);
-        HeightGrid grid;
-        grid.columns = static_cast<std::uint32_t>(columns);
-        grid.rows = static_cast<std::uint32_t>(rows);
-        detail::resize_large(grid.heights, static_cast<std::size_t>(columns * rows));
-        return grid;
-    }
     float height_of(double number) const {
         if (!std::isfinite(number) || (options_.no_data && number == *options_.no_data)) return k_missing;
         return static_cast<float>(options_.offset + options_.scale * number);
@@ -107,8 +91,8 @@ class Decoder {
         if (format == HeightFormat::terrain_rgb && stride < 3)
             refuse("the picture is grey; terrain-RGB has its heights in colours");
         if (stride >= 3 && picture.has_16_bits) refuse("the picture has colours of 16 bits; terrain-RGB has 8");
-        HeightGrid grid =
-            empty_grid(static_cast<std::uint64_t>(picture.width), static_cast<std::uint64_t>(picture.height));
+        HeightGrid grid = detail::empty_grid(static_cast<std::uint64_t>(picture.width),
+                                             static_cast<std::uint64_t>(picture.height), path_, options_.context);
         const std::uint16_t* pixel = picture.samples.data();
         for (float& height : grid.heights) {
             // In tenths first, which are whole numbers.
@@ -147,7 +131,7 @@ class Decoder {
                             "format",
                             bytes.size(), size));
         const auto [columns, rows] = size_of(bytes.size() / size, asked);
-        HeightGrid grid = empty_grid(columns, rows);
+        HeightGrid grid = detail::empty_grid(columns, rows, path_, options_.context);
         const auto* next = reinterpret_cast<const unsigned char*>(bytes.data());
         for (float& height : grid.heights) {
             std::uint32_t bits = 0;
@@ -178,6 +162,23 @@ class Decoder {
 };
 
 }  // namespace
+
+HeightGrid detail::empty_grid(std::uint64_t columns, std::uint64_t rows, const std::filesystem::path& path,
+                              const RunContext& context) {
+    if (columns < 2 || rows < 2)
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("{} columns and {} rows of heights; two of each are the least", columns, rows), path);
+    const std::uint64_t bytes = columns * rows * sizeof(float);
+    if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
+        throw Error(ErrorCode::memory_limit,
+                    fmt::format("{} x {} heights take {} MiB, and the limit is {} MiB", columns, rows, bytes >> 20,
+                                context.max_memory_bytes >> 20),
+                    path);
+    HeightGrid grid{
+        .columns = static_cast<std::uint32_t>(columns), .rows = static_cast<std::uint32_t>(rows), .heights = {}};
+    resize_large(grid.heights, static_cast<std::size_t>(columns * rows));
+    return grid;
+}
 
 HeightGrid load_height_grid(const std::filesystem::path& path, const HeightReadOptions& options) {
     HeightGrid grid = Decoder(path, options).decode();

@@ -139,7 +139,8 @@ void add_terrain_command(CLI::App& app, Command& chosen) {
     CLI::App* command = app.add_subcommand("terrain", "Makes a mesh of a height grid, every sample within a tolerance");
     command
         ->add_option("IN", options->input,
-                     "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats)")
+                     "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
+                     "others with GDAL")
         ->required()
         ->type_name("");
     command
