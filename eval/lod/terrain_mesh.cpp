@@ -51,10 +51,10 @@ void check(const HeightGrid& grid, const TerrainOptions& options) {
                                i % grid.columns, i / grid.columns));
 }
 
-/// A power of two: into how many roots the longer side is cut, so that they are about square.
+/// A power of two: into how many roots the longer side is cut, so that they are about square; none has no width.
 std::uint32_t roots_along(double longer, double shorter) {
     std::uint32_t count = 1;
-    while (longer > 1.5 * shorter * count) count *= 2;
+    while (longer > 1.5 * shorter * count && 2 * count <= longer) count *= 2;
     return count;
 }
 
@@ -72,8 +72,7 @@ struct Roots {
 
 Roots roots_of(const HeightGrid& grid) {
     const std::uint32_t width = grid.columns - 1, height = grid.rows - 1;
-    const std::uint32_t across = std::min(width, roots_along(width, height)),
-                        down = std::min(height, roots_along(height, width));
+    const std::uint32_t across = roots_along(width, height), down = roots_along(height, width);
     std::vector<std::int32_t> xs{0, static_cast<std::int32_t>(width)}, ys{0, static_cast<std::int32_t>(height)};
     const auto halve = [](std::vector<std::int32_t>& cuts, std::uint32_t count) {
         while (cuts.size() - 1 < count) {
@@ -121,9 +120,10 @@ class TerrainRefinement {
     /// Splits until no sample is farther from the leaves than the limit.
     void refine() {
         std::vector<LeafId> fresh = forest_.ordered_leaves();
-        std::vector<std::uint8_t> too_far, known_depth;
-        for (double samples = 1; !fresh.empty(); samples *= 2) {
-            context_.report("refine", std::min(0.6, 0.6 * std::log2(samples) / depth_of_samples()));
+        std::vector<std::uint8_t> too_far, known_depth(forest_.leaf_slots(), 0);
+        const double most_rounds = 2 * std::log2(std::max(grid_.columns, grid_.rows)) + 4;
+        for (int round = 0; !fresh.empty(); ++round) {
+            context_.report("refine", 0.6 * std::min(1.0, round / most_rounds));
             too_far.assign(fresh.size(), 0);
             for_each_index(
                 static_cast<std::uint32_t>(fresh.size()),
@@ -152,7 +152,7 @@ class TerrainRefinement {
         const std::vector<std::uint32_t> begin = set_blocks(slots);
         struct Result {
             std::vector<Diamond> merged;
-            std::vector<LeafId> left;  // first leaves of diamonds that reach beyond the block
+            std::vector<LeafId> across;  // first leaves of diamonds that reach beyond the block
         };
         std::vector<Result> results(begin.size() - 1);
         changed_.assign(vertices_.size(), 0);
@@ -163,7 +163,7 @@ class TerrainRefinement {
                 [&](std::uint32_t block) {
                     Result& result = results[block] = {};
                     for (std::uint32_t i = begin[block]; i < begin[block + 1]; ++i)
-                        merge_inside(slots[i], result.merged, result.left);
+                        merge_inside(slots[i], result.merged, result.across);
                 },
                 1);
             std::size_t merged = 0;
@@ -172,7 +172,7 @@ class TerrainRefinement {
                 merged += result.merged.size();
             }
             for (const Result& result : results)
-                for (const LeafId leaf : result.left) merged += merge_across(leaf) ? 1 : 0;
+                for (const LeafId leaf : result.across) merged += merge_across(leaf) ? 1 : 0;
             if (static_cast<double>(merged) < k_least_gain * forest_.leaf_count()) break;
         }
     }
@@ -185,8 +185,8 @@ class TerrainRefinement {
         terrain.mesh.positions.resize(exported.points.size());
         for_each_index(static_cast<std::uint32_t>(exported.points.size()), [&](std::uint32_t i) {
             const GridVertex& v = vertices_[exported.points[i].value];
-            const double x = grid_.origin.x + grid_.spacing.x * (in_samples(v.x)),
-                         y = grid_.origin.y - grid_.spacing.y * (in_samples(v.y));
+            const double x = grid_.origin.x + grid_.spacing.x * in_samples(v.x),
+                         y = grid_.origin.y - grid_.spacing.y * in_samples(v.y);
             terrain.mesh.positions[i] = y_up ? Vec3d(x, v.z, -y) : Vec3d(x, y, v.z);
         });
         std::vector<double> errors(exported.leaves.size());
@@ -207,8 +207,6 @@ class TerrainRefinement {
     GridTriangle triangle(const Corners& points) const {
         return {grid_, {vertices_[points[0].value], vertices_[points[1].value], vertices_[points[2].value]}};
     }
-    int depth_of_samples() const { return 2 * static_cast<int>(std::log2(std::max(grid_.columns, grid_.rows)) + 2); }
-
     /// @throws Error  memory_limit
     void check_memory() const {
         const std::uint64_t bytes =
@@ -237,7 +235,7 @@ class TerrainRefinement {
     /// @param touched  receives the leaves that were made; of several splits of one slot each
     void split(LeafId leaf, const std::vector<std::uint8_t>& known_depth, std::vector<LeafId>& touched) {
         // It may have been split for another one.
-        if (forest_.depth(leaf) != known_depth_of(known_depth, leaf)) return;
+        if (forest_.depth(leaf) != known_depth[leaf.value]) return;
         const auto changed = [&](const Diamond& diamond) {
             const Corners &child0 = forest_.leaf(diamond.pairs[0][0]).vertex,
                           &child1 = forest_.leaf(diamond.pairs[0][1]).vertex;
@@ -251,9 +249,6 @@ class TerrainRefinement {
         };
         while (!forest_.split_diamond(leaf, changed)) forest_.reserve(forest_.leaf_capacity() / 2 * 3 + 1024);
     }
-    static int known_depth_of(const std::vector<std::uint8_t>& known_depth, LeafId leaf) {
-        return leaf.value < known_depth.size() ? known_depth[leaf.value] : 0;
-    }
 
     /// Puts leaves that are side by side in the order of their paths into blocks, subtrees of one depth.
     /// @param slots  all leaves, ordered
@@ -262,7 +257,7 @@ class TerrainRefinement {
         constexpr double k_leaves = 8192;  // of a block, about
         const double roots = forest_.mesh().halfedge_count();
         block_depth_ = std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
-        block_.assign(forest_.leaf_slots(), k_no_block);
+        block_.resize(forest_.leaf_slots());
         std::vector<std::uint32_t> begin;
         std::uint64_t last = ~std::uint64_t{0};
         for (std::uint32_t i = 0; i < slots.size(); ++i) {
@@ -278,10 +273,9 @@ class TerrainRefinement {
         return begin;
     }
 
-    /// Merges the diamond of a leaf, by its first leaf alone, where all leaves that have to do with it are in one
-    /// block.
-    /// @param left  receives the leaf if they are not
-    void merge_inside(LeafId id, std::vector<Diamond>& merged, std::vector<LeafId>& left) {
+    /// Merges the diamond of a leaf, by its first leaf alone, where all leaves around its corners are in one block.
+    /// @param across  receives the leaf if they are not
+    void merge_inside(LeafId id, std::vector<Diamond>& merged, std::vector<LeafId>& across) {
         if (!forest_.is_leaf(id)) return;
         const BisectionLeaf& leaf = forest_.leaf(id);
         if ((leaf.path & 1) != 0 || leaf.depth == 0) return;
@@ -290,16 +284,16 @@ class TerrainRefinement {
         // Of others not even the records are looked at: another thread may be writing them.
         if (leaf.depth <= block_depth_ || beyond(leaf.neighbour[1]) || beyond(leaf.neighbour[2]) ||
             beyond(forest_.leaf(leaf.neighbour[2]).neighbour[2])) {
-            left.push_back(id);
+            across.push_back(id);
             return;
         }
         const Diamond diamond = forest_.find_diamond(id);
-        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !has_news(diamond)) return;
+        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !changed_since_tried(diamond)) return;
         bool inside = true;
         for (const PointId corner : corners_of(diamond)) inside = inside && corner_is_inside(corner, diamond, block);
         if (!inside)
-            left.push_back(id);
-        else if (make_room(diamond)) {
+            across.push_back(id);
+        else if (fit_corners(diamond)) {
             forest_.fold_diamond(diamond);
             merged.push_back(diamond);
         }
@@ -308,7 +302,8 @@ class TerrainRefinement {
     bool merge_across(LeafId id) {
         if (!forest_.is_leaf(id)) return false;
         const Diamond diamond = forest_.find_diamond(id);
-        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !has_news(diamond) || !make_room(diamond))
+        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !changed_since_tried(diamond) ||
+            !fit_corners(diamond))
             return false;
         return forest_.merge_diamond(id, [](const Diamond&) {});
     }
@@ -333,8 +328,8 @@ class TerrainRefinement {
                 if (std::find(corners.begin(), corners.end(), p) == corners.end()) corners.points[corners.count++] = p;
         return corners;
     }
-    /// Whether anything changed since it was tried.
-    bool has_news(const Diamond& diamond) const {
+    /// Whether heights or leaves at its corners changed since it was tried.
+    bool changed_since_tried(const Diamond& diamond) const {
         const Corners4 corners = corners_of(diamond);
         return pass_ == 1 ||
                std::any_of(corners.begin(), corners.end(), [&](PointId p) { return changed_[p.value] + 1 >= pass_; });
@@ -342,7 +337,7 @@ class TerrainRefinement {
 
     /// Moves the heights of a diamond's corners so that its triangles can be merged; false, with the heights as they
     /// were, where that is not found to be possible. Leaves around it stay within the limit.
-    bool make_room(const Diamond& diamond) {
+    bool fit_corners(const Diamond& diamond) {
         constexpr double k_worth_trying = 2.5;  // limits; errors above are hardly ever brought down
         std::array<Corners, 2> parents;
         bool fits = true;
@@ -372,6 +367,7 @@ class TerrainRefinement {
     }
 
     /// Moves a corner to where the merged triangles are best, as far as the leaves around it let it.
+    /// @return  whether it moved
     bool move(PointId corner, const Diamond& diamond, std::span<const Corners> parents) {
         constexpr double k_least_weight = 0.02, k_no_weight = 0x1p-40, k_margin = 0.1;
         GridTriangle::Interval wanted;
@@ -436,8 +432,6 @@ class TerrainRefinement {
     bool corner_is_inside(PointId corner, const Diamond& diamond, std::uint32_t block) const {
         return for_each_outside(corner, diamond, [&](LeafId leaf) { return block_[leaf.value] == block; });
     }
-
-    static constexpr std::uint32_t k_no_block = 0xFFFFFFFF;
 
     const HeightGrid& grid_;
     double limit_;
