@@ -110,7 +110,7 @@ TETRAKIS_INLINE void refine_columns(std::uint32_t segments, Column column, doubl
     store_last(to, 0.5 * (p0 + p1));
 }
 
-// By value: what is stored might be the line that is read, for all the compiler knows.
+// The line by value: otherwise it is read again after each store, which might have changed it.
 void quads_on(const GridLine& line, double* to) {
     const auto column = [at = line](std::uint32_t x) __attribute__((always_inline)) {
         const double* const p = at.first + x * at.along;

@@ -128,6 +128,25 @@ TEST_CASE("height grids: HGT has signs, gaps and its place in its name") {
     CHECK(load_height_grid(dir / "tile.hgt").spacing == Vec2d(1, 1));
 }
 
+TEST_CASE("height grids: any raster by GDAL") {
+    const ScratchDir dir;
+    spill(dir / "h.asc",
+          "ncols 3\nnrows 2\nxllcorner 1000\nyllcorner 2000\ncellsize 20\nNODATA_value -9\n1 2.5 -9\n4 5 6\n");
+    try {
+        const HeightGrid grid = load_height_grid(dir / "h.asc");
+        CHECK(grid.columns == 3);
+        CHECK(grid.rows == 2);
+        CHECK(grid.at(1, 0) == 2.5f);
+        CHECK(std::isnan(grid.at(2, 0)));
+        CHECK(grid.at(2, 1) == 6);
+        CHECK(grid.spacing == Vec2d(20, 20));
+        CHECK(grid.origin == Vec2d(1010, 2030));
+    } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::unsupported);
+        MESSAGE("SKIPPED: ", error.what());
+    }
+}
+
 TEST_CASE("height grids: samples without data are filled from those around") {
     const float none = std::numeric_limits<float>::quiet_NaN();
     HeightGrid grid{.columns = 9, .rows = 7, .heights = std::vector<float>(63, 5.0f)};

@@ -66,7 +66,7 @@ TEST_CASE("it says its version, and helps: the example in each command's help wo
     const std::string commands = cli::run({"--help"}).out;
     const ScratchDir scratch;
     std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
-    for (const std::string command : {"info", "tessellate", "refine", "compare", "render"}) {
+    for (const std::string command : {"info", "tessellate", "refine", "terrain", "compare", "render"}) {
         CAPTURE(command);
         CHECK(commands.find(command) != std::string::npos);
         const ProcessResult help = cli::run({command, "--help"});
@@ -226,6 +226,40 @@ TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or th
         const auto vertices = json.at("vertices").get<std::size_t>(), active = json.at("active").get<std::size_t>();
         CHECK(inactive.size() == (row.active ? 0 : vertices - active));
     }
+}
+
+TEST_CASE("terrain: the report says what the mesh is, GLB included") {
+    const ScratchDir scratch;
+    spill(scratch / "steps.r16", std::string("\0\0\1\0\2\0\3\0\4\0\7\0\6\0\7\0\x8\0", 18));
+    for (const std::string name : {"a.obj", "a.ply", "a.glb"}) {
+        const std::string out = (scratch / name).string(), report = (scratch / "r.json").string();
+        const ProcessResult result = cli::run({"terrain", (scratch / "steps.r16").string(), "--max-error", "1",
+                                               "--spacing", "10", "-o", out, "--report", report});
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        const nlohmann::json json = nlohmann::json::parse(slurp(report));
+        CHECK(json["columns"] == 3);
+        CHECK(json["rows"] == 3);
+        CHECK(json["spacing"][0] == 10);
+        CHECK(json["heights"][1] == 8);
+        CHECK(json["largest_error"] <= 1);
+        CHECK(read_triangle_mesh(out).triangles.size() == json["triangles"].get<std::size_t>());
+    }
+}
+
+TEST_CASE("[bad-input] terrain") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.glb").string(), raw = (scratch / "h.r16").string(),
+                      cut = (scratch / "cut.png").string();
+    spill(raw, std::string(12, '\1'));
+    spill(cut, slurp(cli::data("island.png")).substr(0, 9000));
+    cli::check_refused({"terrain", raw, "--max-error", "1", "-o", out}, 3, "h.r16: the file has 6 heights");
+    cli::check_refused({"terrain", cut, "--max-error", "1", "-o", out}, 3, "cut.png: cannot decode");
+    cli::check_refused({"terrain", cli::data("cube.obj"), "--max-error", "1", "-o", out}, 3, "cube.obj");
+    cli::check_refused({"terrain", raw, "--max-error", "-1", "-o", out}, 2, "--max-error");
+    cli::check_refused({"terrain", raw, "--max-error", "1", "--spacing", "0", "-o", out}, 2, "--spacing");
+    cli::check_refused({"terrain", raw, "--columns", "3", "--max-error", "1e-9", "-o", out}, 2, "floats of a GLB");
+    CHECK(scratch.file_count() == 2);
 }
 
 TEST_CASE("compare measures what is known") {

@@ -58,7 +58,7 @@ ExitCode run_checked(const Options& options) {
     std::vector<std::string> warnings;
     StageSeconds seconds;
     const Stopwatch loading;
-    HeightGrid grid = reading(options.input, [&] {
+    const HeightGrid grid = reading(options.input, [&] {
         HeightReadOptions read = options.read;
         read.context = process.context();
         if (options.spacing > 0) read.spacing = Vec2d(options.spacing);
@@ -172,7 +172,7 @@ void add_terrain_command(CLI::App& app, Command& chosen) {
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer(
         "x = column * spacing and y = -row * spacing, from the file's origin if it has one.\n"
-        "Example:\n  tetrakis terrain heights.png --max-error 5 -o terrain.glb");
+        "Example:\n  tetrakis terrain data/island.png --scale 0.1 --spacing 10 --max-error 5 -o island.glb");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 
