@@ -18,6 +18,24 @@ struct GridVertex {
 inline constexpr std::int32_t k_grid_unit = 64;
 constexpr double in_samples(std::int32_t place) { return static_cast<double>(place) / k_grid_unit; }
 
+/// The middle of two places of an axis: a sample, where there is one between them.
+constexpr std::int32_t middle(std::int32_t a, std::int32_t b) {
+    const std::int32_t low = std::min(a, b), width = std::max(a, b) - low;
+    return width >= 2 * k_grid_unit ? low + width / (2 * k_grid_unit) * k_grid_unit : low + width / 2;
+}
+
+/// The vertex at a place, with the samples' height; between them it is bilinear.
+inline GridVertex sampled(const HeightGrid& grid, std::int32_t x, std::int32_t y) {
+    const auto column = static_cast<std::uint32_t>(x / k_grid_unit), row = static_cast<std::uint32_t>(y / k_grid_unit);
+    const double s = double(x % k_grid_unit) / k_grid_unit, t = double(y % k_grid_unit) / k_grid_unit;
+    const auto along = [&](std::uint32_t r) {
+        const double first = grid.at(column, r);
+        return s == 0 ? first : first + s * (double{grid.at(column + 1, r)} - first);
+    };
+    const double first = along(row);
+    return {x, y, static_cast<float>(t == 0 ? first : first + t * (along(row + 1) - first))};
+}
+
 /// Samples of a height grid under one triangle, sides and corners included, against the plane over its corners.
 class GridTriangle {
   public:

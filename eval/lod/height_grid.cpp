@@ -223,4 +223,28 @@ std::uint64_t fill_missing_heights(HeightGrid& grid) {
     return missing;
 }
 
+void detail::check_surface(const HeightGrid& grid) {
+    constexpr std::uint32_t k_most_samples = 1u << 24;  // a side: places then fit into 31 bits
+    const auto refuse = [](ErrorCode code, const std::string& text) { throw Error(code, text); };
+    if (grid.columns < 2 || grid.rows < 2)
+        refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows has no surface; two of "
+                                                     "each are the least",
+                                                     grid.columns, grid.rows));
+    if (grid.columns > k_most_samples || grid.rows > k_most_samples)
+        refuse(ErrorCode::unsupported, fmt::format("a height grid of {} columns and {} rows; at most {} of each are "
+                                                   "supported: cut it into tiles",
+                                                   grid.columns, grid.rows, k_most_samples));
+    if (grid.heights.size() != std::size_t{grid.columns} * grid.rows)
+        refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows with {} heights",
+                                                     grid.columns, grid.rows, grid.heights.size()));
+    if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && std::isfinite(grid.spacing.x) && std::isfinite(grid.spacing.y)))
+        refuse(ErrorCode::invalid_input, fmt::format("spacings of {} and {} between samples; they have to be positive",
+                                                     grid.spacing.x, grid.spacing.y));
+    for (std::size_t i = 0; i < grid.heights.size(); ++i)
+        if (!std::isfinite(grid.heights[i]))
+            refuse(ErrorCode::invalid_input,
+                   fmt::format("the height at column {}, row {} is missing; fill_missing_heights() gives it one",
+                               i % grid.columns, i / grid.columns));
+}
+
 }  // namespace tetrakis

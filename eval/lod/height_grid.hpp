@@ -53,4 +53,11 @@ HeightGrid load_height_grid(const std::filesystem::path& path, const HeightReadO
 /// @throws Error  invalid_input: none has data
 std::uint64_t fill_missing_heights(HeightGrid& grid);
 
+namespace detail {
+/// Whether triangles can be made of it.
+/// @throws Error  invalid_input: fewer than two columns or rows, sizes that do not match, a height that is missing or
+///                infinite; unsupported: more than 2^24 columns or rows
+void check_surface(const HeightGrid& grid);
+}  // namespace detail
+
 }  // namespace tetrakis

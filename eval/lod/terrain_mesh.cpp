@@ -22,33 +22,13 @@ using detail::GridTriangle;
 using detail::GridVertex;
 using detail::in_samples;
 using detail::k_grid_unit;
+using detail::middle;
+using detail::sampled;
 
-constexpr std::uint32_t k_most_samples = 1u << 24;  // a side: places then fit into 31 bits
-
-void check(const HeightGrid& grid, const TerrainOptions& options) {
-    const auto refuse = [](ErrorCode code, const std::string& text) { throw Error(code, text); };
-    if (grid.columns < 2 || grid.rows < 2)
-        refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows has no surface; two of "
-                                                     "each are the least",
-                                                     grid.columns, grid.rows));
-    if (grid.columns > k_most_samples || grid.rows > k_most_samples)
-        refuse(ErrorCode::unsupported, fmt::format("a height grid of {} columns and {} rows; at most {} of each are "
-                                                   "supported: cut it into tiles",
-                                                   grid.columns, grid.rows, k_most_samples));
-    if (grid.heights.size() != std::size_t{grid.columns} * grid.rows)
-        refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows with {} heights",
-                                                     grid.columns, grid.rows, grid.heights.size()));
-    if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && std::isfinite(grid.spacing.x) && std::isfinite(grid.spacing.y)))
-        refuse(ErrorCode::invalid_input, fmt::format("spacings of {} and {} between samples; they have to be positive",
-                                                     grid.spacing.x, grid.spacing.y));
-    if (!(options.max_error >= 0 && std::isfinite(options.max_error)))
-        refuse(ErrorCode::invalid_input,
-               fmt::format("a largest error of {}; it has to be zero or a positive number", options.max_error));
-    for (std::size_t i = 0; i < grid.heights.size(); ++i)
-        if (!std::isfinite(grid.heights[i]))
-            refuse(ErrorCode::invalid_input,
-                   fmt::format("the height at column {}, row {} is missing; fill_missing_heights() gives it one",
-                               i % grid.columns, i / grid.columns));
+void check(double max_error) {
+    if (!(max_error >= 0 && std::isfinite(max_error)))
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("a largest error of {}; it has to be zero or a positive number", max_error));
 }
 
 /// A power of two: into how many roots the longer side is cut, so that they are about square; none has no width.
@@ -56,12 +36,6 @@ std::uint32_t roots_along(double longer, double shorter) {
     std::uint32_t count = 1;
     while (longer > 1.5 * shorter * count && 2 * count <= longer) count *= 2;
     return count;
-}
-
-/// The middle of two places of an axis: a sample, where there is one between them.
-std::int32_t middle(std::int32_t a, std::int32_t b) {
-    const std::int32_t low = std::min(a, b), width = std::max(a, b) - low;
-    return width >= 2 * k_grid_unit ? low + width / (2 * k_grid_unit) * k_grid_unit : low + width / 2;
 }
 
 /// The quads that a grid is cut into.
@@ -111,7 +85,7 @@ class TerrainRefinement {
   public:
     TerrainRefinement(const HeightGrid& grid, const Roots& roots, const TerrainOptions& options)
         : grid_(grid), limit_(options.max_error), context_(options.context), forest_(roots.mesh) {
-        for (const auto& [x, y] : roots.places) vertices_.push_back(sampled(x, y));
+        for (const auto& [x, y] : roots.places) vertices_.push_back(sampled(grid_, x, y));
         float largest = 0;
         for (const float height : grid.heights) largest = std::max(largest, std::abs(height));
         rounding_ = 0x1p-44 * double{largest};
@@ -219,19 +193,6 @@ class TerrainRefinement {
                             forest_.leaf_count(), bytes >> 20, context_.max_memory_bytes >> 20));
     }
 
-    /// The vertex at a place, with the samples' height; between them it is bilinear.
-    GridVertex sampled(std::int32_t x, std::int32_t y) const {
-        const auto column = static_cast<std::uint32_t>(x / k_grid_unit),
-                   row = static_cast<std::uint32_t>(y / k_grid_unit);
-        const double s = double(x % k_grid_unit) / k_grid_unit, t = double(y % k_grid_unit) / k_grid_unit;
-        const auto along = [&](std::uint32_t r) {
-            const double first = grid_.at(column, r);
-            return s == 0 ? first : first + s * (double{grid_.at(column + 1, r)} - first);
-        };
-        const double first = along(row);
-        return {x, y, static_cast<float>(t == 0 ? first : first + t * (along(row + 1) - first))};
-    }
-
     /// @param touched  receives the leaves that were made; of several splits of one slot each
     void split(LeafId leaf, const std::vector<std::uint8_t>& known_depth, std::vector<LeafId>& touched) {
         // It may have been split for another one.
@@ -241,7 +202,7 @@ class TerrainRefinement {
                           &child1 = forest_.leaf(diamond.pairs[0][1]).vertex;
             const GridVertex a = vertices_[child0[1].value], b = vertices_[child1[0].value];
             if (diamond.midpoint.value >= vertices_.size()) vertices_.resize(diamond.midpoint.value + std::size_t{1});
-            vertices_[diamond.midpoint.value] = sampled(middle(a.x, b.x), middle(a.y, b.y));
+            vertices_[diamond.midpoint.value] = sampled(grid_, middle(a.x, b.x), middle(a.y, b.y));
             for (const auto& [slot0, slot1] : diamond.siblings()) {
                 touched.push_back(slot0);
                 touched.push_back(slot1);
@@ -448,7 +409,8 @@ class TerrainRefinement {
 }  // namespace
 
 Terrain terrain_mesh(const HeightGrid& grid, const TerrainOptions& options) {
-    check(grid, options);
+    detail::check_surface(grid);
+    check(options.max_error);
     return with_threads(options.context, [&] {
         const Roots roots = roots_of(grid);
         TerrainRefinement refinement(grid, roots, options);

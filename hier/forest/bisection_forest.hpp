@@ -92,9 +92,11 @@ class BisectionForest {
     PointId vertex_point(VertexId v) const { return PointId(v.value); }
     PointId centre_point(FaceId f) const { return PointId(mesh_->vertex_count() + f.value); }
 
-    /// Makes room for `leaves` leaves in all and their points.
+    /// Makes room for `leaves` leaves in all and their points, of which there may be one for each leaf; the second one
+    /// makes room for so many points.
     /// @throws Error  memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
     void reserve(std::uint32_t leaves) { reserve(leaves, leaves > root_count_ ? leaves - root_count_ : 0); }
+    void reserve(std::uint64_t leaves, std::uint64_t midpoints);
     /// split_diamond() makes no more leaves than these. reserve() and refine() raise it.
     std::uint32_t leaf_capacity() const { return leaf_capacity_; }
 
@@ -211,7 +213,6 @@ class BisectionForest {
         if (!is_leaf(id) || depth(id) == k_max_bisection_depth) refuse(id);
     }
     [[noreturn]] void refuse(LeafId id) const;
-    void reserve(std::uint64_t leaves, std::uint64_t midpoints);
     std::uint32_t fixed_points() const { return mesh_->vertex_count() + mesh_->face_count(); }
     std::uint32_t hole_slots() const { return mesh_->halfedge_count() - root_count_; }
 

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "view.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace tetrakis::lod::detail {
+
+/// Slots of a buffer that have changed.
+class DirtySlots {
+  public:
+    void resize(std::size_t slots) {
+        words_.assign((slots + 63) / 64, 0);
+        first_ = words_.size();
+        last_ = 0;
+    }
+    void mark(std::uint32_t slot) {
+        const std::size_t word = slot / 64;
+        words_[word] |= std::uint64_t{1} << (slot % 64);
+        first_ = std::min(first_, word);
+        last_ = std::max(last_, word + 1);
+    }
+    template <class Visit>
+    void for_each(const Visit& visit) const {
+        for (std::size_t w = first_; w < last_; ++w)
+            for (std::uint64_t word = words_[w]; word != 0; word &= word - 1)
+                visit(static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(word)));
+    }
+    /// All of them in at most so many ranges, between which the gaps are the largest; none is dirty afterwards.
+    void take_ranges(std::uint32_t most, std::vector<Update::Range>& ranges) {
+        // A gap of a few slots costs less than another range.
+        constexpr std::uint32_t k_gap = 3;
+        ranges.clear();
+        for_each([&](std::uint32_t slot) {
+            if (!ranges.empty() && slot <= ranges.back().first + ranges.back().count + k_gap)
+                ranges.back().count = slot + 1 - ranges.back().first;
+            else
+                ranges.push_back({slot, 1});
+        });
+        std::fill(words_.begin() + static_cast<std::ptrdiff_t>(std::min(first_, last_)),
+                  words_.begin() + static_cast<std::ptrdiff_t>(last_), 0);
+        first_ = words_.size();
+        last_ = 0;
+        if (ranges.size() <= most) return;
+        const auto gap = [&](std::size_t i) { return ranges[i].first - ranges[i - 1].first - ranges[i - 1].count; };
+        gaps_.clear();
+        for (std::size_t i = 1; i < ranges.size(); ++i) gaps_.push_back(gap(i));
+        const std::size_t joined = ranges.size() - most;  // gaps to close, and others as small as the largest of them
+        std::nth_element(gaps_.begin(), gaps_.begin() + static_cast<std::ptrdiff_t>(joined - 1), gaps_.end());
+        const std::uint32_t limit = gaps_[joined - 1];
+        std::size_t kept = 0;
+        for (std::size_t i = 1; i < ranges.size(); ++i) {
+            const std::uint32_t between = ranges[i].first - ranges[kept].first - ranges[kept].count;
+            if (between <= limit)
+                ranges[kept].count = ranges[i].first + ranges[i].count - ranges[kept].first;
+            else
+                ranges[++kept] = ranges[i];
+        }
+        ranges.resize(kept + 1);
+    }
+    std::uint64_t memory_bytes() const { return words_.capacity() * sizeof(std::uint64_t); }
+
+  private:
+    std::vector<std::uint64_t> words_;
+    std::size_t first_ = 0, last_ = 0;  // words that may hold marks
+    std::vector<std::uint32_t> gaps_;
+};
+
+}  // namespace tetrakis::lod::detail

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+#include "../../hier/forest/site.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+
+#include <cstdint>
+#include <span>
+
+namespace tetrakis::lod {
+
+/// A place of a surface, where a vertex of a view can be.
+struct Place {
+    Vec3d position{};
+    Vec3d normal{};  ///< of length one
+    Vec2d uv{};
+    Vec3d on_edge{};  ///< of a midpoint: where the edge that it halves passes it; of other vertices: the position
+};
+
+/// What decides where a diamond is split: the two triangles over an edge (at the boundary one), with the edge's
+/// midpoint, by whose site the diamond is known.
+struct DiamondBounds {
+    Vec3d center{};  ///< of a box that holds the surface under the diamond and under all diamonds that it can become
+    Vec3d half_sides{};  ///< of that box, along the axes
+    double error = 0;    ///< the largest distance of the full-resolution surface from the diamond's triangles, or more
+};
+
+/// A diamond's error is at least this many times the error of the four that its split makes possible, so that vertices
+/// have ended to move before those appear that are set between them.
+inline constexpr double k_error_ratio = 1.25;
+
+/// A surface of which views show as much as they have to: a mesh of root faces, and for each site of their 4-8
+/// hierarchy (corner_cell.hpp) a place, and bounds that never depend on what is refined elsewhere. Bounds are nested:
+/// boxes contain the boxes of the four diamonds that a split makes possible, errors are k_error_ratio times as large.
+/// All member functions may be called by any threads at the same time, and say the same each time. A surface outlives
+/// its views.
+class Surface {
+  public:
+    virtual ~Surface() = default;
+
+    /// One root (v, w, centre) per half-edge of a face that is no hole.
+    virtual const ControlMesh& roots() const = 0;
+    /// Triangles of this depth are not split: the surface is all there. At most k_max_bisection_depth.
+    virtual int max_depth() const = 0;
+    /// @param sites   canonical sites of vertices, up to those of triangles of depth max_depth()
+    /// @param places  as many
+    virtual void places(std::span<const Site> sites, std::span<Place> places) const = 0;
+    /// @param sites   canonical sites of midpoints
+    /// @param bounds  as many
+    virtual void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const = 0;
+
+  protected:
+    Surface() = default;
+    Surface(const Surface&) = default;
+    Surface(Surface&&) = default;
+    Surface& operator=(const Surface&) = default;
+    Surface& operator=(Surface&&) = default;
+};
+
+}  // namespace tetrakis::lod

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "height_grid.hpp"
+#include "surface.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tetrakis::lod {
+
+/// A height grid of any size as a surface: every sample is a vertex of its finest level. x to the east, y to the north,
+/// z up, as terrain_mesh() has them; uv from (0, 0) at the first sample to (1, 1) at the last one. A diamond's error is
+/// that of the samples, vertically: exact but for rounding up by at most an eighth, and for nesting.
+class TerrainSurface final : public Surface {
+  public:
+    /// @throws Error  as detail::check_surface() does; cancelled
+    /// Cost: O(samples * log samples), by all threads of the context; memory: the grid's and at most two bytes a
+    /// sample, where both sides have at least a hundred.
+    explicit TerrainSurface(HeightGrid grid, const RunContext& context = {});
+
+    const HeightGrid& grid() const { return grid_; }
+    std::uint64_t memory_bytes() const;
+
+    const ControlMesh& roots() const override { return roots_; }
+    int max_depth() const override { return 2 * log_side_ - 1; }
+    void places(std::span<const Site> sites, std::span<Place> places) const override;
+    void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const override;
+
+  private:
+    /// Of the lattice that all roots have together: x to the east, y to the south; 2^log_side_ steps a root.
+    struct LatticePlace {
+        std::int32_t x = 0, y = 0;
+    };
+    struct Diamond;
+    struct Heights {
+        float low, high;
+    };
+    /// Of the square cells of the lattice, 8 * 2^level steps wide.
+    struct HeightLevel {
+        std::int32_t columns = 0, rows = 0;
+        std::vector<Heights> cells;
+    };
+
+    void set_roots();
+    void set_heights();
+    void set_errors(const RunContext& context);
+    LatticePlace lattice_place(const Site& site) const;
+    double exact_error(const Diamond& diamond) const;
+    double height(LatticePlace p) const;
+    Vec3d position(LatticePlace p) const;
+    std::uint8_t& code(LatticePlace p) { return codes_[static_cast<std::size_t>(p.y) * xs_.size() + p.x]; }
+    std::uint8_t code(LatticePlace p) const { return codes_[static_cast<std::size_t>(p.y) * xs_.size() + p.x]; }
+    std::uint8_t code_of(double error) const;
+
+    HeightGrid grid_;
+    int log_side_ = 1;
+    ControlMesh roots_;
+    /// How the frame of a half-edge's corner cell lies in the lattice: its origin, and the steps of its two axes.
+    struct Frame {
+        LatticePlace origin;
+        std::array<std::int8_t, 4> axes;  ///< x of its x, y of its x, x of its y, y of its y
+    };
+    std::vector<Frame> frames_;
+    std::vector<std::int32_t> xs_, ys_;     ///< of the lattice's columns and rows: places in the grid (GridVertex)
+    std::vector<std::uint8_t> codes_;       ///< errors of the diamonds of the lattice's points, as exponents
+    std::array<float, 256> error_of_code_;  ///< 0, then six steps to a doubling
+    std::vector<HeightLevel> heights_;
+};
+
+}  // namespace tetrakis::lod

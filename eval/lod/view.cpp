@@ -1,0 +1,510 @@
+#include "view.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/forest/corner_cell.hpp"
+#include "candidates.hpp"
+#include "dirty_slots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace tetrakis::lod {
+
+namespace {
+
+using detail::Candidates;
+using detail::DirtySlots;
+using Clock = std::chrono::steady_clock;
+using Kind = Candidates::Kind;
+
+// Errors are counted in multiples of the budget's pixels, four buckets to a doubling.
+constexpr int k_buckets_a_doubling = 4, k_limit_bucket = 48;
+// Decisions hold for errors that are larger or smaller by this, so that a camera has a way to go before the next look.
+constexpr double k_room = 1.02;
+// How far from the frustum something is when it counts as outside, as a part of its distance: a way to go, too.
+constexpr double k_beside = 0.1, k_turn = 1;
+constexpr double k_infinite = std::numeric_limits<double>::infinity();
+
+/// Errors of a bucket are from its edge on and below the next one's.
+const std::array<double, Candidates::k_buckets + 1> k_edges = [] {
+    std::array<double, Candidates::k_buckets + 1> edges{};
+    for (int i = 1; i < Candidates::k_buckets; ++i)
+        edges[i] = std::exp2(double(i - k_limit_bucket) / k_buckets_a_doubling);
+    edges.back() = k_infinite;
+    return edges;
+}();
+double edge_of(int bucket) { return k_edges[static_cast<std::size_t>(bucket)]; }
+int bucket_of(double error) {
+    static_assert(k_buckets_a_doubling == 4 && k_limit_bucket % 4 == 0);
+    if (!(error >= edge_of(1))) return 0;
+    if (error >= edge_of(Candidates::k_buckets - 1)) return Candidates::k_buckets - 1;
+    // What std::log2() says, but faster and never beyond an edge.
+    const int octave = 4 * std::ilogb(error) + k_limit_bucket;
+    if (octave < 0) return error >= edge_of(2) ? error >= edge_of(3) ? 3 : 2 : 1;
+    return octave + (error >= edge_of(octave + 1)) + (error >= edge_of(octave + 2)) + (error >= edge_of(octave + 3));
+}
+
+[[noreturn]] void refuse(const std::string& text) { throw Error(ErrorCode::invalid_input, text); }
+
+bool is_finite(const Vec3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+void check(const Camera& camera, const Budget& budget) {
+    if (!is_finite(camera.eye) || !is_finite(camera.direction) || !is_finite(camera.up))
+        refuse("the camera's eye, direction or up is not finite");
+    if (!(glm::length(camera.direction) > 0)) refuse("the camera's direction has no length");
+    if (!(camera.vertical_fov > 0 && camera.vertical_fov < M_PI))
+        refuse(fmt::format("a vertical field of view of {}; it has to be between 0 and pi", camera.vertical_fov));
+    if (camera.width == 0 || camera.height == 0)
+        refuse(fmt::format("a picture of {} times {} pixels", camera.width, camera.height));
+    if (!(budget.pixel_error > 0 && std::isfinite(budget.pixel_error)))
+        refuse(fmt::format("a pixel error of {}; it has to be a positive number", budget.pixel_error));
+    if (!(budget.milliseconds >= 0))
+        refuse(fmt::format("a budget of {} milliseconds; it has to be zero or positive", budget.milliseconds));
+}
+
+std::array<std::int16_t, 2> octahedral(const Vec3d& n) {
+    const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
+    double x = n.x / sum, y = n.y / sum;
+    if (n.z < 0) {
+        const double folded = (1 - std::abs(y)) * (x < 0 ? -1 : 1);
+        y = (1 - std::abs(x)) * (y < 0 ? -1 : 1);
+        x = folded;
+    }
+    return {static_cast<std::int16_t>(std::lround(32767 * x)), static_cast<std::int16_t>(std::lround(32767 * y))};
+}
+
+std::array<float, 3> packed(const Vec3d& v) {
+    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+}  // namespace
+
+class View::Impl {
+  public:
+    Impl(const Surface& surface, const ViewOptions& options)
+        : surface_(surface), options_(options), forest_(surface.roots()) {
+        if (!(options.outside_weight >= 0 && options.outside_weight <= 1))
+            refuse(fmt::format("a weight of {} outside the frustum; it has to be from 0 to 1", options.outside_weight));
+        if (!(options.hysteresis >= 0.1 && options.hysteresis <= 0.8))
+            refuse(fmt::format("a hysteresis of {}; it has to be from 0.1 to 0.8", options.hysteresis));
+        if (options.max_ranges == 0) refuse("no range of a buffer is allowed; one is the least");
+        merge_bucket_ =
+            k_limit_bucket + static_cast<int>(std::lround(k_buckets_a_doubling * std::log2(options.hysteresis)));
+        const std::uint32_t roots = forest_.leaf_count();
+        std::uint64_t leaves = std::max(options.max_leaves, roots);
+        if (options.max_bytes != 0) {
+            if (options.max_bytes / k_bytes_a_leaf < roots)
+                throw Error(ErrorCode::memory_limit, fmt::format("{} bytes are too few for {} roots of {} bytes each",
+                                                                 options.max_bytes, roots, k_bytes_a_leaf));
+            leaves = std::min(leaves, options.max_bytes / k_bytes_a_leaf);
+        }
+        max_leaves_ = static_cast<std::uint32_t>(leaves);
+        // Half as many vertices as triangles, and those on the boundary.
+        const std::uint64_t midpoints = leaves / 2 + leaves / 16 + roots;
+        forest_.reserve(leaves, midpoints);
+        const std::uint64_t slots = leaves + surface.roots().halfedge_count() - roots,
+                            points = midpoints + forest_.point_slots();
+        leaf_candidate_.assign(slots, Candidates::k_none);
+        point_candidate_.assign(points, Candidates::k_none);
+        triangles_.assign(slots, Triangle{});
+        vertices_.assign(points, Vertex{});
+        dirty_triangles_.resize(slots);
+        dirty_vertices_.resize(points);
+        candidates_.reserve(static_cast<std::uint32_t>(leaves - leaves / 8));
+        for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
+            if (forest_.is_point(PointId(p))) dirty_vertices_.mark(p);
+        for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
+            if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
+        Vec3d low(k_infinite), high(-k_infinite);
+        for (const Vec3d& p : surface.roots().positions()) {
+            low = glm::min(low, p);
+            high = glm::max(high, p);
+        }
+        const double extent = glm::length(high - low);
+        for (std::size_t i = 1; i < turn_lengths_.size(); ++i)
+            turn_lengths_[i] = std::ldexp(extent, static_cast<int>(i) - 12);
+        // From here on readings have equal exponents for long: candidates are sorted by the digits that they differ in.
+        moved_.fill(k_odometer_start * extent);
+    }
+
+    Update update(const Camera& camera, const Budget& budget) {
+        check(camera, budget);
+        const auto begin = Clock::now();
+        move_to(Eye(camera), budget);
+        std::uint32_t splits = 0, merges = 0;
+        const std::uint32_t most = std::min(budget.leaves, max_leaves_);
+        const auto changed_split = [&](const Diamond& diamond) {
+            after_split(diamond);
+            ++splits;
+        };
+        const auto changed_merge = [&](const Diamond& diamond) {
+            after_merge(diamond);
+            ++merges;
+        };
+        Update update;
+        for (std::uint32_t steps = 1;; ++steps) {
+            const bool too_many = forest_.leaf_count() > most;
+            if (budget.milliseconds > 0 && steps % 16 == 0 && !too_many &&
+                std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > budget.milliseconds) {
+                update.complete = false;
+                break;
+            }
+            if (look_at_due()) continue;
+            const int split = candidates_.highest(Kind::split), merge = candidates_.lowest(Kind::merge);
+            level_ = std::max(k_limit_bucket, split);
+            bool may_merge = merge < merge_bucket_ || (too_many && merge < Candidates::k_buckets);
+            if (!too_many && split >= k_limit_bucket) {
+                const std::uint32_t node = candidates_.first(Kind::split, split);
+                if (look(node) < split) continue;
+                const LeafId leaf(candidates_.owner(node));
+                const auto cost = forest_.split_cost(leaf);
+                if (cost.leaves <= most - forest_.leaf_count() && forest_.split_diamond(leaf, changed_split)) continue;
+                // No room, unless something that matters less makes it.
+                may_merge = may_merge || merge <= split - 2;
+            }
+            if (!may_merge) break;
+            const std::uint32_t node = candidates_.first(Kind::merge, merge);
+            if (look(node) > merge) continue;
+            forest_.merge_diamond(LeafId(candidates_.owner(node)), changed_merge);
+        }
+        const int left = candidates_.highest(Kind::split);
+        const double over = update.complete && left >= k_limit_bucket ? edge_of(left + 1)
+                            : update.complete                         ? 1
+                                                                      : k_infinite;
+        update.pixel_error = over * budget.pixel_error;
+        if (update.complete) morph_scale_ = eye_.pixels / update.pixel_error;
+        update.morph_scale = morph_scale_;
+        update.splits = splits;
+        update.merges = merges;
+        update.leaves = forest_.leaf_count();
+        write_vertices();
+        dirty_triangles_.take_ranges(options_.max_ranges, triangle_ranges_);
+        dirty_vertices_.take_ranges(options_.max_ranges, vertex_ranges_);
+        update.triangles = triangle_ranges_;
+        update.vertices = vertex_ranges_;
+        return update;
+    }
+
+    void set_regions(std::vector<Region> regions) {
+        for (const Region& region : regions)
+            if (!is_finite(region.center) || !(region.radius >= 0) || !(region.boost >= 1) ||
+                !std::isfinite(region.boost))
+                refuse(fmt::format("a region of radius {} with a boost of {}; radii start at 0, boosts at 1",
+                                   region.radius, region.boost));
+        regions_ = std::move(regions);
+        candidates_.advance_all();
+    }
+
+    void set_origin(const Vec3d& origin) {
+        if (!is_finite(origin)) refuse("an origin that is not finite");
+        origin_ = origin;
+        for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
+            if (forest_.is_point(PointId(p))) dirty_vertices_.mark(p);
+    }
+
+    std::uint64_t memory_bytes() const {
+        return forest_.memory_bytes() + candidates_.memory_bytes() + dirty_triangles_.memory_bytes() +
+               dirty_vertices_.memory_bytes() + triangles_.capacity() * sizeof(Triangle) +
+               vertices_.capacity() * sizeof(Vertex) +
+               (leaf_candidate_.capacity() + point_candidate_.capacity()) * sizeof(std::uint32_t);
+    }
+
+    const Surface& surface_;
+    ViewOptions options_;
+    BisectionForest forest_;
+    std::uint32_t max_leaves_ = 0;
+    Vec3d origin_{};
+    std::vector<Triangle> triangles_;  // by leaf slots
+    std::vector<Vertex> vertices_;     // by points
+
+  private:
+    static constexpr std::uint64_t k_bytes_a_leaf = 128;
+    static constexpr double k_odometer_start = 16;  // extents
+    static constexpr std::size_t k_together = 16;   // candidates that are looked at: they wait for memory together
+    /// The camera as decisions need it.
+    struct Eye {
+        Vec3d at{}, forward{0, 1, 0}, right{1, 0, 0}, up{0, 0, 1};
+        std::array<Vec3d, 4> planes{};  ///< the frustum's sides: inward, of length one
+        double pixels = 0;              ///< of something of length 1 at distance 1
+
+        explicit Eye(const Camera& camera) : at(camera.eye), forward(glm::normalize(camera.direction)) {
+            right = glm::cross(forward, camera.up);
+            if (!(glm::length(right) > 1e-9 * glm::length(camera.up)))
+                right = glm::cross(forward, std::abs(forward.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0));
+            right = glm::normalize(right);
+            up = glm::cross(right, forward);
+            const double y = std::tan(camera.vertical_fov / 2), x = y * camera.width / camera.height;
+            pixels = camera.height / (2 * y);
+            planes = {glm::normalize(x * forward + right), glm::normalize(x * forward - right),
+                      glm::normalize(y * forward + up), glm::normalize(y * forward - up)};
+        }
+        /// The angle between two of them.
+        double turn_to(const Eye& other) const {
+            const Vec3d f = other.forward - forward, r = other.right - right, u = other.up - up;
+            return 2 * std::asin(std::min(1.0, std::sqrt((glm::dot(f, f) + glm::dot(r, r) + glm::dot(u, u)) / 8)));
+        }
+    };
+    /// How a diamond's error looks from the eye.
+    struct Look {
+        double size = 0;  // in multiples of the pixels allowed, at distance 1
+        double distance = 0;
+        bool inside = true;         // the frustum
+        double gap = 0, reach = 0;  // to the frustum's side; of the box's farthest point, from the eye
+        double at(double weight) const { return size == 0 ? 0 : weight * size / distance; }
+    };
+
+    void move_to(const Eye& eye, const Budget& budget) {
+        const double scale = eye.pixels / budget.pixel_error;
+        const Vec3d opening(glm::dot(eye.planes[0], eye.forward), glm::dot(eye.planes[2], eye.forward), 0);
+        // Planes are computed anew each time: the last digits of equal openings are not equal.
+        if (scale != scale_ || glm::length(opening - opening_) > 1e-12) candidates_.advance_all();
+        const double travel = glm::length(eye.at - eye_.at), turn = eye.turn_to(eye_);
+        eye_ = eye;
+        scale_ = scale;
+        opening_ = opening;
+        for (std::size_t i = 0; i < Candidates::k_odometers; ++i) {
+            moved_[i] += travel + turn_lengths_[i] * turn;
+            candidates_.advance(i, moved_[i]);
+        }
+    }
+
+    Look look_at(const DiamondBounds& bounds) const {
+        const Vec3d center = bounds.center - eye_.at;
+        const Vec3d away = glm::max(glm::abs(center) - bounds.half_sides, Vec3d(0));
+        Look look;
+        look.distance = glm::length(away);
+        double boost = 1;
+        for (const Region& region : regions_) {
+            const Vec3d off = glm::max(glm::abs(bounds.center - region.center) - bounds.half_sides, Vec3d(0));
+            if (region.boost > boost && glm::dot(off, off) <= region.radius * region.radius) boost = region.boost;
+        }
+        look.size = bounds.error * boost * scale_;
+        double least = k_infinite;
+        for (const Vec3d& plane : eye_.planes)
+            least = std::min(least, glm::dot(plane, center) + glm::dot(glm::abs(plane), bounds.half_sides));
+        look.reach = glm::length(center) + glm::length(bounds.half_sides);
+        look.inside = least >= -k_beside * look.reach;
+        // It may be late that something is found to be outside, but not that it is inside.
+        look.gap = look.inside ? std::max(least, 0.0) + k_beside * look.reach : -least;
+        return look;
+    }
+
+    /// Looks at what has to be looked at, a few at a time; false: there is nothing.
+    bool look_at_due() {
+        const std::size_t count = candidates_.take_due(due_);
+        look(std::span(due_).first(count));
+        return count > 0;
+    }
+    /// Lists candidates by what they look like now.
+    void look(std::span<const std::uint32_t> nodes) {
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const LeafId leaf(candidates_.owner(nodes[i]));
+            sites_[i] = candidates_.kind(nodes[i]) == Kind::split ? midpoint_site(leaf)
+                                                                  : forest_.point_site(forest_.leaf(leaf).vertex[2]);
+        }
+        surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
+        for (std::size_t i = 0; i < nodes.size(); ++i) list(nodes[i], look_at(bounds_[i]));
+    }
+    /// @return  the bucket, as it is now
+    int look(std::uint32_t node) {
+        look(std::span(&node, 1));
+        return candidates_.bucket(node);
+    }
+    void list(std::uint32_t node, const Look& look) {
+        const bool is_split = candidates_.kind(node) == Kind::split;
+        const double weight = look.inside ? 1 : options_.outside_weight;
+        // What the weight may become that makes the decision another one.
+        const double other_weight = is_split ? 1 : options_.outside_weight;
+        int bucket;
+        double way, other_way;  // that the eye may travel with these weights
+        // What is far from being decided upon is not told apart.
+        if (is_split) {
+            bucket = std::max(bucket_of(look.at(weight) * k_room), level_ - 1);
+            const double edge = edge_of(bucket + 1);
+            const bool always = edge == k_infinite || look.size == 0;
+            way = always ? k_infinite : look.distance - weight * look.size / edge;
+            other_way = always ? k_infinite : look.distance - other_weight * look.size / edge;
+        } else {
+            bucket = std::min(bucket_of(look.at(weight) / k_room), level_ - 1);
+            const double edge = edge_of(bucket);
+            way = edge == 0 ? k_infinite : weight * look.size / edge - look.distance;
+            other_way = edge == 0 ? k_infinite : other_weight * look.size / edge - look.distance;
+        }
+        std::size_t odometer = 0;
+        if (weight == other_weight || other_way > 0.25 * way) {
+            way = std::min(way, other_way);
+        } else {
+            while (odometer + 1 < Candidates::k_odometers && turn_lengths_[odometer] < k_turn * look.reach) ++odometer;
+            way = std::min(way, look.gap / (1 + (look.reach + look.gap) / turn_lengths_[odometer]));
+        }
+        const double now = moved_[odometer];
+        candidates_.list(node, bucket, odometer, std::max(now + way, std::nextafter(now, k_infinite)));
+    }
+
+    Site midpoint_site(LeafId id) const {
+        const BisectionLeaf& leaf = forest_.leaf(id);
+        return canonical(forest_.mesh(), {leaf.cell, leaf.shape().middle(leaf.depth), lattice_level(leaf.depth + 1)});
+    }
+
+    void forget(std::uint32_t& candidate) {
+        if (candidate == Candidates::k_none) return;
+        candidates_.remove(candidate);
+        candidate = Candidates::k_none;
+    }
+    void show(LeafId id) {
+        const auto& v = forest_.leaf(id).vertex;
+        triangles_[id.value] = {v[0].value, v[1].value, v[2].value};
+        dirty_triangles_.mark(id.value);
+    }
+    /// The leaf of two that share their base for which the diamond is a candidate.
+    void consider(LeafId id) {
+        const BisectionLeaf& leaf = forest_.leaf(id);
+        if (leaf.depth >= surface_.max_depth() || leaf_candidate_[id.value] != Candidates::k_none) return;
+        const LeafId across = leaf.neighbour[0];
+        if (across.valid() && forest_.depth(across) == leaf.depth &&
+            leaf_candidate_[across.value] != Candidates::k_none)
+            return;
+        leaf_candidate_[id.value] = candidates_.add(Kind::split, id.value);
+    }
+    void added(LeafId id) {
+        show(id);
+        consider(id);
+    }
+
+    void after_split(const Diamond& diamond) {
+        const auto siblings = diamond.siblings();
+        for (const auto& [child0, child1] : siblings) {
+            forget(leaf_candidate_[child0.value]);
+            forget(point_candidate_[forest_.leaf(child0).vertex[0].value]);  // the parents' apexes
+        }
+        for (const auto& [child0, child1] : siblings) {
+            added(child0);
+            added(child1);
+        }
+        point_candidate_[diamond.midpoint.value] = candidates_.add(Kind::merge, siblings[0][0].value);
+        dirty_vertices_.mark(diamond.midpoint.value);
+    }
+
+    void after_merge(const Diamond& diamond) {
+        forget(point_candidate_[diamond.midpoint.value]);
+        for (const auto& [child0, child1] : diamond.siblings()) {
+            forget(leaf_candidate_[child0.value]);
+            forget(leaf_candidate_[child1.value]);
+            triangles_[child1.value] = {};
+            dirty_triangles_.mark(child1.value);
+        }
+        for (const auto& pair : diamond.siblings()) {
+            const LeafId parent = pair[0];
+            added(parent);
+            // The children may have stood for these.
+            const BisectionLeaf& leaf = forest_.leaf(parent);
+            for (const LeafId beside : {leaf.neighbour[1], leaf.neighbour[2]})
+                if (beside.valid()) consider(beside);
+            const Diamond above = forest_.find_diamond(parent);
+            if (above.pair_count == 0) continue;
+            std::uint32_t& candidate = point_candidate_[above.midpoint.value];
+            if (candidate == Candidates::k_none) candidate = candidates_.add(Kind::merge, above.pairs[0][0].value);
+        }
+    }
+
+    void write_vertices() {
+        constexpr std::size_t k_batch = 256;
+        batch_points_.clear();
+        batch_sites_.clear();
+        const auto write = [&] {
+            batch_places_.resize(batch_sites_.size());
+            batch_bounds_.resize(batch_sites_.size());
+            surface_.places(batch_sites_, batch_places_);
+            surface_.bounds(batch_sites_, batch_bounds_);
+            for (std::size_t i = 0; i < batch_sites_.size(); ++i) {
+                const Place& place = batch_places_[i];
+                const bool moves = !forest_.is_fixed(PointId(batch_points_[i]));
+                vertices_[batch_points_[i]] = {.position = packed(place.position - origin_),
+                                               .on_edge = packed(place.on_edge - origin_),
+                                               .normal = octahedral(place.normal),
+                                               .uv = {static_cast<float>(place.uv.x), static_cast<float>(place.uv.y)},
+                                               .error = moves ? static_cast<float>(batch_bounds_[i].error)
+                                                              : std::numeric_limits<float>::infinity()};
+            }
+            batch_points_.clear();
+            batch_sites_.clear();
+        };
+        dirty_vertices_.for_each([&](std::uint32_t p) {
+            if (!forest_.is_point(PointId(p))) return;
+            batch_points_.push_back(p);
+            batch_sites_.push_back(forest_.point_site(PointId(p)));
+            if (batch_sites_.size() == k_batch) write();
+        });
+        write();
+    }
+
+    std::vector<std::uint32_t> leaf_candidate_, point_candidate_;  // by leaf slots and points
+    Candidates candidates_;
+    DirtySlots dirty_triangles_, dirty_vertices_;
+    std::vector<Update::Range> triangle_ranges_, vertex_ranges_;
+    std::vector<Region> regions_;
+    Eye eye_{Camera{}};
+    double scale_ = 0;  // pixels of length 1 at distance 1, in multiples of those allowed
+    Vec3d opening_{};
+    /// How far the camera has moved: its travel, and its turns as travel of what is as far away as turn_lengths_. What
+    /// is farther away than that moves by more.
+    std::array<double, Candidates::k_odometers> moved_{};
+    std::array<double, Candidates::k_odometers> turn_lengths_{};
+    // What is being looked at.
+    std::array<std::uint32_t, k_together> due_{};
+    std::array<Site, k_together> sites_{};
+    std::array<DiamondBounds, k_together> bounds_{};
+    double morph_scale_ = 0;
+    int merge_bucket_ = 0;
+    int level_ = k_limit_bucket;  // of the largest errors that are left
+    std::vector<std::uint32_t> batch_points_;
+    std::vector<Site> batch_sites_;
+    std::vector<Place> batch_places_;
+    std::vector<DiamondBounds> batch_bounds_;
+};
+
+View::View(const Surface& surface, const ViewOptions& options) : impl_(std::make_unique<Impl>(surface, options)) {}
+View::~View() = default;
+View::View(View&&) noexcept = default;
+View& View::operator=(View&&) noexcept = default;
+
+Update View::update(const Camera& camera, const Budget& budget) { return impl_->update(camera, budget); }
+void View::set_regions(std::vector<Region> regions) { impl_->set_regions(std::move(regions)); }
+Vec3d View::origin() const { return impl_->origin_; }
+void View::set_origin(const Vec3d& origin) { impl_->set_origin(origin); }
+std::span<const Vertex> View::vertices() const {
+    return std::span(impl_->vertices_).first(impl_->forest_.point_slots());
+}
+std::span<const Triangle> View::triangles() const {
+    return std::span(impl_->triangles_).first(impl_->forest_.leaf_slots());
+}
+std::uint32_t View::leaf_count() const { return impl_->forest_.leaf_count(); }
+std::uint32_t View::max_leaves() const { return impl_->max_leaves_; }
+std::uint32_t View::vertex_capacity() const { return static_cast<std::uint32_t>(impl_->vertices_.size()); }
+std::uint32_t View::triangle_capacity() const { return static_cast<std::uint32_t>(impl_->triangles_.size()); }
+std::uint64_t View::memory_bytes() const { return impl_->memory_bytes(); }
+
+std::vector<std::array<Site, 3>> View::leaves() const {
+    const BisectionForest& forest = impl_->forest_;
+    std::vector<std::array<Site, 3>> leaves;
+    for (std::uint32_t i = 0; i < forest.leaf_slots(); ++i) {
+        if (!forest.is_leaf(LeafId(i))) continue;
+        const auto& v = forest.leaf(LeafId(i)).vertex;
+        leaves.push_back({forest.point_site(v[0]), forest.point_site(v[1]), forest.point_site(v[2])});
+    }
+    return leaves;
+}
+
+Vec3d shown_position(const Vertex& vertex, const Vec3d& eye, double morph_scale) {
+    const Vec3d at(vertex.position[0], vertex.position[1], vertex.position[2]),
+        on_edge(vertex.on_edge[0], vertex.on_edge[1], vertex.on_edge[2]);
+    const double ratio = vertex.error > 0 ? glm::length(at - eye) / (double{vertex.error} * morph_scale) : k_infinite;
+    return glm::mix(at, on_edge, std::clamp((ratio - k_morph_begin) / (1 - k_morph_begin), 0.0, 1.0));
+}
+
+}  // namespace tetrakis::lod
