@@ -1,0 +1,423 @@
+#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/view.hpp"
+#include "../../hier/base/error.hpp"
+
+#include "../kit/height_grids.hpp"
+#include "../kit/surface_topology.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <thread>
+#include <vector>
+
+using namespace tetrakis;
+using namespace tetrakis::test;
+
+namespace {
+
+/// A view's buffers as a graphics card has them: only what updates said to have changed was copied.
+struct Copied {
+    std::vector<lod::Vertex> vertices;
+    std::vector<lod::Triangle> triangles;
+
+    void take(const lod::View& view, const lod::Update& update) {
+        vertices.resize(std::max(vertices.size(), view.vertices().size()));
+        triangles.resize(std::max(triangles.size(), view.triangles().size()));
+        for (const auto& [first, count] : update.vertices)
+            std::memcpy(&vertices[first], &view.vertices()[first], count * sizeof(lod::Vertex));
+        for (const auto& [first, count] : update.triangles)
+            std::memcpy(&triangles[first], &view.triangles()[first], count * sizeof(lod::Triangle));
+    }
+    bool equals(const lod::View& view) const {
+        return vertices.size() == view.vertices().size() && triangles.size() == view.triangles().size() &&
+               std::memcmp(vertices.data(), view.vertices().data(), vertices.size() * sizeof(lod::Vertex)) == 0 &&
+               std::memcmp(triangles.data(), view.triangles().data(), triangles.size() * sizeof(lod::Triangle)) == 0;
+    }
+};
+
+std::vector<lod::Triangle> used(const lod::View& view) {
+    std::vector<lod::Triangle> triangles;
+    for (const lod::Triangle& t : view.triangles())
+        if (t != lod::Triangle{}) triangles.push_back(t);
+    return triangles;
+}
+
+Vec3d position(const lod::View& view, std::uint32_t v) {
+    const auto& p = view.vertices()[v].position;
+    return view.origin() + Vec3d(p[0], p[1], p[2]);
+}
+
+double twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// What a camera sees, without anything of the library's.
+struct Sight {
+    Vec3d eye, forward, right, up;
+    double tan_x, tan_y, pixels;  ///< pixels of length 1 at distance 1
+
+    explicit Sight(const lod::Camera& camera)
+        : eye(camera.eye),
+          forward(glm::normalize(camera.direction)),
+          right(glm::normalize(glm::cross(forward, camera.up))),
+          up(glm::cross(right, forward)),
+          tan_x(std::tan(camera.vertical_fov / 2) * camera.width / camera.height),
+          tan_y(std::tan(camera.vertical_fov / 2)),
+          pixels(camera.height / (2 * tan_y)) {}
+    bool sees(const Vec3d& p) const {
+        const double depth = glm::dot(p - eye, forward);
+        return depth > 0 && std::abs(glm::dot(p - eye, right)) < tan_x * depth &&
+               std::abs(glm::dot(p - eye, up)) < tan_y * depth;
+    }
+};
+
+/// The largest error of a sample, in pixels, of those that the camera sees.
+double judged_pixels(const lod::View& view, const HeightGrid& grid, const lod::Camera& camera) {
+    const Sight sight(camera);
+    double largest = 0;
+    for (const lod::Triangle& t : used(view)) {
+        const Vec3d a = position(view, t[0]), b = position(view, t[1]), c = position(view, t[2]);
+        const double area = twice_area(a, b, c);
+        const auto column = [&](double x) { return (x - grid.origin.x) / grid.spacing.x; };
+        const auto row = [&](double y) { return (grid.origin.y - y) / grid.spacing.y; };
+        const auto [x0, x1] = std::minmax({column(a.x), column(b.x), column(c.x)});
+        const auto [y0, y1] = std::minmax({row(a.y), row(b.y), row(c.y)});
+        for (double y = std::ceil(y0); y <= y1; ++y)
+            for (double x = std::ceil(x0); x <= x1; ++x) {
+                Vec3d at(grid.origin.x + x * grid.spacing.x, grid.origin.y - y * grid.spacing.y, 0);
+                const double u = twice_area(at, b, c) / area, v = twice_area(a, at, c) / area, w = 1 - u - v;
+                if (u < 0 || v < 0 || w < 0) continue;
+                at.z = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
+                if (!sight.sees(at)) continue;
+                const double error = std::abs(u * a.z + v * b.z + w * c.z - at.z);
+                largest = std::max(largest, error * sight.pixels / glm::length(at - camera.eye));
+            }
+    }
+    return largest;
+}
+
+/// A camera that wanders over a grid, jumps now and then, and looks about.
+class Wanderer {
+  public:
+    Wanderer(const HeightGrid& grid, unsigned seed) : grid_(grid), random_(seed) {}
+    lod::Camera next() {
+        std::uniform_real_distribution<double> one(0, 1);
+        const double width = (grid_.columns - 1) * grid_.spacing.x, height = (grid_.rows - 1) * grid_.spacing.y;
+        if (frame_++ % 40 == 0) {
+            at_ = {one(random_), one(random_)};
+            high_ = std::pow(10, 2 * one(random_) - 1.5) * width / 10;
+            turn_ = 6.28 * one(random_);
+        }
+        const double speed = 0.01 * one(random_);
+        at_ += speed * Vec2d(std::sin(turn_), std::cos(turn_));
+        turn_ += 0.2 * (one(random_) - 0.5);
+        lod::Camera camera;
+        camera.eye = {grid_.origin.x + at_.x * width, grid_.origin.y - (1 - at_.y) * height, high_};
+        camera.direction = {std::sin(turn_), std::cos(turn_), -0.4};
+        camera.width = 800;
+        camera.height = 600;
+        return camera;
+    }
+
+  private:
+    const HeightGrid& grid_;
+    std::mt19937 random_;
+    int frame_ = 0;
+    Vec2d at_{};
+    double high_ = 1, turn_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("lod: after every frame of a walk the mesh is whole, within its budgets and what the ranges said") {
+    for (const auto& [columns, rows] : {std::pair{129u, 129u}, {60u, 201u}, {3u, 2u}}) {
+        CAPTURE(columns);
+        CAPTURE(rows);
+        HeightGrid grid = rough(columns, rows, 5);
+        grid.spacing = {2, 3};
+        grid.origin = {1000, -500};
+        const lod::TerrainSurface surface(grid);
+        lod::View view(surface, {.max_leaves = 10'000, .max_ranges = 50});
+        Copied copied;
+        Wanderer wanderer(grid, 7);
+        std::mt19937 random(3);
+        std::uint32_t most_changes = 0;
+        for (int frame = 0; frame < 120; ++frame) {
+            const lod::Camera camera = wanderer.next();
+            lod::Budget budget{.pixel_error = 2};
+            if (frame % 20 > 14) budget.leaves = 600 + static_cast<std::uint32_t>(random() % 3000);
+            const lod::Update update = view.update(camera, budget);
+            most_changes = std::max(most_changes, update.splits + update.merges);
+            copied.take(view, update);
+            REQUIRE(copied.equals(view));
+            REQUIRE(update.triangles.size() <= 50);
+            REQUIRE(update.vertices.size() <= 50);
+            REQUIRE(update.complete);
+            REQUIRE(update.leaves == view.leaf_count());
+            REQUIRE(update.leaves <= std::max(std::min(budget.leaves, view.max_leaves()), 4 * 64u));
+            REQUIRE(view.vertices().size() <= view.vertex_capacity());
+            REQUIRE(view.triangles().size() <= view.triangle_capacity());
+            if (frame % 8 != 0) continue;
+            const auto triangles = used(view);
+            REQUIRE(triangles.size() == update.leaves);
+            const SurfaceTopology whole = topology(triangles);
+            REQUIRE(whole.fault.empty());
+            REQUIRE(whole.euler == 1);
+            REQUIRE(whole.boundary_loops == 1);
+            double area = 0;
+            for (const auto& t : triangles) {
+                const double part = twice_area(position(view, t[0]), position(view, t[1]), position(view, t[2]));
+                REQUIRE(part > 0);
+                area += part / 2;
+            }
+            REQUIRE(area == doctest::Approx(6.0 * (columns - 1) * (rows - 1)).epsilon(1e-6));
+            REQUIRE(update.pixel_error >= budget.pixel_error);
+            REQUIRE(judged_pixels(view, grid, camera) <= update.pixel_error + 1e-3);
+        }
+        if (columns > 3) CHECK(most_changes > 500);
+    }
+}
+
+TEST_CASE("lod: a camera that stands still changes nothing, and one that comes back finds nothing finer than needed") {
+    const HeightGrid grid = rough(200, 200, 9);
+    const lod::TerrainSurface surface(grid);
+    lod::View view(surface, {.max_leaves = 100'000});
+    Wanderer wanderer(grid, 1);
+    const lod::Camera home = wanderer.next();
+    const lod::Update first = view.update(home);
+    CHECK(first.splits > 1000);
+    CHECK(first.pixel_error == 1);
+    const lod::Update again = view.update(home);
+    CHECK(again.splits + again.merges == 0);
+    CHECK(again.vertices.empty());
+    CHECK(again.triangles.empty());
+    for (int i = 0; i < 100; ++i) view.update(wanderer.next());
+    const lod::Update back = view.update(home);
+    CHECK(back.pixel_error == 1);
+    // What hysteresis keeps.
+    CHECK(back.leaves >= first.leaves);
+    CHECK(back.leaves < 2.5 * first.leaves);
+    // What a new view splits the old one has split, too: errors are nested, whatever came before.
+    std::set<std::array<Site, 3>> fine;
+    lod::View fresh(surface, {.max_leaves = 100'000});
+    fresh.update(home);
+    const auto points = [](const lod::View& of) {
+        std::set<Site> sites;
+        for (const auto& leaf : of.leaves()) sites.insert(leaf.begin(), leaf.end());
+        return sites;
+    };
+    const std::set<Site> old_points = points(view), new_points = points(fresh);
+    CHECK(std::includes(old_points.begin(), old_points.end(), new_points.begin(), new_points.end()));
+}
+
+TEST_CASE("lod: with a few microseconds a frame the same mesh comes about later") {
+    const HeightGrid grid = rough(200, 200, 9);
+    const lod::TerrainSurface surface(grid);
+    lod::View hasty(surface), patient(surface);
+    Wanderer wanderer(grid, 2);
+    Copied copied;
+    const lod::Camera camera = wanderer.next();
+    patient.update(camera);
+    lod::Update update;
+    int frames = 0;
+    do {
+        update = hasty.update(camera, {.milliseconds = 0.02});
+        copied.take(hasty, update);
+        REQUIRE(copied.equals(hasty));
+        ++frames;
+        REQUIRE(frames < 100'000);
+    } while (!update.complete);
+    CHECK(frames > 3);
+    auto late = hasty.leaves(), soon = patient.leaves();
+    std::sort(late.begin(), late.end());
+    std::sort(soon.begin(), soon.end());
+    CHECK(late == soon);
+}
+
+TEST_CASE("lod: vertices come and go where their edges are shown") {
+    const HeightGrid grid = rough(129, 129, 4);
+    const lod::TerrainSurface surface(grid);
+    lod::View view(surface);
+    lod::Camera camera;
+    camera.eye = {64, -150, 30};
+    camera.direction = {0, 1, -0.5};
+    camera.width = 800;
+    camera.height = 600;
+    using Key = std::array<float, 3>;
+    std::map<Key, lod::Vertex> before;
+    Vec3d eye_before;
+    double scale_before = 0;
+    // In pixels: how far a vertex that is seen is shown from its edge as it comes and goes; how far that edge's ends
+    // are shown from where they are; how far vertices are shown to move in one frame.
+    double worst_new = 0, worst_gone = 0, worst_ends = 0, worst_moved = 0;
+    std::size_t came = 0, went = 0, ends = 0;
+    for (int frame = 0; frame < 80; ++frame) {
+        // There and back.
+        camera.eye.y += frame < 40 ? 1.0 : -1.0;
+        const lod::Update update = view.update(camera, {.pixel_error = 3});
+        REQUIRE(update.pixel_error == 3);
+        const Sight sight(camera);
+        const auto pixels = [&](const Vec3d& p, const Vec3d& q) {
+            return sight.sees(p) ? glm::length(q - p) * sight.pixels / glm::length(p - camera.eye) : 0;
+        };
+        const auto place = [](const std::array<float, 3>& p) { return Vec3d(p[0], p[1], p[2]); };
+        const auto shown = [&](const lod::Vertex& v) { return shown_position(v, camera.eye, update.morph_scale); };
+        std::map<Key, lod::Vertex> now;
+        std::map<Key, std::vector<lod::Vertex>> around;
+        for (const auto& t : used(view))
+            for (std::size_t k = 0; k < 3; ++k) {
+                const lod::Vertex& v = view.vertices()[t[k]];
+                now.emplace(v.position, v);
+                if (frame > 0 && !before.contains(v.position))
+                    for (const std::size_t other : {k + 1, k + 2})
+                        around[v.position].push_back(view.vertices()[t[other % 3]]);
+            }
+        for (const auto& [key, v] : now) {
+            if (frame == 0) break;
+            if (const auto old = before.find(key); old != before.end()) {
+                worst_moved =
+                    std::max(worst_moved, pixels(shown(v), shown_position(old->second, eye_before, scale_before)));
+                continue;
+            }
+            ++came;
+            const Vec3d on_edge = place(v.on_edge);
+            worst_new = std::max(worst_new, pixels(on_edge, shown(v)));
+            const auto& ring = around[key];
+            for (const lod::Vertex& a : ring)
+                for (const lod::Vertex& b : ring) {
+                    const Vec3d p = place(a.position), q = place(b.position);
+                    if (glm::length((p + q) / 2.0 - on_edge) > 1e-3) continue;
+                    ++ends;
+                    worst_ends = std::max({worst_ends, pixels(p, shown(a)), pixels(q, shown(b))});
+                }
+        }
+        for (const auto& [key, v] : before)
+            if (!now.contains(key)) {
+                ++went;
+                worst_gone = std::max(worst_gone, pixels(place(v.on_edge), shown(v)));
+            }
+        before = std::move(now);
+        eye_before = camera.eye;
+        scale_before = update.morph_scale;
+    }
+    CHECK(came > 300);
+    CHECK(went > 150);
+    CHECK(ends > came);
+    CHECK(worst_new < 0.05);
+    CHECK(worst_gone < 1e-6);
+    CHECK(worst_ends < 0.3);
+    CHECK(worst_moved < 1);
+}
+
+TEST_CASE("lod: regions are finer, and buffers follow their origin") {
+    const HeightGrid grid = rough(257, 257, 4);
+    const lod::TerrainSurface surface(grid);
+    lod::View view(surface);
+    lod::Camera camera;
+    camera.eye = {128, -128, 400};
+    camera.direction = {0, 0, -1};
+    const std::uint32_t plain = view.update(camera, {.pixel_error = 4}).leaves;
+    view.set_regions({{.center = {60, -60, 0}, .radius = 10, .boost = 20}});
+    const std::uint32_t boosted = view.update(camera, {.pixel_error = 4}).leaves;
+    CHECK(boosted > plain + 50);
+    view.set_regions({});
+    CHECK(view.update(camera, {.pixel_error = 4}).leaves < boosted);
+
+    Copied copied;
+    view.set_origin({100, -100, 50});
+    const lod::Update update = view.update(camera, {.pixel_error = 4});
+    CHECK(update.splits + update.merges == 0);
+    copied.take(view, update);
+    for (const auto& t : used(view))
+        for (const std::uint32_t v : t) {
+            const Vec3d at = position(view, v);
+            const auto column = static_cast<std::uint32_t>(std::lround(at.x)),
+                       row = static_cast<std::uint32_t>(std::lround(-at.y));
+            if (at.x == column && -at.y == row)
+                REQUIRE(at.z == doctest::Approx(double{grid.at(column, row)}).epsilon(1e-5));
+        }
+}
+
+TEST_CASE("lod: views of two threads on one surface are what they are by themselves, and memory does not grow") {
+    const HeightGrid grid = rough(257, 129, 8);
+    RunContext context;
+    context.threads = 2;
+    const lod::TerrainSurface surface(grid, context);
+    const auto walk = [&](unsigned seed) {
+        lod::View view(surface, {.max_leaves = 5'000});
+        Wanderer wanderer(grid, seed);
+        std::uint64_t early = 0;
+        for (int i = 0; i < 1000; ++i) {
+            view.update(wanderer.next(), {.pixel_error = 2});
+            if (i == 400) early = view.memory_bytes();
+        }
+        CHECK(view.memory_bytes() < 1.1 * static_cast<double>(early));
+        auto leaves = view.leaves();
+        std::sort(leaves.begin(), leaves.end());
+        return leaves;
+    };
+    std::array<std::vector<std::array<Site, 3>>, 2> together;
+    std::thread other([&] { together[1] = walk(2); });
+    together[0] = walk(1);
+    other.join();
+    CHECK(together[0] == walk(1));
+    CHECK(together[1] == walk(2));
+}
+
+TEST_CASE("lod: bad input [bad-input]") {
+    const HeightGrid grid = rough(33, 33, 1);
+    CHECK_THROWS_AS(lod::TerrainSurface(HeightGrid{}), Error);
+    HeightGrid hole = grid;
+    hole.heights[40] = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_WITH_AS(lod::TerrainSurface{hole}, doctest::Contains("column 7, row 1 is missing"), Error);
+
+    const lod::TerrainSurface surface(grid);
+    CHECK_THROWS_AS(lod::View(surface, {.outside_weight = 2}), Error);
+    CHECK_THROWS_AS(lod::View(surface, {.hysteresis = 1}), Error);
+    CHECK_THROWS_AS(lod::View(surface, {.max_ranges = 0}), Error);
+    CHECK_THROWS_WITH_AS(lod::View(surface, {.max_bytes = 10}), doctest::Contains("too few"), Error);
+    CHECK(lod::View(surface, {.max_leaves = 100'000, .max_bytes = 200'000}).max_leaves() < 2'000);
+
+    lod::View view(surface);
+    const auto with = [](auto change) {
+        lod::Camera camera;
+        camera.eye = {16, -40, 10};
+        change(camera);
+        return camera;
+    };
+    view.update(with([](lod::Camera&) {}));
+    const auto before = view.leaves();
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THROWS_AS(view.update(with([&](lod::Camera& c) { c.eye.x = nan; })), Error);
+    CHECK_THROWS_AS(view.update(with([](lod::Camera& c) { c.direction = {0, 0, 0}; })), Error);
+    CHECK_THROWS_AS(view.update(with([](lod::Camera& c) { c.vertical_fov = 4; })), Error);
+    CHECK_THROWS_AS(view.update(with([](lod::Camera& c) { c.height = 0; })), Error);
+    CHECK_THROWS_AS(view.update(with([](lod::Camera&) {}), {.pixel_error = 0}), Error);
+    CHECK_THROWS_AS(view.update(with([](lod::Camera&) {}), {.milliseconds = -1}), Error);
+    CHECK_THROWS_AS(view.set_regions({{.boost = 0.5}}), Error);
+    CHECK_THROWS_AS(view.set_origin({nan, 0, 0}), Error);
+    CHECK(view.leaves() == before);
+
+    // Absurd, but cameras: in the ground, looking up its own axis, everything behind, no budget but for the roots.
+    for (const Vec3d& eye : {Vec3d(16, -16, -500), Vec3d(16, -16, double{grid.at(16, 16)}), Vec3d(1e12, 1e12, 1e12)})
+        for (const Vec3d& direction : {Vec3d(0, 0, 1), Vec3d(0, -1, 0)}) {
+            const lod::Update update =
+                view.update(with([&](lod::Camera& c) { c.eye = eye, c.direction = direction; }), {.leaves = 1000});
+            CHECK(update.complete);
+            CHECK(update.leaves <= 1000);
+        }
+    CHECK(view.update(with([](lod::Camera&) {}), {.leaves = 0}).leaves == 4 * surface.roots().face_count());
+    HeightGrid flat = grid;
+    std::fill(flat.heights.begin(), flat.heights.end(), 0.0f);
+    const lod::TerrainSurface plane(flat);
+    CHECK(lod::View(plane).update(with([](lod::Camera&) {})).splits == 0);
+}

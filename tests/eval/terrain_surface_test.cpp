@@ -1,0 +1,116 @@
+#include "../../eval/lod/terrain_surface.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/forest/corner_cell.hpp"
+
+#include "../kit/height_grids.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <utility>
+#include <vector>
+
+using namespace tetrakis;
+using namespace tetrakis::test;
+
+TEST_CASE("terrain surface: bounds hold all samples, and are nested") {
+    for (const auto& [columns, rows] : {std::pair{129u, 129u}, {100u, 37u}, {9u, 200u}, {2u, 2u}, {5u, 3u}}) {
+        CAPTURE(columns);
+        CAPTURE(rows);
+        HeightGrid grid = rough(columns, rows, 11);
+        grid.spacing = {3, 2};
+        const lod::TerrainSurface surface(grid);
+        CHECK(surface.memory_bytes() - 4 * columns * rows < 12 * columns * rows);
+        BisectionForest forest(surface.roots());
+        std::mt19937 random(columns);
+        std::size_t samples = 0;
+        for (int round = 0; round + 4 < surface.max_depth(); ++round) {
+            std::vector<LeafId> marked, created;
+            for (const LeafId leaf : forest.ordered_leaves())
+                if (forest.depth(leaf) < surface.max_depth() && random() % 2 == 0) marked.push_back(leaf);
+            forest.refine(marked, created);
+        }
+        for (const LeafId id : forest.ordered_leaves()) {
+            const BisectionLeaf& leaf = forest.leaf(id);
+            std::array<Site, 3> sites;
+            std::array<lod::Place, 3> corners;
+            for (std::size_t k = 0; k < 3; ++k) sites[k] = forest.point_site(leaf.vertex[k]);
+            surface.places(sites, corners);
+            if (leaf.depth >= surface.max_depth()) continue;
+            const std::array<Site, 2> diamonds{
+                canonical(forest.mesh(), {leaf.cell, leaf.shape().middle(leaf.depth), lattice_level(leaf.depth + 1)}),
+                sites[2]};
+            std::array<lod::DiamondBounds, 2> bounds;
+            const bool has_parent = !forest.is_fixed(leaf.vertex[2]);
+            surface.bounds(std::span(diamonds).first(has_parent ? 2 : 1), std::span(bounds).first(has_parent ? 2 : 1));
+            const auto& [own, parent] = bounds;
+            if (has_parent) {
+                REQUIRE(parent.error >= own.error * lod::k_error_ratio * (1 - 1e-6));
+                for (int axis = 0; axis < 3; ++axis)
+                    REQUIRE(std::abs(own.center[axis] - parent.center[axis]) <=
+                            parent.half_sides[axis] - own.half_sides[axis] + 1e-9);
+            }
+            // The midpoint halves the base.
+            std::array<lod::Place, 1> middle;
+            surface.places(std::span(diamonds).first(1), middle);
+            const Vec3d &a = corners[0].position, &b = corners[1].position, &c = corners[2].position;
+            const Vec3d foot = middle[0].on_edge - a;
+            REQUIRE(glm::length(glm::cross(foot, b - a)) <= 1e-9 * glm::dot(b - a, b - a));
+            REQUIRE(glm::dot(foot, b - a) >= 0);
+            // All samples under the leaf.
+            const auto twice = [](const Vec3d& p, const Vec3d& q, const Vec3d& r) {
+                return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
+            };
+            const double area = twice(a, b, c);
+            REQUIRE(area > 0);
+            for (double y = std::ceil(-std::max({a.y, b.y, c.y}) / 2); - 2 * y >= std::min({a.y, b.y, c.y}); ++y)
+                for (double x = std::ceil(std::min({a.x, b.x, c.x}) / 3); 3 * x <= std::max({a.x, b.x, c.x}); ++x) {
+                    Vec3d at(3 * x, -2 * y, 0);
+                    const double u = twice(at, b, c) / area, v = twice(a, at, c) / area, w = 1 - u - v;
+                    if (u < 0 || v < 0 || w < 0) continue;
+                    at.z = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
+                    ++samples;
+                    REQUIRE(std::abs(u * a.z + v * b.z + w * c.z - at.z) <= own.error + 1e-5);
+                    for (int axis = 0; axis < 3; ++axis)
+                        REQUIRE(std::abs(at[axis] - own.center[axis]) <= own.half_sides[axis] + 1e-9);
+                }
+        }
+        if (columns > 5) CHECK(samples > columns * rows / 2);
+    }
+}
+
+TEST_CASE("terrain surface: samples are vertices, for any number of threads") {
+    const HeightGrid grid = rough(90, 70, 3);
+    RunContext one, two;
+    one.threads = 1;
+    two.threads = 2;
+    const lod::TerrainSurface surface(grid, one), same(grid, two);
+    BisectionForest forest(surface.roots());
+    for (int i = 0; i < surface.max_depth(); ++i) {
+        std::vector<LeafId> created;
+        forest.refine(forest.ordered_leaves(), created);
+    }
+    std::vector<char> seen(grid.heights.size(), 0);
+    for (std::uint32_t p = 0; p < forest.point_slots(); ++p) {
+        const std::array site{forest.point_site(PointId(p))};
+        std::array<lod::Place, 1> place, other;
+        surface.places(site, place);
+        same.places(site, other);
+        REQUIRE(place[0].position == other[0].position);
+        if (!forest.is_fixed(PointId(p))) {
+            std::array<lod::DiamondBounds, 1> bounds, others;
+            surface.bounds(site, bounds);
+            same.bounds(site, others);
+            REQUIRE(bounds[0].error == others[0].error);
+        }
+        const double x = place[0].position.x, y = -place[0].position.y;
+        if (x != std::floor(x) || y != std::floor(y)) continue;
+        const auto column = static_cast<std::uint32_t>(x), row = static_cast<std::uint32_t>(y);
+        REQUIRE(place[0].position.z == double{grid.at(column, row)});
+        seen[row * std::size_t{grid.columns} + column] = 1;
+    }
+    CHECK(std::count(seen.begin(), seen.end(), 0) == 0);
+}
