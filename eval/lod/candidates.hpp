@@ -40,6 +40,7 @@ class Candidates {
         n.kind = kind;
         n.bucket = k_unlisted;
         n.due_at = 0;
+        n.round = round_ - 1;
         fresh_.push_back(node);
         return node;
     }
@@ -54,10 +55,14 @@ class Candidates {
     Kind kind(std::uint32_t node) const { return nodes_[node].kind; }
     std::uint32_t owner(std::uint32_t node) const { return nodes_[node].owner; }
     int bucket(std::uint32_t node) const { return nodes_[node].bucket; }
+    /// Whether its own bucket was told since the last call of begin_round().
+    bool is_known(std::uint32_t node) const { return nodes_[node].round == round_; }
+    void begin_round() { ++round_; }
 
     /// A candidate's bucket, and the reading of an odometer, beyond the present one, at which it is due: from when on
     /// it may belong into another bucket.
-    void list(std::uint32_t node, int bucket, std::size_t odometer, double due_at) {
+    /// @param is_own  whether it belongs there, and not somewhere beyond
+    void list(std::uint32_t node, int bucket, bool is_own, std::size_t odometer, double due_at) {
         stop_waiting(node);
         Node& n = nodes_[node];
         if (n.bucket != bucket) {
@@ -70,6 +75,7 @@ class Candidates {
         }
         n.odometer = static_cast<std::uint8_t>(odometer);
         n.due_at = due_at;
+        n.round = is_own ? round_ : round_ - 1;
         wait(node);
     }
 
@@ -104,6 +110,7 @@ class Candidates {
         for (std::uint32_t i = k_rings; i < nodes_.size(); ++i) {
             if (nodes_[i].due_at == k_free) continue;
             nodes_[i].due_at = 0;
+            nodes_[i].round = round_ - 1;
             fresh_.push_back(i);
         }
     }
@@ -151,6 +158,7 @@ class Candidates {
         std::uint32_t next, prev;  // of its bucket, a ring
         std::uint32_t place;       // in a list of due_
         std::uint32_t owner;       // of those not in use: the next one
+        std::uint32_t round;       // in which it was listed in its own bucket
         Kind kind;
         std::uint8_t odometer, bucket;
     };
@@ -203,7 +211,7 @@ class Candidates {
     }
 
     std::vector<Node> nodes_;
-    std::uint32_t free_ = k_none;
+    std::uint32_t free_ = k_none, round_ = 0;
     std::array<std::array<std::uint64_t, 2>, 2> masks_{};  // by kind: buckets that are not empty
     std::array<double, k_odometers> now_{};
     std::vector<std::vector<std::uint32_t>> due_;   // by odometer and the highest digit in which now is different

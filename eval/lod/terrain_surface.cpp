@@ -213,7 +213,7 @@ void TerrainSurface::set_errors(const RunContext& context) {
             const auto [a, b] = diamond.ends;
             error = std::abs(height(diamond.middle) - (height(a) + height(b)) / 2) + double{error_of_code_[worst]};
         }
-        code({x, y}) =
+        codes_[code_index({x, y})] =
             static_cast<std::uint8_t>(std::min(255, std::max(int{code_of(error)}, worst == 0 ? 0 : worst + nesting)));
     };
     const std::int32_t half = 1 << (log_side_ - 1);
@@ -313,6 +313,8 @@ void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places
 
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
     const auto last_x = static_cast<std::int32_t>(xs_.size() - 1), last_y = static_cast<std::int32_t>(ys_.size() - 1);
+    // The loop waits for memory.
+    for (const Site& site : sites) __builtin_prefetch(codes_.data() + code_index(lattice_place(site)));
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const LatticePlace p = lattice_place(sites[i]);
         const Diamond diamond(p);

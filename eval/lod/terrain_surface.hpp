@@ -52,8 +52,10 @@ class TerrainSurface final : public Surface {
     double exact_error(const Diamond& diamond) const;
     double height(LatticePlace p) const;
     Vec3d position(LatticePlace p) const;
-    std::uint8_t& code(LatticePlace p) { return codes_[static_cast<std::size_t>(p.y) * xs_.size() + p.x]; }
-    std::uint8_t code(LatticePlace p) const { return codes_[static_cast<std::size_t>(p.y) * xs_.size() + p.x]; }
+    std::size_t code_index(LatticePlace p) const {
+        return static_cast<std::size_t>(p.y) * xs_.size() + static_cast<std::size_t>(p.x);
+    }
+    std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
     std::uint8_t code_of(double error) const;
 
     HeightGrid grid_;

@@ -135,6 +135,7 @@ class View::Impl {
     Update update(const Camera& camera, const Budget& budget) {
         check(camera, budget);
         const auto begin = Clock::now();
+        candidates_.begin_round();
         move_to(Eye(camera), budget);
         std::uint32_t splits = 0, merges = 0;
         const std::uint32_t most = std::min(budget.leaves, max_leaves_);
@@ -302,6 +303,7 @@ class View::Impl {
     }
     /// Lists candidates by what they look like now.
     void look(std::span<const std::uint32_t> nodes) {
+        for (const std::uint32_t node : nodes) __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(node))));
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const LeafId leaf(candidates_.owner(nodes[i]));
             sites_[i] = candidates_.kind(nodes[i]) == Kind::split ? midpoint_site(leaf)
@@ -312,7 +314,7 @@ class View::Impl {
     }
     /// @return  the bucket, as it is now
     int look(std::uint32_t node) {
-        look(std::span(&node, 1));
+        if (!candidates_.is_known(node)) look(std::span(&node, 1));
         return candidates_.bucket(node);
     }
     void list(std::uint32_t node, const Look& look) {
@@ -320,17 +322,19 @@ class View::Impl {
         const double weight = look.inside ? 1 : options_.outside_weight;
         // What the weight may become that makes the decision another one.
         const double other_weight = is_split ? 1 : options_.outside_weight;
-        int bucket;
+        int own, bucket;
         double way, other_way;  // that the eye may travel with these weights
         // What is far from being decided upon is not told apart.
         if (is_split) {
-            bucket = std::max(bucket_of(look.at(weight) * k_room), level_ - 1);
+            own = bucket_of(look.at(weight) * k_room);
+            bucket = std::max(own, level_ - 1);
             const double edge = edge_of(bucket + 1);
             const bool always = edge == k_infinite || look.size == 0;
             way = always ? k_infinite : look.distance - weight * look.size / edge;
             other_way = always ? k_infinite : look.distance - other_weight * look.size / edge;
         } else {
-            bucket = std::min(bucket_of(look.at(weight) / k_room), level_ - 1);
+            own = bucket_of(look.at(weight) / k_room);
+            bucket = std::min(own, level_ - 1);
             const double edge = edge_of(bucket);
             way = edge == 0 ? k_infinite : weight * look.size / edge - look.distance;
             other_way = edge == 0 ? k_infinite : other_weight * look.size / edge - look.distance;
@@ -343,7 +347,7 @@ class View::Impl {
             way = std::min(way, look.gap / (1 + (look.reach + look.gap) / turn_lengths_[odometer]));
         }
         const double now = moved_[odometer];
-        candidates_.list(node, bucket, odometer, std::max(now + way, std::nextafter(now, k_infinite)));
+        candidates_.list(node, bucket, bucket == own, odometer, std::max(now + way, std::nextafter(now, k_infinite)));
     }
 
     Site midpoint_site(LeafId id) const {

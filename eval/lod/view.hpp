@@ -41,7 +41,7 @@ struct Budget {
 struct ViewOptions {
     std::uint32_t max_leaves = 200'000;  ///< room for so many triangles is made at once, and never more
     std::uint64_t max_bytes = 0;         ///< fewer leaves if these would take more; 0: no limit
-    std::uint32_t max_ranges = 256;      ///< of each buffer, an update; the nearest ones are joined
+    std::uint32_t max_ranges = 4096;     ///< of each buffer, an update; the nearest ones are joined
     double outside_weight = 0.25;        ///< errors out of sight count this much; from 0 to 1
     double hysteresis = 0.7;  ///< triangles are merged where the error looks this small a part of the limit; 0.1 to 0.8
 };

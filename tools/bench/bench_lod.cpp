@@ -1,0 +1,189 @@
+#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/view.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <utility>
+#include <vector>
+
+// View-dependent LOD: a fractal terrain, mirrored to any size, and cameras that fly over it, stand still and jump. One
+// thread but for the surface. `changes` are splits and merges of diamonds; times are a frame's, in milliseconds.
+namespace tetrakis::bench {
+
+namespace {
+
+constexpr double k_spacing = 20;  // between samples; heights are of some thousands
+
+/// Diamond-square (Fournier, Fussell, Carpenter 1982).
+HeightGrid fractal(std::uint32_t side) {
+    HeightGrid grid{.columns = side, .rows = side, .heights = std::vector<float>(std::size_t{side} * side, 0.0f)};
+    grid.spacing = Vec2d(k_spacing);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> one(-1, 1);
+    const auto at = [&](std::int64_t x, std::int64_t y) -> float& {
+        const auto last = static_cast<std::int64_t>(side) - 1;
+        x = std::abs(x), y = std::abs(y);
+        x = x > last ? 2 * last - x : x, y = y > last ? 2 * last - y : y;
+        return grid.heights[static_cast<std::size_t>(y) * side + static_cast<std::size_t>(x)];
+    };
+    float rough = 4000;
+    for (std::int64_t s = (side - 1) / 2; s > 0; s /= 2, rough *= 0.52f) {
+        for (std::int64_t y = s; y < side; y += 2 * s)
+            for (std::int64_t x = s; x < side; x += 2 * s)
+                at(x, y) = (at(x - s, y - s) + at(x + s, y - s) + at(x - s, y + s) + at(x + s, y + s)) / 4 +
+                           rough * one(random);
+        for (std::int64_t y = 0; y < side; y += s)
+            for (std::int64_t x = y / s % 2 == 0 ? s : 0; x < side; x += 2 * s)
+                at(x, y) = (at(x - s, y) + at(x + s, y) + at(x, y - s) + at(x, y + s)) / 4 + 0.7f * rough * one(random);
+    }
+    return grid;
+}
+
+HeightGrid mirrored(const HeightGrid& tile, std::uint32_t side) {
+    HeightGrid grid{.columns = side,
+                    .rows = side,
+                    .heights = std::vector<float>(std::size_t{side} * side),
+                    .spacing = tile.spacing};
+    const auto inside = [&](std::uint32_t i) {
+        i %= 2 * (tile.columns - 1);
+        return i < tile.columns ? i : 2 * (tile.columns - 1) - i;
+    };
+    for (std::uint32_t y = 0; y < side; ++y)
+        for (std::uint32_t x = 0; x < side; ++x)
+            grid.heights[y * std::size_t{side} + x] = tile.at(inside(x), inside(y));
+    return grid;
+}
+
+/// The last one asked for is kept: the largest takes a while.
+const lod::TerrainSurface& surface(std::uint32_t side) {
+    static std::unique_ptr<lod::TerrainSurface> kept;
+    if (!kept || kept->grid().columns != side) {
+        kept.reset();
+        kept = std::make_unique<lod::TerrainSurface>(mirrored(fractal(1025), side));
+    }
+    return *kept;
+}
+
+/// Around and around the middle of the first 1025 samples, at one height above the ground there.
+class Flight {
+  public:
+    Flight(const HeightGrid& grid, double speed) : step_(speed / k_radius) {
+        for (const float height : grid.heights) highest_ = std::max(highest_, height);
+    }
+    lod::Camera next() {
+        turn_ += step_;
+        lod::Camera camera;
+        camera.eye = {k_middle + k_radius * std::cos(turn_), -k_middle + k_radius * std::sin(turn_), highest_ + 300.0};
+        camera.direction = {-std::sin(turn_), std::cos(turn_), -0.5};
+        return camera;
+    }
+
+  private:
+    static constexpr double k_radius = 6000, k_middle = 512 * k_spacing;
+    double step_, turn_ = 0;
+    float highest_ = 0;
+};
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// Arguments: samples of a side; leaves, thousands; how far the camera flies in a frame.
+void fly(benchmark::State& state) {
+    const lod::TerrainSurface& terrain = surface(static_cast<std::uint32_t>(state.range(0)));
+    lod::View view(terrain, {.max_leaves = static_cast<std::uint32_t>(state.range(1)) * 1000});
+    Flight flight(terrain.grid(), static_cast<double>(state.range(2)));
+    const lod::Budget budget{.pixel_error = 0.1};
+    view.update(flight.next(), budget);
+    for (int i = 0; i < 100; ++i) view.update(flight.next(), budget);
+    std::vector<double> times;
+    double changes = 0, bytes = 0, leaves = 0;
+    for (auto _ : state) {
+        const lod::Camera camera = flight.next();
+        const auto begin = std::chrono::steady_clock::now();
+        const lod::Update update = view.update(camera, budget);
+        times.push_back(milliseconds_since(begin));
+        changes += update.splits + update.merges;
+        leaves = update.leaves;
+        for (const auto& range : update.vertices) bytes += range.count * sizeof(lod::Vertex);
+        for (const auto& range : update.triangles) bytes += range.count * sizeof(lod::Triangle);
+    }
+    std::sort(times.begin(), times.end());
+    const auto frames = static_cast<double>(times.size());
+    state.counters["median"] = times[times.size() / 2];
+    state.counters["p99.9"] = times[static_cast<std::size_t>(0.999 * (frames - 1))];
+    state.counters["changes"] = changes / frames;
+    state.counters["bytes_a_change"] = bytes / std::max(1.0, changes);
+    state.counters["leaves"] = leaves;
+    state.counters["bytes_a_leaf"] = static_cast<double>(view.memory_bytes()) / leaves;
+}
+BENCHMARK(fly)
+    ->Args({1025, 200, 8})
+    ->Args({1025, 200, 40})
+    ->Args({1025, 1000, 10})
+    ->Args({4097, 200, 40})
+    ->Args({16385, 200, 40})
+    ->Iterations(2000)
+    ->Unit(benchmark::kMillisecond);
+
+void stand_still(benchmark::State& state) {
+    const lod::TerrainSurface& terrain = surface(1025);
+    lod::View view(terrain, {.max_leaves = static_cast<std::uint32_t>(state.range(0)) * 1000});
+    const lod::Camera camera = Flight(terrain.grid(), 0).next();
+    view.update(camera, {.pixel_error = 0.1});
+    for (auto _ : state) benchmark::DoNotOptimize(view.update(camera, {.pixel_error = 0.1}));
+}
+BENCHMARK(stand_still)->Arg(200)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+/// From the far end of the terrain, a million leaves; then with 4 milliseconds a frame.
+void teleport(benchmark::State& state) {
+    const lod::TerrainSurface& terrain = surface(4097);
+    lod::View view(terrain, {.max_leaves = 1'000'000});
+    const auto from = [&](double x) {
+        lod::Camera camera;
+        camera.eye = {x, -40000, 9000};
+        camera.direction = {0, 1, -0.5};
+        return camera;
+    };
+    const double budget = static_cast<double>(state.range(0));
+    view.update(from(10000), {.pixel_error = 0.1});
+    bool there = false;
+    double longest = 0, frames = 0, jumps = 0;
+    for (auto _ : state) {
+        const lod::Camera camera = from(there ? 10000 : 70000);
+        there = !there;
+        ++jumps;
+        lod::Update update;
+        do {
+            const auto begin = std::chrono::steady_clock::now();
+            update = view.update(camera, {.pixel_error = 0.1, .milliseconds = budget});
+            longest = std::max(longest, milliseconds_since(begin));
+            ++frames;
+        } while (!update.complete);
+    }
+    state.counters["longest"] = longest;
+    state.counters["frames"] = frames / jumps;
+}
+BENCHMARK(teleport)->Arg(0)->Arg(4)->Iterations(6)->Unit(benchmark::kMillisecond);
+
+void make_surface(benchmark::State& state) {
+    const HeightGrid grid = mirrored(fractal(1025), static_cast<std::uint32_t>(state.range(0)));
+    for (auto _ : state) {
+        const lod::TerrainSurface terrain(grid);
+        benchmark::DoNotOptimize(terrain.max_depth());
+    }
+    state.counters["ns_a_sample"] =
+        benchmark::Counter(static_cast<double>(grid.heights.size()) * 1e-9,
+                           benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(make_surface)->Arg(1025)->Arg(4097)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+}  // namespace tetrakis::bench
