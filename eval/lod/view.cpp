@@ -493,6 +493,34 @@ std::uint32_t View::vertex_capacity() const { return static_cast<std::uint32_t>(
 std::uint32_t View::triangle_capacity() const { return static_cast<std::uint32_t>(impl_->triangles_.size()); }
 std::uint64_t View::memory_bytes() const { return impl_->memory_bytes(); }
 
+TriangleMesh View::mesh() const {
+    const BisectionForest& forest = impl_->forest_;
+    std::vector<std::uint32_t> numbers(forest.point_slots(), PointId::none);
+    std::vector<Site> sites;
+    TriangleMesh mesh;
+    for (std::uint32_t i = 0; i < forest.leaf_slots(); ++i) {
+        if (!forest.is_leaf(LeafId(i))) continue;
+        Triangle& triangle = mesh.triangles.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k) {
+            const PointId p = forest.leaf(LeafId(i)).vertex[k];
+            if (numbers[p.value] == PointId::none) {
+                numbers[p.value] = static_cast<std::uint32_t>(sites.size());
+                sites.push_back(forest.point_site(p));
+            }
+            triangle[k] = numbers[p.value];
+        }
+    }
+    std::vector<Place> places(sites.size());
+    impl_->surface_.places(sites, places);
+    for (const Place& place : places) {
+        mesh.positions.push_back(place.position);
+        mesh.normals.push_back(place.normal);
+        mesh.uvs.push_back(place.uv);
+    }
+    mesh.triangle_uvs = mesh.triangles;
+    return mesh;
+}
+
 std::vector<std::array<Site, 3>> View::leaves() const {
     const BisectionForest& forest = impl_->forest_;
     std::vector<std::array<Site, 3>> leaves;

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/ids.hpp"
 #include "../../hier/base/vec.hpp"
+#include "../surface/triangle_mesh.hpp"
 #include "surface.hpp"
 
 #include <array>
@@ -116,6 +117,9 @@ class View {
     std::uint32_t triangle_capacity() const;
     std::uint64_t memory_bytes() const;
 
+    /// The triangles as they are, without morphing: positions in the surface's own frame and precision, normals, uvs.
+    /// O(vertices + triangles).
+    TriangleMesh mesh() const;
     /// Leaves as they are, in no order: the site of each corner.
     std::vector<std::array<Site, 3>> leaves() const;
 

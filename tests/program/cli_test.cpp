@@ -66,7 +66,7 @@ TEST_CASE("it says its version, and helps: the example in each command's help wo
     const std::string commands = cli::run({"--help"}).out;
     const ScratchDir scratch;
     std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
-    for (const std::string command : {"info", "tessellate", "refine", "terrain", "compare", "render"}) {
+    for (const std::string command : {"info", "tessellate", "refine", "terrain", "lod", "compare", "render"}) {
         CAPTURE(command);
         CHECK(commands.find(command) != std::string::npos);
         const ProcessResult help = cli::run({command, "--help"});
@@ -260,6 +260,58 @@ TEST_CASE("[bad-input] terrain") {
     cli::check_refused({"terrain", raw, "--max-error", "1", "--spacing", "0", "-o", out}, 2, "--spacing");
     cli::check_refused({"terrain", raw, "--columns", "3", "--max-error", "1e-9", "-o", out}, 2, "floats of a GLB");
     CHECK(scratch.file_count() == 2);
+}
+
+TEST_CASE("lod: frames along a path of cameras, with figures that agree") {
+    const ScratchDir scratch;
+    spill(
+        scratch / "path.json",
+        R"([{"eye": [640, -1500, 300], "target": [640, -640, 0]}, {"eye": [900, -1200, 250], "target": [640, -640, 0]}])");
+    const std::string out = (scratch / "out").string(), report = (scratch / "r.json").string();
+    const ProcessResult result = cli::run({"lod",       cli::data("island.png"),
+                                           "--scale",   "0.1",
+                                           "--spacing", "10",
+                                           "--pixels",  "1",
+                                           "--frames",  "5",
+                                           "--path",    (scratch / "path.json").string(),
+                                           "--images",  "1",
+                                           "--size",    "64x48",
+                                           "-o",        out,
+                                           "--report",  report});
+    CAPTURE(result.err);
+    REQUIRE(result.code == 0);
+    const nlohmann::json json = nlohmann::json::parse(slurp(report));
+    CHECK(json["frames"] == 5);
+    CHECK(json["measured_pixels"] > 0.2);
+    CHECK(json["measured_pixels"] <= 1);
+    CHECK(json["promised_pixels"] == 1);
+    CHECK(read_triangle_mesh(out + "/last.glb").triangles.size() == json["leaves"].get<std::size_t>());
+    CHECK(std::filesystem::exists(out + "/frame_00004.png"));
+    CHECK(std::filesystem::exists(out + "/sheet.png"));
+    const std::string csv = slurp(out + "/frames.csv");
+    CHECK(std::count(csv.begin(), csv.end(), '\n') == 6);
+    // Too few triangles: said, and everything is written.
+    CHECK(cli::run({"lod", cli::data("island.png"), "--scale", "0.1", "--spacing", "10", "--pixels", "0.1", "--budget",
+                    "500", "--frames", "2", "-o", out})
+              .code == 4);
+}
+
+TEST_CASE("[bad-input] lod") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out").string(), path = (scratch / "path.json").string(),
+                      island = cli::data("island.png");
+    spill(path, "[{\"eye\": [1, 2]}]");
+    cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "path.json: camera 0");
+    spill(path, "[]");
+    cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "without cameras");
+    spill(path, R"([{"eye": [1, 2, 3], "target": [1, 2, 3]}])");
+    cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "camera 0");
+    cli::check_refused({"lod", cli::data("cube.obj"), "-o", out}, 3, "cube.obj");
+    cli::check_refused({"lod", island, "--fly", "--orbit", "-o", out}, 2, "--");
+    cli::check_refused({"lod", island, "--pixels", "0", "-o", out}, 2, "--pixels");
+    cli::check_refused({"lod", island, "--frames", "0", "-o", out}, 2, "--frames");
+    cli::check_refused({"lod", island, "-o", path}, 2, "is a file");
+    CHECK(scratch.file_count() == 1);
 }
 
 TEST_CASE("compare measures what is known") {

@@ -146,12 +146,16 @@ void set_camera(const std::string& text, RenderOptions& render) {
 
 }  // namespace
 
-void add_view_options(CLI::App& command, RenderOptions& render) {
+void add_size_option(CLI::App& command, RenderOptions& render) {
     command
         .add_option_function<std::string>(
             "--size", [&render](const std::string& text) { set_size(text, render); },
-            "Width and height of the picture in pixels; default: 1200x900")
+            fmt::format("Width and height of the picture in pixels; default: {}x{}", render.width, render.height))
         ->type_name("WxH");
+}
+
+void add_view_options(CLI::App& command, RenderOptions& render) {
+    add_size_option(command, render);
     command
         .add_option_function<std::string>(
             "--camera", [&render](const std::string& text) { set_camera(text, render); },

@@ -62,7 +62,9 @@ std::uint64_t free_memory_bytes();
 /// Of --samples: more would take days.
 inline constexpr std::uint64_t k_most_samples = 10'000'000'000;
 
-/// --size, --camera and --up, of every command that draws.
+/// --size of a picture.
+void add_size_option(CLI::App& command, RenderOptions& render);
+/// --size, --camera and --up, of every command that draws a mesh.
 void add_view_options(CLI::App& command, RenderOptions& render);
 
 /// The first of these options that the command line of `command` has; empty where it has none.

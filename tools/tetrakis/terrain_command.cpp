@@ -1,6 +1,7 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "height_input.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
 
@@ -26,9 +27,8 @@ namespace tetrakis::cli {
 namespace {
 
 struct Options {
-    std::filesystem::path input, output, report;
-    HeightReadOptions read;
-    double spacing = 0;  ///< 0: the file's own
+    HeightInput heights;
+    std::filesystem::path output, report;
     double max_error = 0;
     bool y_up = false;
     RunOptions run;
@@ -58,18 +58,7 @@ ExitCode run_checked(const Options& options) {
     std::vector<std::string> warnings;
     StageSeconds seconds;
     const Stopwatch loading;
-    const HeightGrid grid = reading(options.input, [&] {
-        HeightReadOptions read = options.read;
-        read.context = process.context();
-        if (options.spacing > 0) read.spacing = Vec2d(options.spacing);
-        HeightGrid loaded = load_height_grid(options.input, read);
-        if (const std::uint64_t filled = fill_missing_heights(loaded); filled > 0)
-            warnings.push_back(
-                fmt::format("{} samples have no data and were filled from those around; the error there "
-                            "is towards these",
-                            format_count(filled)));
-        return loaded;
-    });
+    const HeightGrid grid = options.heights.load(process, warnings);
     seconds.load = loading.seconds();
     const double rounding = rounding_of(options.output, grid, options.y_up);
     if (rounding >= options.max_error && options.max_error > 0)
@@ -92,7 +81,7 @@ ExitCode run_checked(const Options& options) {
     seconds.write = writing.seconds();
     if (!options.report.empty())
         files.add(options.report)
-            .write(dump({{"input", options.input.string()},
+            .write(dump({{"input", options.heights.path.string()},
                          {"columns", grid.columns},
                          {"rows", grid.rows},
                          {"spacing", {grid.spacing.x, grid.spacing.y}},
@@ -111,9 +100,9 @@ ExitCode run_checked(const Options& options) {
     process.end_progress();
     print_warnings(warnings);
     Table table;
-    table.row("input",
-              fmt::format("{} ({} x {} samples, {} apart, heights {} to {})", options.input.string(), grid.columns,
-                          grid.rows, format_length(grid.spacing.x), format_length(*low), format_length(*high)));
+    table.row("input", fmt::format("{} ({} x {} samples, {} apart, heights {} to {})", options.heights.path.string(),
+                                   grid.columns, grid.rows, format_length(grid.spacing.x), format_length(*low),
+                                   format_length(*high)));
     table.row("result", fmt::format("{} triangles, {} vertices", format_count(terrain.mesh.triangles.size()),
                                     format_count(terrain.mesh.positions.size())));
     table.row("error", fmt::format("{} at most, of every sample (asked: {})", format_length(largest_error),
@@ -128,8 +117,8 @@ ExitCode run(const Options& options) {
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
-    outputs.check({options.input});
-    return about(options.input, [&] { return run_checked(options); });
+    outputs.check({options.heights.path});
+    return about(options.heights.path, [&] { return run_checked(options); });
 }
 
 }  // namespace
@@ -137,32 +126,13 @@ ExitCode run(const Options& options) {
 void add_terrain_command(CLI::App& app, Command& chosen) {
     auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("terrain", "Makes a mesh of a height grid, every sample within a tolerance");
-    command
-        ->add_option("IN", options->input,
-                     "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
-                     "others with GDAL")
-        ->required()
-        ->type_name("");
+    options->heights.add(*command);
     command
         ->add_option("--max-error", options->max_error,
                      "Largest vertical distance of a sample from the mesh, in the heights' unit; 0: none")
         ->required()
         ->type_name("H")
         ->check(number_check("a height from 0 on", [](double value) { return value >= 0; }));
-    command->add_option("--spacing", options->spacing, "Distance between samples (the file's own, else 1)")
-        ->type_name("D")
-        ->check(number_check("a positive number", [](double value) { return value > 0; }));
-    command->add_option("--scale", options->read.scale, "Heights are this times the file's numbers (1)")
-        ->type_name("S")
-        ->check(number_check("a number", [](double) { return true; }));
-    command->add_option("--offset", options->read.offset, "What is added to that (0)")
-        ->type_name("H")
-        ->check(number_check("a number", [](double) { return true; }));
-    command->add_option("--columns", options->read.columns, "Of a raw file that is not square")->type_name("N");
-    command->add_option("--rows", options->read.rows, "Of a raw file that is not square")->type_name("N");
-    command->add_flag("--big-endian", options->read.big_endian, "The order of bytes in a raw file");
-    command->add_option("--no-data", options->read.no_data, "The number in the file that stands for no data")
-        ->type_name("V");
     command->add_flag("--y-up", options->y_up, "y is the height and z runs south, as in engines; else z is the height");
     options->run.add_threads(*command);
     options->run.add_max_memory(*command);

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "../../eval/lod/height_grid.hpp"
+#include "run_options.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tetrakis::cli {
+
+/// A height grid on the command line, and how its file is read.
+struct HeightInput {
+    std::filesystem::path path;
+    HeightReadOptions read;
+    double spacing = 0;  ///< 0: the file's own
+
+    void add(CLI::App& command);
+    /// @param warnings  receives what was filled
+    /// @throws InputError, Error (memory_limit, cancelled)
+    HeightGrid load(const Run& process, std::vector<std::string>& warnings) const;
+};
+
+}  // namespace tetrakis::cli

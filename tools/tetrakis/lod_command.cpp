@@ -1,0 +1,434 @@
+#include "commands.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "height_input.hpp"
+#include "report.hpp"
+#include "run_options.hpp"
+
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../eval/io/png.hpp"
+#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/view.hpp"
+#include "../../eval/render/render.hpp"
+#include "../../hier/base/files.hpp"
+#include "../../hier/base/version.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tetrakis::cli {
+namespace {
+
+struct LodCommandOptions {
+    HeightInput heights;
+    std::filesystem::path directory, path, report;
+    bool orbit = false, fly = false;
+    std::uint32_t leaves = 200'000, frames = 120, images = 0;
+    double pixels = 1;
+    RenderOptions render;
+    RunOptions run;
+};
+
+/// Where the camera is and what it looks at, frame by frame.
+struct CameraPlace {
+    Vec3d eye{}, target{};
+    double fov_degrees = 60;
+
+    Vec3d forward() const { return glm::normalize(target - eye); }
+    /// z, but where it looks along that.
+    Vec3d up() const { return std::abs(forward().z) < 0.999 ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0); }
+};
+
+/// The cameras of a file: a list of {"eye": [x, y, z], "target": [x, y, z], "fov_degrees": a}, on which the frames lie
+/// at equal steps.
+std::vector<CameraPlace> views_of(const std::filesystem::path& path, std::uint32_t frames) {
+    std::ifstream file(path);
+    if (!file) throw InputError(fmt::format("{}: cannot be read", path.string()));
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    std::vector<CameraPlace> given;
+    try {
+        for (const Json& entry : Json::parse(text)) {
+            const auto vec = [&](const char* key) {
+                const auto v = entry.at(key).get<std::array<double, 3>>();
+                return Vec3d(v[0], v[1], v[2]);
+            };
+            given.push_back({vec("eye"), vec("target"), entry.value("fov_degrees", 60.0)});
+        }
+    } catch (const nlohmann::json::exception& error) {
+        throw InputError(
+            fmt::format("{}: camera {}: {}; a camera path is a list of {{\"eye\": [x, y, z], \"target\": "
+                        "[x, y, z], \"fov_degrees\": a}}",
+                        path.string(), given.size(), error.what()));
+    }
+    for (std::size_t i = 0; i < given.size(); ++i)
+        if (!(glm::length(given[i].target - given[i].eye) > 0 && given[i].fov_degrees > 0 &&
+              given[i].fov_degrees < 180))
+            throw InputError(
+                fmt::format("{}: camera {} looks nowhere: its target is its eye, or its opening is not "
+                            "between 0 and 180 degrees",
+                            path.string(), i));
+    if (given.empty()) throw InputError(fmt::format("{}: a camera path without cameras", path.string()));
+    std::vector<CameraPlace> views;
+    for (std::uint32_t i = 0; i < frames; ++i) {
+        const double at = frames == 1 ? 0 : static_cast<double>(i) * (given.size() - 1.0) / (frames - 1.0);
+        const auto k = static_cast<std::size_t>(at);
+        const CameraPlace &a = given[k], &b = given[std::min(k + 1, given.size() - 1)];
+        const double t = at - std::floor(at);
+        views.push_back(
+            {glm::mix(a.eye, b.eye, t), glm::mix(a.target, b.target, t), glm::mix(a.fov_degrees, b.fov_degrees, t)});
+    }
+    return views;
+}
+
+/// Around the middle of the grid: from outside, looking at it; or above the ground, looking ahead.
+std::vector<CameraPlace> circle(const HeightGrid& grid, std::uint32_t frames, bool fly) {
+    const double width = (grid.columns - 1) * grid.spacing.x, height = (grid.rows - 1) * grid.spacing.y;
+    const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
+    const double range = double{*high} - double{*low}, size = std::min(width, height);
+    const Vec3d middle(grid.origin.x + width / 2, grid.origin.y - height / 2, double{*low} + 0.3 * range);
+    const auto ground = [&](const Vec3d& p) {
+        const auto sample = [](double at, std::uint32_t count) {
+            return static_cast<std::uint32_t>(std::clamp(std::round(at), 0.0, count - 1.0));
+        };
+        return double{grid.at(sample((p.x - grid.origin.x) / grid.spacing.x, grid.columns),
+                              sample((grid.origin.y - p.y) / grid.spacing.y, grid.rows))};
+    };
+    std::vector<CameraPlace> views;
+    double above = 0;
+    for (std::uint32_t i = 0; i < frames; ++i) {
+        const double turn = 2 * M_PI * i / frames;
+        const Vec3d out(std::cos(turn), std::sin(turn), 0), ahead(-std::sin(turn), std::cos(turn), 0);
+        CameraPlace view;
+        if (fly) {
+            view.eye = middle + 0.3 * size * out;
+            // As high as the ground asks for, without jumps.
+            const double wanted = std::max(ground(view.eye), ground(view.eye + 0.1 * size * ahead)) + 0.05 * size;
+            above = i == 0 ? wanted : above + 0.2 * (wanted - above);
+            view.eye.z = std::max(above, ground(view.eye) + 0.01 * size);
+            view.target = view.eye + size * (ahead - 0.2 * out) - Vec3d(0, 0, 0.25 * size);
+        } else {
+            view.eye = middle + 1.2 * size * out + Vec3d(0, 0, 0.7 * size + range);
+            view.target = middle;
+        }
+        views.push_back(view);
+    }
+    return views;
+}
+
+/// What a camera sees, in pixels.
+class Sight {
+  public:
+    Sight(const CameraPlace& view, const RenderOptions& render)
+        : eye_(view.eye),
+          forward_(view.forward()),
+          tan_y_(std::tan(view.fov_degrees * M_PI / 360)),
+          tan_x_(tan_y_ * render.width / render.height),
+          pixels_(render.height / (2 * tan_y_)) {
+        right_ = glm::normalize(glm::cross(forward_, view.up()));
+        up_ = glm::cross(right_, forward_);
+    }
+    bool sees(const Vec3d& p) const {
+        const Vec3d off = p - eye_;
+        const double depth = glm::dot(off, forward_);
+        return depth > 0 && std::abs(glm::dot(off, right_)) <= tan_x_ * depth &&
+               std::abs(glm::dot(off, up_)) <= tan_y_ * depth;
+    }
+    /// How long something of this length looks at most, where p is.
+    double pixels(double length, const Vec3d& p) const { return length * pixels_ / glm::length(p - eye_); }
+
+  private:
+    Vec3d eye_, forward_, right_, up_;
+    double tan_y_, tan_x_, pixels_;
+};
+
+/// The largest error that is seen, of samples of which at most about a million are looked at.
+double measured_pixels(const lod::View& view, const HeightGrid& grid, const Sight& sight) {
+    const double samples = static_cast<double>(grid.columns) * grid.rows;
+    const double stride = std::max(1.0, std::round(std::sqrt(samples / 1e6)));
+    const auto vertices = view.vertices();
+    double largest = 0;
+    for (const lod::Triangle& t : view.triangles()) {
+        if (t == lod::Triangle{}) continue;
+        std::array<Vec3d, 3> p;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto& at = vertices[t[k]].position;
+            p[k] = {(at[0] + view.origin().x - grid.origin.x) / grid.spacing.x,
+                    (grid.origin.y - at[1] - view.origin().y) / grid.spacing.y, at[2] + view.origin().z};
+        }
+        const auto twice = [](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+            return (c.x - a.x) * (b.y - a.y) - (b.x - a.x) * (c.y - a.y);  // y is to the south
+        };
+        const double area = twice(p[0], p[1], p[2]);
+        const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
+        const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
+        for (double y = std::ceil(y0 / stride) * stride; y <= y1; y += stride)
+            for (double x = std::ceil(x0 / stride) * stride; x <= x1; x += stride) {
+                const Vec3d at(x, y, 0);
+                const double a = twice(at, p[1], p[2]) / area, b = twice(p[0], at, p[2]) / area, c = 1 - a - b;
+                if (a < 0 || b < 0 || c < 0) continue;
+                const double height = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
+                const Vec3d place(grid.origin.x + x * grid.spacing.x, grid.origin.y - y * grid.spacing.y, height);
+                if (!sight.sees(place)) continue;
+                largest =
+                    std::max(largest, sight.pixels(std::abs(a * p[0].z + b * p[1].z + c * p[2].z - height), place));
+            }
+    }
+    return largest;
+}
+
+/// What a view shows of its vertices, from one frame to the next.
+class ShownVertices {
+  public:
+    /// The farthest that a vertex is seen to move because of LOD alone: as the new eye sees it.
+    double move_to(const lod::View& view, const lod::Update& update, const Vec3d& eye, const Sight& sight) {
+        const auto vertices = view.vertices();
+        std::vector<Shown> now(vertices.size());
+        for (const lod::Triangle& t : view.triangles()) {
+            if (t == lod::Triangle{}) continue;
+            for (const std::uint32_t v : t) now[v].used = true;
+        }
+        double farthest = 0;
+        for (std::size_t v = 0; v < now.size(); ++v) {
+            if (!now[v].used) continue;
+            now[v].vertex = vertices[v];
+            now[v].at = view.origin() + shown_position(vertices[v], eye - view.origin(), update.morph_scale);
+            const bool stayed =
+                v < before_.size() && before_[v].used && before_[v].vertex.position == vertices[v].position;
+            const auto& edge = vertices[v].on_edge;
+            const Vec3d from = stayed ? before_[v].at : view.origin() + Vec3d(edge[0], edge[1], edge[2]);
+            if (!before_.empty() && sight.sees(now[v].at))
+                farthest = std::max(farthest, sight.pixels(glm::length(now[v].at - from), now[v].at));
+        }
+        before_ = std::move(now);
+        return farthest;
+    }
+    /// The mesh as it is shown.
+    TriangleMesh mesh(const lod::View& view) const {
+        TriangleMesh mesh;
+        for (const Shown& vertex : before_) mesh.positions.push_back(vertex.at);
+        for (const lod::Triangle& t : view.triangles())
+            if (t != lod::Triangle{}) mesh.triangles.push_back(t);
+        return mesh;
+    }
+
+  private:
+    struct Shown {
+        bool used = false;
+        lod::Vertex vertex{};
+        Vec3d at{};
+    };
+    std::vector<Shown> before_;
+};
+
+void paste(const Image& from, Image& to, int x, int y) {
+    for (int row = 0; row < from.height; ++row)
+        std::copy_n(from.rgb.begin() + 3 * std::ptrdiff_t{row} * from.width, 3 * from.width,
+                    to.rgb.begin() + 3 * (std::ptrdiff_t{y + row} * to.width + x));
+}
+
+/// The mesh as the camera sees it, and small in a corner with its edges.
+Image picture(const TriangleMesh& mesh, const CameraPlace& view, RenderOptions render, const RunContext& context) {
+    render.camera = Camera{view.eye, view.target, view.up(), view.fov_degrees};
+    render.ground = false;
+    Image image = tetrakis::render(mesh, render, context);
+    render.width = std::max(16, render.width * 2 / 5);
+    render.height = std::max(16, render.height * 2 / 5);
+    render.wireframe = true;
+    render.shading = Shading::flat;
+    render.occlusion_samples = 0;
+    paste(tetrakis::render(mesh, render, context), image, image.width - render.width, 0);
+    return image;
+}
+
+/// Pictures side by side, in rows of four.
+Image contact_sheet(const std::vector<Image>& images) {
+    constexpr std::size_t k_across = 4;
+    const auto columns = static_cast<int>(std::min(k_across, images.size())),
+               rows = static_cast<int>((images.size() + k_across - 1) / k_across);
+    Image sheet{columns * images[0].width, rows * images[0].height, {}};
+    sheet.rgb.assign(std::size_t{3} * static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height),
+                     255);
+    for (std::size_t i = 0; i < images.size(); ++i)
+        paste(images[i], sheet, static_cast<int>(i % k_across) * images[0].width,
+              static_cast<int>(i / k_across) * images[0].height);
+    return sheet;
+}
+
+ExitCode run_checked(const LodCommandOptions& options) {
+    Run process(options.run);
+    std::vector<std::string> warnings;
+    const lod::TerrainSurface surface(options.heights.load(process, warnings), process.context());
+    const HeightGrid& grid = surface.grid();
+    const std::vector<CameraPlace> views =
+        options.path.empty() ? circle(grid, options.frames, !options.orbit) : views_of(options.path, options.frames);
+    lod::View view(surface, {.max_leaves = options.leaves});
+    view.set_origin({grid.origin.x, grid.origin.y, 0});
+    if (options.leaves < surface.roots().halfedge_count())
+        warnings.push_back(fmt::format("the {} roots are more than the budget of {} triangles",
+                                       surface.roots().halfedge_count(), options.leaves));
+
+    std::error_code failure;
+    std::filesystem::create_directories(options.directory, failure);
+    if (failure) throw Error(ErrorCode::io, fmt::format("cannot be made: {}", failure.message()), options.directory);
+    FileSet files;
+    std::string csv =
+        "frame,splits,merges,leaves,upload_bytes,milliseconds,promised_pixels,measured_pixels,pop_pixels\n";
+    ShownVertices shown;
+    std::vector<Image> images;
+    std::vector<double> milliseconds;
+    double worst_error = 0, worst_promise = 0, worst_pop = 0, changes = 0, bytes = 0;
+    bool kept_promise = true;
+    std::vector<std::filesystem::path> written{options.directory / "frames.csv"};
+    for (std::uint32_t frame = 0; frame < views.size(); ++frame) {
+        process.context().report("frames", static_cast<double>(frame) / static_cast<double>(views.size()));
+        const CameraPlace& at = views[frame];
+        lod::Camera camera;
+        camera.eye = at.eye;
+        camera.direction = at.forward();
+        camera.up = at.up();
+        camera.vertical_fov = at.fov_degrees * M_PI / 180;
+        camera.width = static_cast<std::uint32_t>(options.render.width);
+        camera.height = static_cast<std::uint32_t>(options.render.height);
+        const Stopwatch watch;
+        const lod::Update update = view.update(camera, {.pixel_error = options.pixels, .leaves = options.leaves});
+        const double took = 1000 * watch.seconds();
+        const Sight sight(at, options.render);
+        const double error = measured_pixels(view, grid, sight), pop = shown.move_to(view, update, at.eye, sight);
+        std::uint64_t upload = 0;
+        for (const auto& range : update.vertices) upload += range.count * sizeof(lod::Vertex);
+        for (const auto& range : update.triangles) upload += range.count * sizeof(lod::Triangle);
+        csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{:.4g},{:.4g}\n", frame, update.splits, update.merges,
+                           update.leaves, upload, took, update.pixel_error, error, pop);
+        kept_promise = kept_promise && error <= update.pixel_error * (1 + 1e-3);
+        worst_error = std::max(worst_error, error);
+        worst_promise = std::max(worst_promise, update.pixel_error);
+        if (frame > 0) {
+            worst_pop = std::max(worst_pop, pop);
+            milliseconds.push_back(took);
+            changes += update.splits + update.merges;
+            bytes += static_cast<double>(upload);
+        }
+        const std::uint64_t drawn = std::uint64_t{frame} * options.images / views.size(),
+                            next = (std::uint64_t{frame} + 1) * options.images / views.size();
+        if (next > drawn) {
+            images.push_back(picture(shown.mesh(view), at, options.render, process.context()));
+            written.push_back(options.directory / fmt::format("frame_{:05}.png", frame));
+            write_png(files.add(written.back()), images.back());
+        }
+    }
+    if (!images.empty()) {
+        written.push_back(options.directory / "sheet.png");
+        write_png(files.add(written.back()), contact_sheet(images));
+    }
+    files.add(written.front()).write(csv);
+    written.push_back(options.directory / "last.glb");
+    write_mesh(files.add(written.back()), view.mesh(), process.context());
+    std::sort(milliseconds.begin(), milliseconds.end());
+    const double count = std::max(1.0, static_cast<double>(milliseconds.size()));
+    const double median = milliseconds.empty() ? 0 : milliseconds[milliseconds.size() / 2];
+    const double slowest = milliseconds.empty() ? 0 : milliseconds.back();
+    if (!options.report.empty()) {
+        written.push_back(options.report);
+        files.add(options.report)
+            .write(dump({{"input", options.heights.path.string()},
+                         {"columns", grid.columns},
+                         {"rows", grid.rows},
+                         {"frames", views.size()},
+                         {"budget_leaves", options.leaves},
+                         {"budget_pixels", options.pixels},
+                         {"leaves", view.leaf_count()},
+                         {"changes_a_frame", changes / count},
+                         {"upload_bytes_a_frame", bytes / count},
+                         {"milliseconds", {{"median", median}, {"largest", slowest}}},
+                         {"promised_pixels", worst_promise},
+                         {"measured_pixels", worst_error},
+                         {"pop_pixels", worst_pop},
+                         {"view_bytes", view.memory_bytes()},
+                         {"surface_bytes", surface.memory_bytes()},
+                         {"threads", options.run.thread_count()},
+                         {"version", std::string(k_version)},
+                         {"warnings", warnings}}));
+    }
+    files.finish();
+    files.commit();
+    process.end_progress();
+    print_warnings(warnings);
+    Table table;
+    table.row("input", fmt::format("{} ({} x {} samples)", options.heights.path.string(), grid.columns, grid.rows));
+    table.row("frames", fmt::format("{}, of up to {} triangles; the last has {}", views.size(),
+                                    format_count(options.leaves), format_count(view.leaf_count())));
+    table.row("an update",
+              fmt::format("{:.3f} ms (median; at most {:.2f}), {:.0f} splits and merges, {}", median, slowest,
+                          changes / count, format_bytes(static_cast<std::uint64_t>(bytes / count))));
+    table.row("error", fmt::format("{:.3g} pixels seen at most, of {:.3g} promised (asked: {:.3g})", worst_error,
+                                   worst_promise, options.pixels));
+    table.row("pop", fmt::format("{:.3g} pixels in a frame at most", worst_pop));
+    std::string names;
+    for (const auto& path : written) names += (names.empty() ? "" : ", ") + path.string();
+    table.row("written",
+              written.size() > 4 ? fmt::format("{} files in {}", written.size(), options.directory.string()) : names);
+    table.print();
+    return kept_promise && worst_promise <= options.pixels ? ExitCode::done : ExitCode::tolerance_not_reached;
+}
+
+ExitCode run(const LodCommandOptions& options) {
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::report, "--report", options.report);
+    outputs.check({options.heights.path, options.path});
+    if (std::filesystem::exists(options.directory) && !std::filesystem::is_directory(options.directory))
+        throw UsageError(fmt::format("-o {} is a file; it has to be a directory", options.directory.string()));
+    return about(options.heights.path, [&] { return run_checked(options); });
+}
+
+}  // namespace
+
+void add_lod_command(CLI::App& app, Command& chosen) {
+    auto options = std::make_shared<LodCommandOptions>();
+    options->render.width = 960;
+    options->render.height = 540;
+    CLI::App* command = app.add_subcommand("lod", "Flies over a height grid with view-dependent LOD, frame by frame");
+    options->heights.add(*command);
+    CLI::Option_group* way = command->add_option_group("camera", "At most one of these; default: --fly");
+    way->add_flag("--fly", options->fly, "Once around, above the ground, looking ahead");
+    way->add_flag("--orbit", options->orbit, "Once around from outside, looking at the middle");
+    way->add_option(
+           "--path", options->path,
+           "A list of {\"eye\": [x, y, z], \"target\": [x, y, z], \"fov_degrees\": a}, on which the frames lie")
+        ->type_name("CAMERA.json");
+    way->require_option(0, 1);
+    command->add_option("--budget", options->leaves, "Most triangles (200000)")
+        ->type_name("N")
+        ->check(CLI::Range(1u, 100'000'000u).description(""));
+    command->add_option("--pixels", options->pixels, "Triangles whose error looks larger are split (1)")
+        ->type_name("E")
+        ->check(number_check("a positive number", [](double value) { return value > 0; }));
+    command->add_option("--frames", options->frames, "How many (120)")
+        ->type_name("N")
+        ->check(CLI::Range(1u, 1'000'000u).description(""));
+    command->add_option("--images", options->images, "Pictures to draw of them, and a sheet of all (0)")
+        ->type_name("N")
+        ->check(CLI::Range(0u, 10'000u).description(""));
+    add_size_option(*command, options->render);
+    options->run.add_threads(*command);
+    options->run.add_max_memory(*command);
+    command->add_option("-o,--output", options->directory, "Directory for frames.csv, pictures and last.glb")
+        ->required()
+        ->type_name("DIR");
+    command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
+    command->footer(
+        "x runs east, y north, z up, as `tetrakis terrain` has them. Exit code 4: the budget did not reach --pixels.\n"
+        "Example:\n  tetrakis lod data/island.png --scale 0.1 --spacing 10 --pixels 0.5 --frames 60 --images 4 -o "
+        "island");
+    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace tetrakis::cli
