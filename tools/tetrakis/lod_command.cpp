@@ -426,7 +426,7 @@ void add_lod_command(CLI::App& app, Command& chosen) {
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer(
         "x runs east, y north, z up, as `tetrakis terrain` has them. Exit code 4: the budget did not reach --pixels.\n"
-        "Example:\n  tetrakis lod data/island.png --scale 0.1 --spacing 10 --pixels 0.5 --frames 60 --images 4 -o "
+        "Example:\n  tetrakis lod data/island.png --scale 0.1 --spacing 10 --pixels 0.5 --frames 60 --images 1 -o "
         "island");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
