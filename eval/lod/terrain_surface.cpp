@@ -267,10 +267,13 @@ double TerrainSurface::height(LatticePlace p) const {
     return detail::sampled(grid_, xs_[static_cast<std::size_t>(p.x)], ys_[static_cast<std::size_t>(p.y)]).z;
 }
 
-Vec3d TerrainSurface::position(LatticePlace p) const {
-    return {grid_.origin.x + grid_.spacing.x * in_samples(xs_[static_cast<std::size_t>(p.x)]),
-            grid_.origin.y - grid_.spacing.y * in_samples(ys_[static_cast<std::size_t>(p.y)]), height(p)};
+double TerrainSurface::east_of(std::int32_t column) const {
+    return grid_.origin.x + grid_.spacing.x * in_samples(xs_[static_cast<std::size_t>(column)]);
 }
+double TerrainSurface::north_of(std::int32_t row) const {
+    return grid_.origin.y - grid_.spacing.y * in_samples(ys_[static_cast<std::size_t>(row)]);
+}
+Vec3d TerrainSurface::position(LatticePlace p) const { return {east_of(p.x), north_of(p.y), height(p)}; }
 
 TerrainSurface::LatticePlace TerrainSurface::lattice_place(const Site& site) const {
     const Frame& frame = frames_[site.root.value];
@@ -311,6 +314,119 @@ void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places
     }
 }
 
+// The finest triangles are halves of the lattice's squares. The diagonals run through the corners with two even
+// numbers.
+TerrainSurface::Plane TerrainSurface::plane(LatticePlace square, bool north) const {
+    const auto [x, y] = square;
+    const double west = east_of(x), east = east_of(x + 1), top = north_of(y), bottom = north_of(y + 1);
+    const double nw = height({x, y}), ne = height({x + 1, y}), sw = height({x, y + 1}), se = height({x + 1, y + 1});
+    // From the north-west to the south-east, or across.
+    const bool falls = ((x ^ y) & 1) == 0;
+    const double slope_x = (north ? ne - nw : se - sw) / (east - west);
+    const bool west_side = falls != north;  // whether the triangle's other leg is in the west
+    const double slope_y = (west_side ? nw - sw : ne - se) / (top - bottom);
+    // The corner of the right angle.
+    const Vec2d corner(west_side ? west : east, north ? top : bottom);
+    return {corner, {slope_x, slope_y}, north ? west_side ? nw : ne : west_side ? sw : se};
+}
+
+bool TerrainSurface::is_north(LatticePlace square, double x, double y) const {
+    const double west = east_of(square.x), east = east_of(square.x + 1), top = north_of(square.y),
+                 bottom = north_of(square.y + 1);
+    const double across = (x - west) / (east - west), down = (top - y) / (top - bottom);
+    return ((square.x ^ square.y) & 1) == 0 ? down < across : down < 1 - across;
+}
+
+std::optional<TerrainSurface::GroundPoint> TerrainSurface::at(const Vec2d& place) const {
+    const double x = (place.x - grid_.origin.x) / grid_.spacing.x * k_grid_unit,
+                 y = (grid_.origin.y - place.y) / grid_.spacing.y * k_grid_unit;
+    if (!(x >= 0 && y >= 0 && x <= xs_.back() && y <= ys_.back())) return {};
+    const auto line = [](const std::vector<std::int32_t>& lines, double at) {
+        const auto after = std::upper_bound(lines.begin(), lines.end(), at);
+        return static_cast<std::int32_t>(std::min<std::ptrdiff_t>(after - lines.begin(), std::ssize(lines) - 1) - 1);
+    };
+    const LatticePlace square{line(xs_, x), line(ys_, y)};
+    const Plane over = plane(square, is_north(square, place.x, place.y));
+    return GroundPoint{over.height(place.x, place.y), glm::normalize(Vec3d(-over.slopes.x, -over.slopes.y, 1))};
+}
+
+struct TerrainSurface::RaySearch {
+    Vec3d origin, direction;
+    double first;  ///< the nearest hit, or the farthest that counts
+    bool found = false;
+
+    struct Way {
+        double begin, end;
+    };
+    /// The part of the ray in a box; begin > end: none.
+    Way in(const Vec3d& low, const Vec3d& high) const {
+        Way way{0, first};
+        for (int axis = 0; axis < 3; ++axis) {
+            if (direction[axis] == 0) {
+                if (origin[axis] < low[axis] || origin[axis] > high[axis]) return {1, 0};
+                continue;
+            }
+            const double a = (low[axis] - origin[axis]) / direction[axis],
+                         b = (high[axis] - origin[axis]) / direction[axis];
+            way = {std::max(way.begin, std::min(a, b)), std::min(way.end, std::max(a, b))};
+        }
+        return way;
+    }
+};
+
+void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const {
+    const auto last_x = static_cast<std::int32_t>(xs_.size() - 1), last_y = static_cast<std::int32_t>(ys_.size() - 1);
+    const auto [x, y] = corner;
+    const int k = std::countr_zero(static_cast<std::uint32_t>(side)) - k_log_cell;
+    if (k >= 0) {
+        const HeightLevel& level = heights_[static_cast<std::size_t>(k)];
+        const Heights& range =
+            level.cells[static_cast<std::size_t>(y / side) * static_cast<std::size_t>(level.columns) +
+                        static_cast<std::size_t>(x / side)];
+        low = double{range.low};
+        high = double{range.high};
+    }
+    // Wider by what rounding may do.
+    const double room = 1e-9 * (std::abs(low) + std::abs(high) + grid_.spacing.x + grid_.spacing.y);
+    const auto way = ray.in({east_of(x) - room, north_of(std::min(y + side, last_y)) - room, low - room},
+                            {east_of(std::min(x + side, last_x)) + room, north_of(y) + room, high + room});
+    if (way.begin > way.end) return;
+    if (side > 1) {
+        const std::int32_t half = side / 2;
+        // The nearest part first.
+        const std::int32_t first_x = ray.direction.x < 0 ? half : 0, first_y = ray.direction.y > 0 ? half : 0;
+        for (const std::int32_t dy : {first_y, half - first_y})
+            for (const std::int32_t dx : {first_x, half - first_x})
+                if (x + dx < last_x && y + dy < last_y) search(ray, {x + dx, y + dy}, half, low, high);
+        return;
+    }
+    for (const bool north : {false, true}) {
+        const Plane over = plane(corner, north);
+        const auto above = [&](double t) {
+            const Vec3d p = ray.origin + t * ray.direction;
+            return p.z - over.height(p.x, p.y);
+        };
+        const double begin = above(way.begin), end = above(way.end);
+        if ((begin > 0 && end > 0) || (begin < 0 && end < 0)) continue;
+        const double t = begin == end ? way.begin : way.begin + (way.end - way.begin) * begin / (begin - end);
+        const Vec3d p = ray.origin + t * ray.direction;
+        // On the diagonal both planes are equal.
+        const Plane other = plane(corner, !north);
+        if (is_north(corner, p.x, p.y) != north && std::abs(p.z - other.height(p.x, p.y)) > room) continue;
+        if (t < ray.first || !ray.found) {
+            ray.first = std::min(ray.first, t);
+            ray.found = true;
+        }
+    }
+}
+
+std::optional<double> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
+    RaySearch ray{origin, direction, farthest};
+    const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
+    search(ray, {0, 0}, 1 << top, 0, 0);
+    return ray.found ? std::optional(ray.first) : std::nullopt;
+}
+
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
     const auto last_x = static_cast<std::int32_t>(xs_.size() - 1), last_y = static_cast<std::int32_t>(ys_.size() - 1);
     // The loop waits for memory.
@@ -331,15 +447,10 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
                 const Heights& part = level.cells[static_cast<std::size_t>(r) * level.columns + c];
                 range = {std::min(range.low, part.low), std::max(range.high, part.high)};
             }
-        const double west = in_samples(xs_[static_cast<std::size_t>(x0)]),
-                     east = in_samples(xs_[static_cast<std::size_t>(x1)]),
-                     north = in_samples(ys_[static_cast<std::size_t>(y0)]),
-                     south = in_samples(ys_[static_cast<std::size_t>(y1)]);
-        bounds[i].center = {grid_.origin.x + grid_.spacing.x * (west + east) / 2,
-                            grid_.origin.y - grid_.spacing.y * (north + south) / 2,
-                            (double{range.low} + double{range.high}) / 2};
-        bounds[i].half_sides = {grid_.spacing.x * (east - west) / 2, grid_.spacing.y * (south - north) / 2,
-                                (double{range.high} - double{range.low}) / 2};
+        const Vec3d first(east_of(x0), north_of(y1), double{range.low}),
+            last(east_of(x1), north_of(y0), double{range.high});
+        bounds[i].center = (first + last) / 2.0;
+        bounds[i].half_sides = (last - first) / 2.0;
         bounds[i].error = double{error_of_code_[code(p)]};
     }
 }

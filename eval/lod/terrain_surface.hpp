@@ -7,6 +7,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +26,19 @@ class TerrainSurface final : public Surface {
 
     const HeightGrid& grid() const { return grid_; }
     std::uint64_t memory_bytes() const;
+
+    /// The surface itself, every sample a corner of its triangles, at a place on the ground; nothing where that is
+    /// beside the grid. O(log samples).
+    struct GroundPoint {
+        double height = 0;
+        Vec3d normal{};  ///< of the triangle there: of length one, upwards
+    };
+    std::optional<GroundPoint> at(const Vec2d& place) const;
+    /// Where a ray meets the surface first, from above or below: at origin + result * direction. Nothing if it does
+    /// not, or farther than `farthest`. About O(log samples).
+    /// @param direction  of any length but zero
+    std::optional<double> hit(const Vec3d& origin, const Vec3d& direction,
+                              double farthest = std::numeric_limits<double>::infinity()) const;
 
     const ControlMesh& roots() const override { return roots_; }
     int max_depth() const override { return 2 * log_side_ - 1; }
@@ -57,6 +72,20 @@ class TerrainSurface final : public Surface {
     }
     std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
     std::uint8_t code_of(double error) const;
+    /// The plane over the finest triangle of a square of the lattice: height = at + slopes * (place - corner).
+    struct Plane {
+        Vec2d corner, slopes;
+        double at;
+        double height(double x, double y) const { return at + slopes.x * (x - corner.x) + slopes.y * (y - corner.y); }
+    };
+    /// @param north  the triangle to the north of the square's diagonal, else the one to the south
+    Plane plane(LatticePlace square, bool north) const;
+    /// Whether a place is to the north of the diagonal of the square that it is in.
+    bool is_north(LatticePlace square, double x, double y) const;
+    struct RaySearch;
+    void search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const;
+    double east_of(std::int32_t column) const;
+    double north_of(std::int32_t row) const;
 
     HeightGrid grid_;
     int log_side_ = 1;

@@ -1,4 +1,6 @@
 #include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/distance/triangle_bvh.hpp"
+#include "../../eval/lod/view.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 
@@ -79,6 +81,57 @@ TEST_CASE("terrain surface: bounds hold all samples, and are nested") {
                 }
         }
         if (columns > 5) CHECK(samples > columns * rows / 2);
+    }
+}
+
+TEST_CASE("terrain surface: heights and rays meet the finest mesh") {
+    for (const auto& [columns, rows] : {std::pair{33u, 33u}, {45u, 20u}, {2u, 9u}}) {
+        CAPTURE(columns);
+        HeightGrid grid = rough(columns, rows, 2);
+        grid.spacing = {2, 3};
+        grid.origin = {100, 50};
+        const lod::TerrainSurface surface(grid);
+        lod::View view(surface);
+        // Everything, as the eye is everywhere.
+        for (int i = 0; i < 2; ++i) view.update({.eye = {120, 20, 0}}, {.pixel_error = 1e-12});
+        const TriangleMesh mesh = view.mesh();
+        const TriangleBvh bvh(mesh);
+        const double width = 2.0 * (columns - 1), height = 3.0 * (rows - 1);
+        std::mt19937 random(columns);
+        std::uniform_real_distribution<double> one(0, 1);
+        const auto place = [&] { return Vec3d(100 + width * one(random), 50 - height * one(random), 0); };
+        const auto from_mesh = [&](const Vec3d& p) { return bvh.closest(p).distance; };
+        int hits = 0;
+        for (int i = 0; i < 2000; ++i) {
+            Vec3d p = place();
+            const auto ground = surface.at({p.x, p.y});
+            REQUIRE(ground);
+            p.z = ground->height;
+            REQUIRE(from_mesh(p) < 1e-9);
+            REQUIRE(ground->normal.z > 0);
+            // From above and below, straight and aslant.
+            const Vec3d aim = p, from = i % 4 == 0 ? Vec3d(p.x, p.y, i % 8 == 0 ? 500 : -500)
+                                                   : place() + Vec3d(0, 0, i % 2 == 0 ? 80 : -80);
+            const auto t = surface.hit(from, aim - from);
+            REQUIRE(t);
+            REQUIRE(*t <= 1 + 1e-9);
+            const Vec3d met = from + *t * (aim - from);
+            REQUIRE(from_mesh(met) < 1e-6);
+            // Nothing is met before.
+            for (int k = 1; k < 8; ++k) {
+                const Vec3d before = from + *t * k / 8.0 * (aim - from);
+                const auto under = surface.at({before.x, before.y});
+                if (under) REQUIRE((before.z - under->height) * (from.z > 0 ? 1 : -1) > -1e-9);
+            }
+            REQUIRE(!surface.hit(from, aim - from, *t * 0.999));
+            REQUIRE(!surface.hit(from, from - aim));
+            if (*t < 0.999) ++hits;
+        }
+        if (columns > 2) CHECK(hits > 20);
+        CHECK(!surface.at({99, 50}));
+        CHECK(!surface.at({100, 50.1}));
+        CHECK(surface.at({100, 50})->height == double{grid.at(0, 0)});
+        CHECK(surface.at({100 + width, 50 - height})->height == double{grid.at(columns - 1, rows - 1)});
     }
 }
 
