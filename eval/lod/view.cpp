@@ -116,8 +116,7 @@ class View::Impl {
         dirty_triangles_.resize(slots);
         dirty_vertices_.resize(points);
         candidates_.reserve(static_cast<std::uint32_t>(leaves - leaves / 8));
-        for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
-            if (forest_.is_point(PointId(p))) dirty_vertices_.mark(p);
+        mark_vertices();
         for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
         Vec3d low(k_infinite), high(-k_infinite);
@@ -199,13 +198,13 @@ class View::Impl {
                                    region.radius, region.boost));
         regions_ = std::move(regions);
         candidates_.advance_all();
+        mark_vertices();
     }
 
     void set_origin(const Vec3d& origin) {
         if (!is_finite(origin)) refuse("an origin that is not finite");
         origin_ = origin;
-        for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
-            if (forest_.is_point(PointId(p))) dirty_vertices_.mark(p);
+        mark_vertices();
     }
 
     std::uint64_t memory_bytes() const {
@@ -274,17 +273,21 @@ class View::Impl {
         }
     }
 
-    Look look_at(const DiamondBounds& bounds) const {
-        const Vec3d center = bounds.center - eye_.at;
-        const Vec3d away = glm::max(glm::abs(center) - bounds.half_sides, Vec3d(0));
-        Look look;
-        look.distance = glm::length(away);
+    double boost(const DiamondBounds& bounds) const {
         double boost = 1;
         for (const Region& region : regions_) {
             const Vec3d off = glm::max(glm::abs(bounds.center - region.center) - bounds.half_sides, Vec3d(0));
             if (region.boost > boost && glm::dot(off, off) <= region.radius * region.radius) boost = region.boost;
         }
-        look.size = bounds.error * boost * scale_;
+        return boost;
+    }
+
+    Look look_at(const DiamondBounds& bounds) const {
+        const Vec3d center = bounds.center - eye_.at;
+        const Vec3d away = glm::max(glm::abs(center) - bounds.half_sides, Vec3d(0));
+        Look look;
+        look.distance = glm::length(away);
+        look.size = bounds.error * boost(bounds) * scale_;
         double least = k_infinite;
         for (const Vec3d& plane : eye_.planes)
             least = std::min(least, glm::dot(plane, center) + glm::dot(glm::abs(plane), bounds.half_sides));
@@ -416,24 +419,31 @@ class View::Impl {
         }
     }
 
+    void mark_vertices() {
+        for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
+            if (forest_.is_point(PointId(p))) dirty_vertices_.mark(p);
+    }
     void write_vertices() {
         constexpr std::size_t k_batch = 256;
-        batch_points_.clear();
-        batch_sites_.clear();
         const auto write = [&] {
-            batch_places_.resize(batch_sites_.size());
-            batch_bounds_.resize(batch_sites_.size());
+            batch_places_.resize(batch_points_.size());
+            batch_bounds_.resize(batch_points_.size());
             surface_.places(batch_sites_, batch_places_);
-            surface_.bounds(batch_sites_, batch_bounds_);
-            for (std::size_t i = 0; i < batch_sites_.size(); ++i) {
+            // Vertices and centres of roots halve no edge.
+            const auto moving = static_cast<std::size_t>(
+                std::partition_point(batch_points_.begin(), batch_points_.end(),
+                                     [&](std::uint32_t p) { return forest_.is_fixed(PointId(p)); }) -
+                batch_points_.begin());
+            surface_.bounds(std::span(batch_sites_).subspan(moving), std::span(batch_bounds_).subspan(moving));
+            for (std::size_t i = 0; i < batch_points_.size(); ++i) {
                 const Place& place = batch_places_[i];
-                const bool moves = !forest_.is_fixed(PointId(batch_points_[i]));
+                const DiamondBounds& bounds = batch_bounds_[i];
                 vertices_[batch_points_[i]] = {.position = packed(place.position - origin_),
                                                .on_edge = packed(place.on_edge - origin_),
                                                .normal = octahedral(place.normal),
                                                .uv = {static_cast<float>(place.uv.x), static_cast<float>(place.uv.y)},
-                                               .error = moves ? static_cast<float>(batch_bounds_[i].error)
-                                                              : std::numeric_limits<float>::infinity()};
+                                               .error = i < moving ? std::numeric_limits<float>::infinity()
+                                                                   : static_cast<float>(bounds.error * boost(bounds))};
             }
             batch_points_.clear();
             batch_sites_.clear();

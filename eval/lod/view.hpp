@@ -55,7 +55,7 @@ struct Vertex {
     std::array<float, 3> on_edge;        ///< where the edge is that it halves: the same frame
     std::array<std::int16_t, 2> normal;  ///< octahedral, 32767 is 1 (Meyer et al. 2010)
     std::array<float, 2> uv;
-    float error;  ///< of the diamond that it halves; infinite for vertices of roots, which do not move
+    float error;  ///< of the diamond that it halves, boosted; infinite for vertices of roots, which do not move
 };
 static_assert(sizeof(Vertex) == 40);
 inline constexpr double k_morph_begin = 0.85;
@@ -102,6 +102,7 @@ class View {
     /// pixels or the pixel error change, or regions do.
     Update update(const Camera& camera, const Budget& budget = {});
 
+    /// All diamonds are looked at and all vertices written by the next update: O(leaves).
     /// @throws Error  invalid_input: a radius or boost that is out of its range
     void set_regions(std::vector<Region> regions);
 
