@@ -19,7 +19,7 @@ LAYERS = {
 }
 KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}
 KNOWS["eval"] = KNOWS["refine"] + ["eval"]
-USERS = ["tools/tetrakis", "tools/examples", "tests/contract"]
+USERS = ["tools/tetrakis", "tools/capi", "tools/examples", "tests/contract"]
 INSIDERS = ["tools/tetrakis/schemes"]
 
 

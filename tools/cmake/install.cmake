@@ -12,6 +12,10 @@ file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/package/tetrakis.hpp @ONLY
      CONTENT "#pragma once\n#include \"eval/tetrakis.hpp\"\n")
 install(FILES ${PROJECT_BINARY_DIR}/package/tetrakis.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tetrakis)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+if(TARGET tetrakis_c)
+  install(TARGETS tetrakis_c LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          PUBLIC_HEADER DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tetrakis)
+endif()
 if(TARGET tetrakis_cli)
   install(TARGETS tetrakis_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

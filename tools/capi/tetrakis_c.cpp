@@ -1,0 +1,294 @@
+#include "tetrakis_c.h"
+
+#include "../../eval/io/gpu_mesh.hpp"
+#include "../../eval/lod/height_grid.hpp"
+#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/view.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/version.hpp"
+#include "../../hier/obj/obj_reader.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace tetrakis;
+
+struct tetrakis_control_mesh {
+    ControlMesh mesh;
+};
+struct tetrakis_mesh {
+    GpuMesh mesh;
+    bool reached_tolerance;
+};
+struct tetrakis_surface {
+    lod::TerrainSurface surface;
+};
+struct tetrakis_view {
+    lod::View view;
+};
+
+static_assert(sizeof(tetrakis_vertex) == sizeof(lod::Vertex) && sizeof(tetrakis_range) == sizeof(lod::Update::Range));
+
+namespace {
+
+thread_local std::string g_last_error;
+
+tetrakis_status failed(tetrakis_status status, const char* text) {
+    try {
+        g_last_error = text;
+    } catch (...) {
+        g_last_error.clear();
+    }
+    return status;
+}
+
+/// Runs `work`, and turns what it throws into a status.
+template <class Work>
+tetrakis_status guarded(const Work& work) {
+    try {
+        work();
+        return TETRAKIS_OK;
+    } catch (const Error& error) {
+        switch (error.code()) {
+            case ErrorCode::invalid_input:
+                return failed(TETRAKIS_INVALID_INPUT, error.what());
+            case ErrorCode::io:
+                return failed(TETRAKIS_IO, error.what());
+            case ErrorCode::unsupported:
+                return failed(TETRAKIS_UNSUPPORTED, error.what());
+            case ErrorCode::memory_limit:
+                return failed(TETRAKIS_MEMORY_LIMIT, error.what());
+            case ErrorCode::cancelled:
+                break;
+        }
+        return failed(TETRAKIS_FAILURE, error.what());
+    } catch (const std::bad_alloc&) {
+        return failed(TETRAKIS_MEMORY_LIMIT, "out of memory");
+    } catch (const std::exception& error) {
+        return failed(TETRAKIS_FAILURE, error.what());
+    }
+}
+
+void require(const void* pointer, const char* name) {
+    if (pointer == nullptr) throw Error(ErrorCode::invalid_input, std::string(name) + " is NULL");
+}
+
+/// A struct of a caller that may know fewer fields, or more; those that it does not know are as in `defaults`.
+template <class Struct>
+Struct taken(const Struct* given, const Struct& defaults, const char* name) {
+    if (given == nullptr) return defaults;
+    if (given->size < sizeof(std::size_t))
+        throw Error(ErrorCode::invalid_input, std::string(name) + " does not say its size");
+    Struct known = defaults;
+    std::memcpy(&known, given, std::min(given->size, sizeof(Struct)));
+    known.size = sizeof(Struct);
+    return known;
+}
+/// The reverse.
+template <class Struct>
+void give(Struct* receiver, const Struct& result, const char* name) {
+    require(receiver, name);
+    const std::size_t size = receiver->size;
+    if (size < sizeof(std::size_t)) throw Error(ErrorCode::invalid_input, std::string(name) + " does not say its size");
+    std::memcpy(receiver, &result, std::min(size, sizeof(Struct)));
+    receiver->size = size;
+}
+
+Vec3d vec(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+const char* tetrakis_version(void) {
+    static const std::string version(k_version);
+    return version.c_str();
+}
+const char* tetrakis_last_error(void) { return g_last_error.c_str(); }
+
+tetrakis_status tetrakis_load_control_mesh(const char* path, tetrakis_control_mesh** mesh) {
+    return guarded([&] {
+        require(path, "path");
+        require(mesh, "mesh");
+        *mesh = std::make_unique<tetrakis_control_mesh>(tetrakis_control_mesh{load_control_mesh(path)}).release();
+    });
+}
+
+tetrakis_status tetrakis_make_control_mesh(const double* positions, uint32_t vertex_count, const uint32_t* face_sizes,
+                                           uint32_t face_count, const uint32_t* face_vertices,
+                                           tetrakis_control_mesh** mesh) {
+    return guarded([&] {
+        require(positions, "positions");
+        require(face_sizes, "face_sizes");
+        require(face_vertices, "face_vertices");
+        require(mesh, "mesh");
+        ControlMeshData data;
+        for (std::size_t v = 0; v < vertex_count; ++v)
+            data.positions.emplace_back(positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]);
+        data.face_offsets = {0};
+        for (std::uint32_t f = 0; f < face_count; ++f)
+            data.face_offsets.push_back(data.face_offsets.back() + face_sizes[f]);
+        data.face_vertices.assign(face_vertices, face_vertices + data.face_offsets.back());
+        *mesh = std::make_unique<tetrakis_control_mesh>(tetrakis_control_mesh{ControlMesh::build(std::move(data))})
+                    .release();
+    });
+}
+void tetrakis_free_control_mesh(tetrakis_control_mesh* mesh) { delete mesh; }
+
+tetrakis_status tetrakis_tessellate(const tetrakis_control_mesh* control, const tetrakis_tessellate_options* given,
+                                    tetrakis_mesh** mesh) {
+    return guarded([&] {
+        require(control, "control");
+        require(mesh, "mesh");
+        const tetrakis_tessellate_options known = taken(given, TETRAKIS_TESSELLATE_OPTIONS, "options");
+        require(known.scheme, "scheme");
+        TessellateOptions options;
+        options.scheme = SchemeChoice(known.scheme);
+        if (known.tolerance != 0) options.tolerance = known.tolerance;
+        options.tolerance_is_absolute = known.absolute != 0;
+        if (known.certified != 0) options.estimator = EstimatorKind::certified;
+        options.max_triangles = known.max_triangles;
+        RunContext context;
+        context.threads = known.threads;
+        const Tessellation result = tessellate(control->mesh, options, context);
+        const Box3d box = bounding_box(result.mesh.positions);
+        *mesh = std::make_unique<tetrakis_mesh>(
+                    tetrakis_mesh{gpu_mesh(result.mesh, (box.lower + box.upper) / 2.0), result.tolerance_reached})
+                    .release();
+    });
+}
+
+tetrakis_status tetrakis_get_mesh_arrays(const tetrakis_mesh* mesh, tetrakis_mesh_arrays* arrays) {
+    return guarded([&] {
+        require(mesh, "mesh");
+        const GpuMesh& m = mesh->mesh;
+        tetrakis_mesh_arrays result = TETRAKIS_MESH_ARRAYS;
+        result.vertex_count = static_cast<std::uint32_t>(m.positions.size());
+        result.triangle_count = static_cast<std::uint32_t>(m.indices.size() / 3);
+        result.positions = &m.positions.data()->x;
+        result.normals = &m.normals.data()->x;
+        result.uvs = m.uvs.empty() ? nullptr : &m.uvs.data()->x;
+        result.indices = m.indices.data();
+        for (int k = 0; k < 3; ++k) result.origin[k] = m.origin[k];
+        give(arrays, result, "arrays");
+    });
+}
+int tetrakis_mesh_reached_tolerance(const tetrakis_mesh* mesh) { return mesh != nullptr && mesh->reached_tolerance; }
+void tetrakis_free_mesh(tetrakis_mesh* mesh) { delete mesh; }
+
+tetrakis_status tetrakis_load_terrain(const char* path, double spacing, double scale, double offset,
+                                      tetrakis_surface** surface) {
+    return guarded([&] {
+        require(path, "path");
+        require(surface, "surface");
+        HeightReadOptions options;
+        options.scale = scale;
+        options.offset = offset;
+        if (spacing != 0) options.spacing = Vec2d(spacing);
+        HeightGrid grid = load_height_grid(path, options);
+        fill_missing_heights(grid);
+        *surface = std::make_unique<tetrakis_surface>(tetrakis_surface{lod::TerrainSurface(std::move(grid))}).release();
+    });
+}
+tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, uint32_t rows, double spacing,
+                                      tetrakis_surface** surface) {
+    return guarded([&] {
+        require(heights, "heights");
+        require(surface, "surface");
+        HeightGrid grid{.columns = columns,
+                        .rows = rows,
+                        .heights = std::vector<float>(heights, heights + std::size_t{columns} * rows)};
+        grid.spacing = Vec2d(spacing);
+        *surface = std::make_unique<tetrakis_surface>(tetrakis_surface{lod::TerrainSurface(std::move(grid))}).release();
+    });
+}
+void tetrakis_free_surface(tetrakis_surface* surface) { delete surface; }
+
+int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, double* height, double normal[3]) {
+    const auto ground = surface->surface.at({x, y});
+    if (!ground) return 0;
+    if (height != nullptr) *height = ground->height;
+    if (normal != nullptr)
+        for (int k = 0; k < 3; ++k) normal[k] = ground->normal[k];
+    return 1;
+}
+int tetrakis_surface_hit(const tetrakis_surface* surface, const double origin[3], const double direction[3],
+                         double farthest, double* t) {
+    const auto hit =
+        surface->surface.hit({origin[0], origin[1], origin[2]}, {direction[0], direction[1], direction[2]}, farthest);
+    if (hit && t != nullptr) *t = *hit;
+    return hit ? 1 : 0;
+}
+
+tetrakis_status tetrakis_make_view(const tetrakis_surface* surface, const tetrakis_view_options* options,
+                                   tetrakis_view** view) {
+    return guarded([&] {
+        require(surface, "surface");
+        require(view, "view");
+        const tetrakis_view_options known = taken(options, TETRAKIS_VIEW_OPTIONS, "options");
+        *view = std::make_unique<tetrakis_view>(
+                    tetrakis_view{lod::View(surface->surface, {.max_leaves = known.max_leaves,
+                                                               .max_bytes = known.max_bytes,
+                                                               .max_ranges = known.max_ranges,
+                                                               .outside_weight = known.outside_weight,
+                                                               .hysteresis = known.hysteresis})})
+                    .release();
+    });
+}
+void tetrakis_free_view(tetrakis_view* view) { delete view; }
+
+tetrakis_status tetrakis_update_view(tetrakis_view* view, const tetrakis_camera* camera, const tetrakis_budget* budget,
+                                     tetrakis_update* update) {
+    return guarded([&] {
+        require(view, "view");
+        require(camera, "camera");
+        require(update, "update");
+        const tetrakis_camera eye = taken(camera, TETRAKIS_CAMERA, "camera");
+        const tetrakis_budget known = taken(budget, TETRAKIS_BUDGET, "budget");
+        const lod::Update done = view->view.update(
+            {.eye = vec(eye.eye),
+             .direction = vec(eye.direction),
+             .up = vec(eye.up),
+             .vertical_fov = eye.vertical_fov,
+             .width = eye.width,
+             .height = eye.height},
+            {.pixel_error = known.pixel_error, .leaves = known.leaves, .milliseconds = known.milliseconds});
+        tetrakis_update result = TETRAKIS_UPDATE;
+        result.vertex_ranges = reinterpret_cast<const tetrakis_range*>(done.vertices.data());
+        result.triangle_ranges = reinterpret_cast<const tetrakis_range*>(done.triangles.data());
+        result.vertex_range_count = static_cast<std::uint32_t>(done.vertices.size());
+        result.triangle_range_count = static_cast<std::uint32_t>(done.triangles.size());
+        result.splits = done.splits;
+        result.merges = done.merges;
+        result.leaves = done.leaves;
+        result.pixel_error = done.pixel_error;
+        result.morph_scale = done.morph_scale;
+        result.complete = done.complete ? 1 : 0;
+        give(update, result, "update");
+    });
+}
+
+const tetrakis_vertex* tetrakis_view_vertices(const tetrakis_view* view, uint32_t* count, uint32_t* capacity) {
+    const auto vertices = view->view.vertices();
+    if (count != nullptr) *count = static_cast<std::uint32_t>(vertices.size());
+    if (capacity != nullptr) *capacity = view->view.vertex_capacity();
+    return reinterpret_cast<const tetrakis_vertex*>(vertices.data());
+}
+const uint32_t* tetrakis_view_triangles(const tetrakis_view* view, uint32_t* count, uint32_t* capacity) {
+    const auto triangles = view->view.triangles();
+    if (count != nullptr) *count = static_cast<std::uint32_t>(triangles.size());
+    if (capacity != nullptr) *capacity = view->view.triangle_capacity();
+    return triangles.data()->data();
+}
+tetrakis_status tetrakis_set_view_origin(tetrakis_view* view, const double origin[3]) {
+    return guarded([&] {
+        require(view, "view");
+        require(origin, "origin");
+        view->view.set_origin({origin[0], origin[1], origin[2]});
+    });
+}
