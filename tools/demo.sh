@@ -2,10 +2,19 @@
 # From a bare Debian 12 to a picture: installs what is missing, builds, and tessellates a chess rook to a thousandth of
 # its size, by measurement and by proof. Meshes, reports and pictures go to out/.
 #   tools/demo.sh [model.obj [tolerance]]        default: data/rook.obj 1e-3
+#   tools/demo.sh lod [heights [options]]        a flight over data/island.png, or over your heights (tetrakis lod --help)
 # Environment: TETRAKIS_BUILD_DIR (build/release), TETRAKIS_JOBS (one per processor).
 set -eu
 case "${1:-}" in
-    -*) sed -n '2,5s/^# //p' "$0"; exit 2 ;;
+    -*) sed -n '2,7s/^# //p' "$0"; exit 2 ;;
+    lod)
+        model=lod
+        shift
+        case "${1:-}" in
+            '') set -- data/island.png --scale 0.1 --spacing 10 --pixels 0.5 ;;
+            /*) ;;
+            *) heights=$PWD/$1 && shift && set -- "$heights" "$@" ;;
+        esac ;;
     /* | '') model=${1:-data/rook.obj} ;;
     *) model=$PWD/$1 ;;
 esac
@@ -24,6 +33,14 @@ cmake --build "$build" --parallel "${TETRAKIS_JOBS:-$(nproc)}" --target tetrakis
 tetrakis=$build/tetrakis
 
 mkdir -p out
+if [ "$model" = lod ]; then
+    echo
+    echo "== a flight over $1 =="
+    "$tetrakis" lod "$@" --images 8 -o out/lod --report out/lod.json || [ $? -eq 4 ]
+    echo
+    echo "Look at out/lod/sheet.png; out/lod/frames.csv says what each frame cost, out/lod.json the flight."
+    exit 0
+fi
 name=$(basename "$model" .obj)
 scheme=catmull-clark
 case "$name" in *_tri) scheme=loop ;; esac
