@@ -11,7 +11,7 @@ case "${1:-}" in
         model=lod
         shift
         case "${1:-}" in
-            '') set -- data/island.png --scale 0.1 --spacing 10 --pixels 0.5 ;;
+            '') set -- data/island.png --scale 0.1 --spacing 40 --pixels 0.5 ;;
             /*) ;;
             *) heights=$PWD/$1 && shift && set -- "$heights" "$@" ;;
         esac ;;

@@ -109,12 +109,12 @@ std::vector<CameraPlace> circle(const HeightGrid& grid, std::uint32_t frames, bo
         const Vec3d out(std::cos(turn), std::sin(turn), 0), ahead(-std::sin(turn), std::cos(turn), 0);
         CameraPlace view;
         if (fly) {
-            view.eye = middle + 0.3 * size * out;
+            view.eye = middle + 0.42 * size * out;
             // As high as the ground asks for, without jumps.
-            const double wanted = std::max(ground(view.eye), ground(view.eye + 0.1 * size * ahead)) + 0.05 * size;
+            const double wanted = std::max(ground(view.eye), ground(view.eye + 0.1 * size * ahead)) + 0.12 * size;
             above = i == 0 ? wanted : above + 0.2 * (wanted - above);
-            view.eye.z = std::max(above, ground(view.eye) + 0.01 * size);
-            view.target = view.eye + size * (ahead - 0.2 * out) - Vec3d(0, 0, 0.25 * size);
+            view.eye.z = std::max(above, ground(view.eye) + 0.03 * size);
+            view.target = view.eye + size * (ahead - 0.8 * out) - Vec3d(0, 0, 0.2 * size);
         } else {
             view.eye = middle + 1.2 * size * out + Vec3d(0, 0, 0.7 * size + range);
             view.target = middle;
@@ -426,7 +426,7 @@ void add_lod_command(CLI::App& app, Command& chosen) {
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer(
         "x runs east, y north, z up, as `tetrakis terrain` has them. Exit code 4: the budget did not reach --pixels.\n"
-        "Example:\n  tetrakis lod data/island.png --scale 0.1 --spacing 10 --pixels 0.5 --frames 60 --images 1 -o "
+        "Example:\n  tetrakis lod data/island.png --scale 0.1 --spacing 40 --pixels 0.5 --frames 60 --images 1 -o "
         "island");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
