@@ -401,9 +401,9 @@ TEST_CASE("lod: views of two threads on one surface are what they are by themsel
         lod::View view(surface, {.max_leaves = 5'000});
         Wanderer wanderer(grid, seed);
         std::uint64_t early = 0;
-        for (int i = 0; i < 1000; ++i) {
+        for (int i = 0; i < 400; ++i) {
             view.update(wanderer.next(), {.pixel_error = 2});
-            if (i == 400) early = view.memory_bytes();
+            if (i == 150) early = view.memory_bytes();
         }
         CHECK(view.memory_bytes() < 1.1 * static_cast<double>(early));
         auto leaves = view.leaves();

@@ -358,7 +358,7 @@ TEST_CASE("refine() is rows of weights times the control points: loop, catmull-c
     for (const char* name : {"loop", "catmull-clark", "4-8"}) check_table(name, 194);
 }
 
-TEST_CASE("refine() is rows of weights times the control points: sqrt3, doo-sabin, midedge") {
+TEST_CASE("[slow] refine() is rows of weights times the control points: sqrt3, doo-sabin, midedge") {
     check_table("sqrt3", 185);
     for (const char* name : {"doo-sabin", "midedge"}) check_table(name, 191);
 }

@@ -70,7 +70,7 @@ void check_search(const ControlMesh& mesh, detail::RootShape shape, Frame&& fram
 
 }  // namespace
 
-TEST_CASE("beside a vertex of many edges the closest point is that of a search of every root") {
+TEST_CASE("[slow] beside a vertex of many edges the closest point is that of a search of every root") {
     for (const std::uint32_t n : {24u, 70u}) {
         CAPTURE(n);
         for (const bool quads : {false, true})

@@ -137,7 +137,7 @@ TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is ref
     }
 }
 
-TEST_CASE("averages whose boundary recedes are tessellated by whole levels, with a warning") {
+TEST_CASE("[slow] averages whose boundary recedes are tessellated by whole levels, with a warning") {
     for (const int steps : {1, 2}) {
         CAPTURE(steps);
         ControlMeshData data = test::grid(3u * static_cast<std::uint32_t>(steps));
