@@ -288,6 +288,28 @@ TEST_CASE("lod: with a few microseconds a frame the same mesh comes about later"
     CHECK(late == soon);
 }
 
+TEST_CASE("lod: with fewer triangles the smallest errors go first") {
+    const HeightGrid grid = rough(200, 200, 6);
+    const lod::TerrainSurface surface(grid);
+    Wanderer wanderer(grid, 4);
+    const lod::Camera camera = wanderer.next();
+    lod::View view(surface);
+    const std::uint32_t all = view.update(camera, {.pixel_error = 0.5}).leaves;
+    REQUIRE(all > 8000);
+    for (const std::uint32_t leaves : {all / 2, all / 8, all / 3, all / 20}) {
+        CAPTURE(leaves);
+        const lod::Update fewer = view.update(camera, {.pixel_error = 0.5, .leaves = leaves});
+        lod::View fresh(surface);
+        const lod::Update same = fresh.update(camera, {.pixel_error = 0.5, .leaves = leaves});
+        CHECK(fewer.leaves <= leaves);
+        CHECK(same.leaves <= leaves);
+        CHECK(fewer.leaves > 0.95 * leaves);
+        // Errors are told apart by quarters of a doubling; a swap has to be worth two of them.
+        CHECK(fewer.pixel_error < 1.5 * same.pixel_error);
+        CHECK(fewer.pixel_error > 0.66 * same.pixel_error);
+    }
+}
+
 TEST_CASE("lod: vertices come and go where their edges are shown") {
     const HeightGrid grid = rough(129, 129, 4);
     const lod::TerrainSurface surface(grid);
