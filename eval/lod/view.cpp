@@ -156,9 +156,7 @@ class View::Impl {
             }
             if (look_at_due()) continue;
             const int split = candidates_.highest(Kind::split), merge = candidates_.lowest(Kind::merge);
-            lowest_split_ = std::max(k_limit_bucket, split) - 1;
-            // Where there are too many, all may have to go.
-            highest_merge_ = too_many ? Candidates::k_buckets - 1 : lowest_split_;
+            level_ = std::max(k_limit_bucket, split);
             bool may_merge = merge < merge_bucket_ || (too_many && merge < Candidates::k_buckets);
             if (!too_many && split >= k_limit_bucket) {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
@@ -332,14 +330,14 @@ class View::Impl {
         // What is far from being decided upon is not told apart.
         if (is_split) {
             own = bucket_of(look.at(weight) * k_room);
-            bucket = std::max(own, lowest_split_);
+            bucket = std::max(own, level_ - 1);
             const double edge = edge_of(bucket + 1);
             const bool always = edge == k_infinite || look.size == 0;
             way = always ? k_infinite : look.distance - weight * look.size / edge;
             other_way = always ? k_infinite : look.distance - other_weight * look.size / edge;
         } else {
             own = bucket_of(look.at(weight) / k_room);
-            bucket = std::min(own, highest_merge_);
+            bucket = std::min(own, level_ - 1);
             const double edge = edge_of(bucket);
             way = edge == 0 ? k_infinite : weight * look.size / edge - look.distance;
             other_way = edge == 0 ? k_infinite : other_weight * look.size / edge - look.distance;
@@ -477,7 +475,7 @@ class View::Impl {
     std::array<DiamondBounds, k_together> bounds_{};
     double morph_scale_ = 0;
     int merge_bucket_ = 0;
-    int lowest_split_ = k_limit_bucket - 1, highest_merge_ = k_limit_bucket - 1;  // what is beyond is listed there
+    int level_ = k_limit_bucket;  // of the largest errors that are left
     std::vector<std::uint32_t> batch_points_;
     std::vector<Site> batch_sites_;
     std::vector<Place> batch_places_;
