@@ -98,10 +98,11 @@ class View::Impl {
         const std::uint32_t roots = forest_.leaf_count();
         std::uint64_t leaves = std::max(options.max_leaves, roots);
         if (options.max_bytes != 0) {
-            if (options.max_bytes / k_bytes_a_leaf < roots)
-                throw Error(ErrorCode::memory_limit, fmt::format("{} bytes are too few for {} roots of {} bytes each",
-                                                                 options.max_bytes, roots, k_bytes_a_leaf));
-            leaves = std::min(leaves, options.max_bytes / k_bytes_a_leaf);
+            const std::uint64_t least = k_bytes + k_bytes_a_leaf * roots;
+            if (options.max_bytes < least)
+                throw Error(ErrorCode::memory_limit, fmt::format("{} bytes are too few for {} roots; {} are the least",
+                                                                 options.max_bytes, roots, least));
+            leaves = std::min(leaves, (options.max_bytes - k_bytes) / k_bytes_a_leaf);
         }
         max_leaves_ = static_cast<std::uint32_t>(leaves);
         // Half as many vertices as triangles, and those on the boundary.
@@ -177,7 +178,9 @@ class View::Impl {
                             : update.complete                         ? 1
                                                                       : k_infinite;
         update.pixel_error = over * budget.pixel_error;
-        if (update.complete) morph_scale_ = eye_.pixels / update.pixel_error;
+        // Until all is there it shows what it did before; at first, what it is to become.
+        if (update.complete || morph_scale_ == 0)
+            morph_scale_ = eye_.pixels / (update.complete ? update.pixel_error : budget.pixel_error);
         update.morph_scale = morph_scale_;
         update.splits = splits;
         update.merges = merges;
@@ -223,7 +226,8 @@ class View::Impl {
     std::vector<Vertex> vertices_;     // by points
 
   private:
-    static constexpr std::uint64_t k_bytes_a_leaf = 128;
+    // 98 in buffers and the forest; 32 for each candidate, of which there are fewer than leaves, and where it waits.
+    static constexpr std::uint64_t k_bytes_a_leaf = 144, k_bytes = 64 << 10;
     static constexpr double k_odometer_start = 16;  // extents
     static constexpr std::size_t k_together = 16;   // candidates that are looked at: they wait for memory together
     /// The camera as decisions need it.

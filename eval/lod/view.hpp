@@ -92,6 +92,7 @@ class View {
     /// The roots. Keeps a reference to the surface.
     /// @throws Error  invalid_input: options out of their ranges; memory_limit: max_bytes are too few for the roots
     explicit View(const Surface& surface, const ViewOptions& options = {});
+    explicit View(const Surface&&, const ViewOptions& = {}) = delete;
     ~View();
     View(View&&) noexcept;
     View& operator=(View&&) noexcept;
