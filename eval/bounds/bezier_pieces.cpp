@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-// Both versions give the same bits: neither fuses products and sums.
-#if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+// Both versions give the same bits: neither fuses products and sums. ThreadSanitizer is not there yet when the loader
+// chooses between them.
+#if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_THREAD__)
 #    define TETRAKIS_FOR_AVX2_TOO __attribute__((target_clones("avx2", "default")))
 #else
 #    define TETRAKIS_FOR_AVX2_TOO
