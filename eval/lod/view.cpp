@@ -5,6 +5,8 @@
 #include "../../hier/forest/corner_cell.hpp"
 #include "candidates.hpp"
 #include "dirty_slots.hpp"
+#include "error_buckets.hpp"
+#include "eye.hpp"
 
 #include <fmt/format.h>
 
@@ -17,37 +19,21 @@ namespace tetrakis::lod {
 
 namespace {
 
+using detail::bucket_of;
 using detail::Candidates;
 using detail::DirtySlots;
+using detail::edge_of;
+using detail::Eye;
+using detail::k_buckets_a_doubling;
+using detail::k_limit_bucket;
 using Clock = std::chrono::steady_clock;
 using Kind = Candidates::Kind;
 
-// Errors are counted in multiples of the budget's pixels, four buckets to a doubling.
-constexpr int k_buckets_a_doubling = 4, k_limit_bucket = 48;
 // Decisions hold for errors that are larger or smaller by this, so that a camera has a way to go before the next look.
 constexpr double k_room = 1.02;
 // How far from the frustum something is when it counts as outside, as a part of its distance: a way to go, too.
-constexpr double k_beside = 0.1, k_turn = 1;
+constexpr double k_beside = 0.1;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
-
-/// Errors of a bucket are from its edge on and below the next one's.
-const std::array<double, Candidates::k_buckets + 1> k_edges = [] {
-    std::array<double, Candidates::k_buckets + 1> edges{};
-    for (int i = 1; i < Candidates::k_buckets; ++i)
-        edges[i] = std::exp2(double(i - k_limit_bucket) / k_buckets_a_doubling);
-    edges.back() = k_infinite;
-    return edges;
-}();
-double edge_of(int bucket) { return k_edges[static_cast<std::size_t>(bucket)]; }
-int bucket_of(double error) {
-    static_assert(k_buckets_a_doubling == 4 && k_limit_bucket % 4 == 0);
-    if (!(error >= edge_of(1))) return 0;
-    if (error >= edge_of(Candidates::k_buckets - 1)) return Candidates::k_buckets - 1;
-    // What std::log2() says, but faster and never beyond an edge.
-    const int octave = 4 * std::ilogb(error) + k_limit_bucket;
-    if (octave < 0) return error >= edge_of(2) ? error >= edge_of(3) ? 3 : 2 : 1;
-    return octave + (error >= edge_of(octave + 1)) + (error >= edge_of(octave + 2)) + (error >= edge_of(octave + 3));
-}
 
 [[noreturn]] void refuse(const std::string& text) { throw Error(ErrorCode::invalid_input, text); }
 
@@ -120,12 +106,7 @@ class View::Impl {
         mark_vertices();
         for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
-        Vec3d low(k_infinite), high(-k_infinite);
-        for (const Vec3d& p : surface.roots().positions()) {
-            low = glm::min(low, p);
-            high = glm::max(high, p);
-        }
-        const double extent = glm::length(high - low);
+        const double extent = surface.roots().bounding_box().diagonal();
         for (std::size_t i = 1; i < turn_lengths_.size(); ++i)
             turn_lengths_[i] = std::ldexp(extent, static_cast<int>(i) - 12);
         // From here on readings have equal exponents for long: candidates are sorted by the digits that they differ in.
@@ -230,29 +211,6 @@ class View::Impl {
     static constexpr std::uint64_t k_bytes_a_leaf = 144, k_bytes = 64 << 10;
     static constexpr double k_odometer_start = 16;  // extents
     static constexpr std::size_t k_together = 16;   // candidates that are looked at: they wait for memory together
-    /// The camera as decisions need it.
-    struct Eye {
-        Vec3d at{}, forward{0, 1, 0}, right{1, 0, 0}, up{0, 0, 1};
-        std::array<Vec3d, 4> planes{};  ///< the frustum's sides: inward, of length one
-        double pixels = 0;              ///< of something of length 1 at distance 1
-
-        explicit Eye(const Camera& camera) : at(camera.eye), forward(glm::normalize(camera.direction)) {
-            right = glm::cross(forward, camera.up);
-            if (!(glm::length(right) > 1e-9 * glm::length(camera.up)))
-                right = glm::cross(forward, std::abs(forward.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0));
-            right = glm::normalize(right);
-            up = glm::cross(right, forward);
-            const double y = std::tan(camera.vertical_fov / 2), x = y * camera.width / camera.height;
-            pixels = camera.height / (2 * y);
-            planes = {glm::normalize(x * forward + right), glm::normalize(x * forward - right),
-                      glm::normalize(y * forward + up), glm::normalize(y * forward - up)};
-        }
-        /// The angle between two of them.
-        double turn_to(const Eye& other) const {
-            const Vec3d f = other.forward - forward, r = other.right - right, u = other.up - up;
-            return 2 * std::asin(std::min(1.0, std::sqrt((glm::dot(f, f) + glm::dot(r, r) + glm::dot(u, u)) / 8)));
-        }
-    };
     /// How a diamond's error looks from the eye.
     struct Look {
         double size = 0;  // in multiples of the pixels allowed, at distance 1
@@ -350,7 +308,7 @@ class View::Impl {
         if (weight == other_weight || other_way > 0.25 * way) {
             way = std::min(way, other_way);
         } else {
-            while (odometer + 1 < Candidates::k_odometers && turn_lengths_[odometer] < k_turn * look.reach) ++odometer;
+            while (odometer + 1 < Candidates::k_odometers && turn_lengths_[odometer] < look.reach) ++odometer;
             way = std::min(way, look.gap / (1 + (look.reach + look.gap) / turn_lengths_[odometer]));
         }
         const double now = moved_[odometer];

@@ -32,17 +32,17 @@ struct Region {
 /// What an update may cost.
 struct Budget {
     double pixel_error = 1;  ///< triangles whose error looks larger are split; positive
-    /// Most triangles; of those for which there is room. The roots stay in any case.
+    /// The largest number of triangles, at most View::max_leaves(). The roots stay in any case.
     std::uint32_t leaves = std::numeric_limits<std::uint32_t>::max();
-    /// An update ends soon after this, between two changes, and the next one goes on; 0: no limit. What is over the
-    /// leaves' number is merged first, whatever it takes.
+    /// An update ends soon after this, between two changes, and the next one goes on; 0: no limit. Triangles beyond
+    /// `leaves` are merged first, however long that takes.
     double milliseconds = 0;
 };
 
 struct ViewOptions {
     std::uint32_t max_leaves = 200'000;  ///< room for so many triangles is made at once, and never more
     std::uint64_t max_bytes = 0;         ///< fewer leaves if these would take more; 0: no limit
-    std::uint32_t max_ranges = 4096;     ///< of each buffer, an update; the nearest ones are joined
+    std::uint32_t max_ranges = 4096;     ///< of one buffer in one update; the nearest ones are joined
     double outside_weight = 0.25;        ///< errors out of sight count this much; from 0 to 1
     double hysteresis = 0.7;  ///< triangles are merged where the error looks this small a part of the limit; 0.1 to 0.8
 };
@@ -70,8 +70,8 @@ struct Update {
     std::span<const Range> vertices, triangles;  ///< ascending; valid until the next update
     std::uint32_t splits = 0, merges = 0;        ///< diamonds
     std::uint32_t leaves = 0;
-    /// No triangle's error looks larger, in pixels; outside the frustum what it looks like times outside_weight.
-    /// At most the budget's where that let it.
+    /// No triangle's error looks larger than so many pixels; out of sight, times outside_weight. The budget's, or more
+    /// where its leaves did not suffice; infinite where its time did not.
     double pixel_error = 0;
     double morph_scale = 0;  ///< for shaders: length / length
     bool complete = true;    ///< the time did suffice

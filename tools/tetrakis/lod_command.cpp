@@ -64,10 +64,11 @@ std::vector<CameraPlace> views_of(const std::filesystem::path& path, std::uint32
             given.push_back({vec("eye"), vec("target"), entry.value("fov_degrees", 60.0)});
         }
     } catch (const nlohmann::json::exception& error) {
+        const std::string reason = error.what();  // "[json.exception.type_error.304] cannot ..."
         throw InputError(
             fmt::format("{}: camera {}: {}; a camera path is a list of {{\"eye\": [x, y, z], \"target\": "
                         "[x, y, z], \"fov_degrees\": a}}",
-                        path.string(), given.size(), error.what()));
+                        path.string(), given.size(), reason.substr(reason.find("] ") + 2)));
     }
     for (std::size_t i = 0; i < given.size(); ++i)
         if (!(glm::length(given[i].target - given[i].eye) > 0 && given[i].fov_degrees > 0 &&

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+#include "view.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tetrakis::lod::detail {
+
+/// The camera as decisions need it.
+struct Eye {
+    Vec3d at{}, forward{0, 1, 0}, right{1, 0, 0}, up{0, 0, 1};
+    std::array<Vec3d, 4> planes{};  ///< the frustum's sides: inward, of length one
+    double pixels = 0;              ///< of something of length 1 at distance 1
+
+    explicit Eye(const Camera& camera) : at(camera.eye), forward(glm::normalize(camera.direction)) {
+        right = glm::cross(forward, camera.up);
+        if (!(glm::length(right) > 1e-9 * glm::length(camera.up)))
+            right = glm::cross(forward, std::abs(forward.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0));
+        right = glm::normalize(right);
+        up = glm::cross(right, forward);
+        const double y = std::tan(camera.vertical_fov / 2), x = y * camera.width / camera.height;
+        pixels = camera.height / (2 * y);
+        planes = {glm::normalize(x * forward + right), glm::normalize(x * forward - right),
+                  glm::normalize(y * forward + up), glm::normalize(y * forward - up)};
+    }
+    /// The angle between two of them.
+    double turn_to(const Eye& other) const {
+        const Vec3d f = other.forward - forward, r = other.right - right, u = other.up - up;
+        return 2 * std::asin(std::min(1.0, std::sqrt((glm::dot(f, f) + glm::dot(r, r) + glm::dot(u, u)) / 8)));
+    }
+};
+
+}  // namespace tetrakis::lod::detail
