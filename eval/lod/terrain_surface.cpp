@@ -14,88 +14,22 @@ namespace tetrakis::lod {
 
 namespace {
 
-using detail::GridTriangle;
-using detail::GridVertex;
-using detail::in_samples;
-using detail::k_grid_unit;
+using detail::LatticeDiamond;
+using tetrakis::detail::GridTriangle;
+using tetrakis::detail::GridVertex;
+using tetrakis::detail::in_samples;
+using tetrakis::detail::k_grid_unit;
 
 constexpr int k_codes_a_doubling = 6;
 constexpr int k_log_cell = 3;  // of the finest cells whose heights are known
-constexpr std::uint32_t k_most_roots = 64;
-
-constexpr std::uint32_t pieces(std::uint32_t length, std::uint32_t side) { return (length + side - 1) / side; }
-
-/// Into what squares, of 2^result steps, a lattice for a grid is cut so that it has the fewest points.
-int best_log_side(std::uint32_t width, std::uint32_t height) {
-    int best = 0;
-    std::uint64_t fewest = ~std::uint64_t{0};
-    for (int log_side = 25; log_side >= 1; --log_side) {
-        const std::uint32_t side = 1u << log_side;
-        const std::uint64_t roots = std::uint64_t{pieces(width, side)} * pieces(height, side);
-        if (best != 0 && roots > k_most_roots) break;
-        const std::uint64_t points = roots << (2 * log_side);
-        if (points < fewest) {
-            fewest = points;
-            best = log_side;
-        }
-    }
-    return best;
-}
-
-/// Places of the lattice's lines along one axis.
-std::vector<std::int32_t> lines(std::uint32_t length, int log_side) {
-    const std::uint32_t side = 1u << log_side, count = pieces(length, side);
-    std::vector<std::int32_t> places(std::size_t{count} * side + 1);
-    for (std::size_t i = 0; i <= count; ++i)
-        places[i * side] = static_cast<std::int32_t>(i * length / count) * k_grid_unit;
-    for (std::size_t step = side / 2; step > 0; step /= 2)
-        for (std::size_t i = step; i < places.size(); i += 2 * step)
-            places[i] = detail::middle(places[i - step], places[i + step]);
-    return places;
-}
 
 }  // namespace
 
-/// The two triangles over an edge, by their places.
-struct TerrainSurface::Diamond {
-    LatticePlace middle;
-    std::int32_t step = 0;   ///< of the finest squares of which the middle is a corner
-    bool is_centre = false;  ///< of a square with four corners, `step` away along both axes; else `step` along one
-    std::array<LatticePlace, 2> ends{}, apexes{};
-
-    explicit Diamond(LatticePlace p) : middle(p), step(1 << std::countr_zero(static_cast<std::uint32_t>(p.x | p.y))) {
-        const bool odd_x = (p.x & step) != 0, odd_y = (p.y & step) != 0;
-        const std::int32_t s = step;
-        is_centre = odd_x && odd_y;
-        if (is_centre) {
-            // The base is the diagonal from the centre of the next larger squares.
-            const auto is_end = [&](std::int32_t x, std::int32_t y) { return (x & 2 * s) != 0 && (y & 2 * s) != 0; };
-            const bool falls = is_end(p.x - s, p.y - s) || is_end(p.x + s, p.y + s);
-            ends = {{{p.x - s, falls ? p.y - s : p.y + s}, {p.x + s, falls ? p.y + s : p.y - s}}};
-            apexes = {{{p.x - s, falls ? p.y + s : p.y - s}, {p.x + s, falls ? p.y - s : p.y + s}}};
-        } else {
-            const LatticePlace along{odd_x ? s : 0, odd_x ? 0 : s}, aside{along.y, along.x};
-            ends = {{{p.x - along.x, p.y - along.y}, {p.x + along.x, p.y + along.y}}};
-            apexes = {{{p.x - aside.x, p.y - aside.y}, {p.x + aside.x, p.y + aside.y}}};
-        }
-    }
-    /// Middles of the diamonds that have to be split for this one to be: those by which its apexes came to be.
-    const std::array<LatticePlace, 2>& parents() const { return apexes; }
-    /// Middles of the diamonds that a split makes possible.
-    std::array<LatticePlace, 4> children() const {
-        const auto [x, y] = middle;
-        const std::int32_t s = step, h = step / 2;
-        if (is_centre) return {{{x - s, y}, {x + s, y}, {x, y - s}, {x, y + s}}};
-        return {{{x - h, y - h}, {x + h, y - h}, {x - h, y + h}, {x + h, y + h}}};
-    }
-    /// What it and all diamonds that it can become lie in: so many steps around the middle, along both axes.
-    std::int32_t reach() const { return (is_centre ? 3 : 2) * step; }
-};
-
 TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : grid_(std::move(grid)) {
-    detail::check_surface(grid_);
+    tetrakis::detail::check_surface(grid_);
     with_threads(context, [&] {
-        set_roots();
+        lattice_ = detail::TerrainLattice(grid_.columns, grid_.rows);
+        roots_ = lattice_.make_roots([&](LatticePlace p) { return position(p); });
         set_heights();
         set_errors(context);
     });
@@ -103,51 +37,16 @@ TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : gri
 
 std::uint64_t TerrainSurface::memory_bytes() const {
     std::uint64_t bytes = grid_.heights.capacity() * sizeof(float) + codes_.capacity() +
-                          (xs_.capacity() + ys_.capacity()) * sizeof(std::int32_t);
+                          (lattice_.xs.capacity() + lattice_.ys.capacity()) * sizeof(std::int32_t);
     for (const HeightLevel& level : heights_) bytes += level.cells.capacity() * sizeof(Heights);
     return bytes;
-}
-
-void TerrainSurface::set_roots() {
-    log_side_ = best_log_side(grid_.columns - 1, grid_.rows - 1);
-    xs_ = lines(grid_.columns - 1, log_side_);
-    ys_ = lines(grid_.rows - 1, log_side_);
-    const std::uint32_t side = 1u << log_side_;
-    const auto across = static_cast<std::uint32_t>(xs_.size() - 1) / side,
-               down = static_cast<std::uint32_t>(ys_.size() - 1) / side;
-    ControlMeshData data;
-    std::vector<LatticePlace> corners;
-    for (std::uint32_t r = 0; r <= down; ++r)
-        for (std::uint32_t c = 0; c <= across; ++c) {
-            corners.push_back({static_cast<std::int32_t>(c * side), static_cast<std::int32_t>(r * side)});
-            data.positions.push_back(position(corners.back()));
-        }
-    data.face_offsets = {0};
-    for (std::uint32_t r = 0; r < down; ++r)
-        for (std::uint32_t c = 0; c < across; ++c) {
-            const std::uint32_t v = r * (across + 1) + c, below = v + across + 1;
-            data.face_vertices.insert(data.face_vertices.end(), {v, below, below + 1, v + 1});
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-        }
-    roots_ = ControlMesh::build(std::move(data));
-    for (std::uint32_t i = 0; i < roots_.halfedge_count(); ++i) {
-        const HalfedgeId h(i);
-        const LatticePlace at = corners[roots_.origin(h).value];
-        const auto towards = [&](VertexId v) {
-            const LatticePlace to = corners[v.value];
-            const auto sign = [](std::int32_t d) { return static_cast<std::int8_t>(d > 0 ? 1 : d < 0 ? -1 : 0); };
-            return std::array{sign(to.x - at.x), sign(to.y - at.y)};
-        };
-        const auto x = towards(roots_.target(h)), y = towards(roots_.origin(roots_.prev(h)));
-        frames_.push_back({at, {x[0], x[1], y[0], y[1]}});
-    }
 }
 
 void TerrainSurface::set_heights() {
     constexpr std::int32_t k_cell = 1 << k_log_cell;
     HeightLevel finest;
-    finest.columns = (static_cast<std::int32_t>(xs_.size()) - 2) / k_cell + 1;
-    finest.rows = (static_cast<std::int32_t>(ys_.size()) - 2) / k_cell + 1;
+    finest.columns = (static_cast<std::int32_t>(lattice_.xs.size()) - 2) / k_cell + 1;
+    finest.rows = (static_cast<std::int32_t>(lattice_.ys.size()) - 2) / k_cell + 1;
     finest.cells.resize(static_cast<std::size_t>(finest.columns) * finest.rows);
     const auto samples = [](const std::vector<std::int32_t>& places, std::int32_t cell) {
         const auto last = std::min((static_cast<std::size_t>(cell) + 1) * k_cell, places.size() - 1);
@@ -157,9 +56,9 @@ void TerrainSurface::set_heights() {
     for_each_index(
         static_cast<std::uint32_t>(finest.rows),
         [&](std::uint32_t r) {
-            const auto rows = samples(ys_, static_cast<std::int32_t>(r));
+            const auto rows = samples(lattice_.ys, static_cast<std::int32_t>(r));
             for (std::int32_t c = 0; c < finest.columns; ++c) {
-                const auto columns = samples(xs_, c);
+                const auto columns = samples(lattice_.xs, c);
                 Heights range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
                 for (std::int32_t y = rows[0]; y <= rows[1]; ++y) {
                     const float* const row = grid_.heights.data() + static_cast<std::size_t>(y) * grid_.columns;
@@ -195,11 +94,11 @@ void TerrainSurface::set_errors(const RunContext& context) {
     error_of_code_[0] = 0;
     for (int i = 1; i < 256; ++i)
         error_of_code_[i] = static_cast<float>(largest * std::exp2(double(i - 255) / k_codes_a_doubling));
-    codes_.assign(xs_.size() * ys_.size(), 0);
-    const auto last_x = static_cast<std::int32_t>(xs_.size() - 1), last_y = static_cast<std::int32_t>(ys_.size() - 1);
+    codes_.assign(lattice_.xs.size() * lattice_.ys.size(), 0);
+    const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
     const int nesting = static_cast<int>(std::ceil(std::log2(k_error_ratio) * k_codes_a_doubling));
     const auto set = [&](std::int32_t x, std::int32_t y) {
-        const Diamond diamond({x, y});
+        const LatticeDiamond diamond({x, y});
         int worst = 0;
         if (diamond.is_centre || diamond.step > 1)
             for (const auto& child : diamond.children())
@@ -216,9 +115,10 @@ void TerrainSurface::set_errors(const RunContext& context) {
         codes_[code_index({x, y})] =
             static_cast<std::uint8_t>(std::min(255, std::max(int{code_of(error)}, worst == 0 ? 0 : worst + nesting)));
     };
-    const std::int32_t half = 1 << (log_side_ - 1);
+    const std::int32_t half = 1 << (lattice_.log_side - 1);
     for (std::int32_t s = 1; s <= half; s *= 2) {
-        context.report("errors", static_cast<double>(std::countr_zero(static_cast<std::uint32_t>(s))) / log_side_);
+        context.report("errors",
+                       static_cast<double>(std::countr_zero(static_cast<std::uint32_t>(s))) / lattice_.log_side);
         const std::uint32_t grain = std::max(1, 32 / s);
         for_each_index(
             static_cast<std::uint32_t>(last_y / s + 1),
@@ -239,15 +139,16 @@ void TerrainSurface::set_errors(const RunContext& context) {
     }
 }
 
-double TerrainSurface::exact_error(const Diamond& diamond) const {
+double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
     const auto vertex = [&](LatticePlace p) {
-        return detail::sampled(grid_, xs_[static_cast<std::size_t>(p.x)], ys_[static_cast<std::size_t>(p.y)]);
+        return tetrakis::detail::sampled(grid_, lattice_.xs[static_cast<std::size_t>(p.x)],
+                                         lattice_.ys[static_cast<std::size_t>(p.y)]);
     };
     const GridVertex a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]);
     double error = 0;
     for (const LatticePlace& apex : diamond.apexes) {
-        if (apex.x < 0 || apex.y < 0 || static_cast<std::size_t>(apex.x) >= xs_.size() ||
-            static_cast<std::size_t>(apex.y) >= ys_.size())
+        if (apex.x < 0 || apex.y < 0 || static_cast<std::size_t>(apex.x) >= lattice_.xs.size() ||
+            static_cast<std::size_t>(apex.y) >= lattice_.ys.size())
             continue;
         error =
             std::max(error, GridTriangle(grid_, {a, b, vertex(apex)}).error(std::numeric_limits<double>::infinity()));
@@ -264,53 +165,33 @@ std::uint8_t TerrainSurface::code_of(double error) const {
 }
 
 double TerrainSurface::height(LatticePlace p) const {
-    return detail::sampled(grid_, xs_[static_cast<std::size_t>(p.x)], ys_[static_cast<std::size_t>(p.y)]).z;
+    return tetrakis::detail::sampled(grid_, lattice_.xs[static_cast<std::size_t>(p.x)],
+                                     lattice_.ys[static_cast<std::size_t>(p.y)])
+        .z;
 }
 
 double TerrainSurface::east_of(std::int32_t column) const {
-    return grid_.origin.x + grid_.spacing.x * in_samples(xs_[static_cast<std::size_t>(column)]);
+    return grid_.origin.x + grid_.spacing.x * in_samples(lattice_.xs[static_cast<std::size_t>(column)]);
 }
 double TerrainSurface::north_of(std::int32_t row) const {
-    return grid_.origin.y - grid_.spacing.y * in_samples(ys_[static_cast<std::size_t>(row)]);
+    return grid_.origin.y - grid_.spacing.y * in_samples(lattice_.ys[static_cast<std::size_t>(row)]);
 }
 Vec3d TerrainSurface::position(LatticePlace p) const { return {east_of(p.x), north_of(p.y), height(p)}; }
 
-TerrainSurface::LatticePlace TerrainSurface::lattice_place(const Site& site) const {
-    const Frame& frame = frames_[site.root.value];
-    const int shift = log_side_ - 1 - site.level;
-    const auto x = static_cast<std::int32_t>(site.at.x << shift), y = static_cast<std::int32_t>(site.at.y << shift);
-    return {frame.origin.x + frame.axes[0] * x + frame.axes[2] * y,
-            frame.origin.y + frame.axes[1] * x + frame.axes[3] * y};
-}
-
 void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places) const {
-    const std::int32_t half = 1 << (log_side_ - 1);
     for (std::size_t i = 0; i < sites.size(); ++i) {
-        const LatticePlace p = lattice_place(sites[i]);
+        const LatticePlace p = lattice_.place(sites[i]);
         Place& place = places[i];
         place.position = place.on_edge = position(p);
-        // Corners and centres of roots halve no edge.
-        const bool fixed =
-            ((p.x | p.y) & (2 * half - 1)) == 0 || ((p.x & p.y & half) != 0 && ((p.x | p.y) & (half - 1)) == 0);
-        if (!fixed) {
-            const Diamond diamond(p);
-            const Vec3d a = position(diamond.ends[0]), b = position(diamond.ends[1]), along = b - a;
-            // The place's foot on the edge, on the ground.
-            const double t = ((place.position.x - a.x) * along.x + (place.position.y - a.y) * along.y) /
-                             (along.x * along.x + along.y * along.y);
-            place.on_edge = a + t * along;
+        if (!lattice_.is_fixed(p)) {
+            const LatticeDiamond diamond(p);
+            place.on_edge = detail::on_edge(place.position, position(diamond.ends[0]), position(diamond.ends[1]));
         }
-        const auto column = static_cast<std::uint32_t>(xs_[static_cast<std::size_t>(p.x)] / k_grid_unit),
-                   row = static_cast<std::uint32_t>(ys_[static_cast<std::size_t>(p.y)] / k_grid_unit);
-        const std::uint32_t west = column > 0 ? column - 1 : 0, east = std::min(column + 1, grid_.columns - 1),
-                            north = row > 0 ? row - 1 : 0, south = std::min(row + 1, grid_.rows - 1);
-        const double slope_x = (double{grid_.at(east, row)} - double{grid_.at(west, row)}) /
-                               (grid_.spacing.x * (east - west)),
-                     slope_y = (double{grid_.at(column, north)} - double{grid_.at(column, south)}) /
-                               (grid_.spacing.y * (south - north));
-        place.normal = glm::normalize(Vec3d(-slope_x, -slope_y, 1));
-        place.uv = {in_samples(xs_[static_cast<std::size_t>(p.x)]) / (grid_.columns - 1),
-                    in_samples(ys_[static_cast<std::size_t>(p.y)]) / (grid_.rows - 1)};
+        const auto column = static_cast<std::uint32_t>(lattice_.xs[static_cast<std::size_t>(p.x)] / k_grid_unit),
+                   row = static_cast<std::uint32_t>(lattice_.ys[static_cast<std::size_t>(p.y)] / k_grid_unit);
+        place.normal = detail::sample_normal(grid_, column, row);
+        place.uv = {in_samples(lattice_.xs[static_cast<std::size_t>(p.x)]) / (grid_.columns - 1),
+                    in_samples(lattice_.ys[static_cast<std::size_t>(p.y)]) / (grid_.rows - 1)};
     }
 }
 
@@ -340,12 +221,12 @@ bool TerrainSurface::is_north(LatticePlace square, double x, double y) const {
 std::optional<TerrainSurface::GroundPoint> TerrainSurface::at(const Vec2d& place) const {
     const double x = (place.x - grid_.origin.x) / grid_.spacing.x * k_grid_unit,
                  y = (grid_.origin.y - place.y) / grid_.spacing.y * k_grid_unit;
-    if (!(x >= 0 && y >= 0 && x <= xs_.back() && y <= ys_.back())) return {};
+    if (!(x >= 0 && y >= 0 && x <= lattice_.xs.back() && y <= lattice_.ys.back())) return {};
     const auto line = [](const std::vector<std::int32_t>& lines, double at) {
         const auto after = std::upper_bound(lines.begin(), lines.end(), at);
         return static_cast<std::int32_t>(std::min<std::ptrdiff_t>(after - lines.begin(), std::ssize(lines) - 1) - 1);
     };
-    const LatticePlace square{line(xs_, x), line(ys_, y)};
+    const LatticePlace square{line(lattice_.xs, x), line(lattice_.ys, y)};
     const Plane over = plane(square, is_north(square, place.x, place.y));
     return GroundPoint{over.height(place.x, place.y), glm::normalize(Vec3d(-over.slopes.x, -over.slopes.y, 1))};
 }
@@ -375,7 +256,7 @@ struct TerrainSurface::RaySearch {
 };
 
 void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const {
-    const auto last_x = static_cast<std::int32_t>(xs_.size() - 1), last_y = static_cast<std::int32_t>(ys_.size() - 1);
+    const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
     const auto [x, y] = corner;
     const int k = std::countr_zero(static_cast<std::uint32_t>(side)) - k_log_cell;
     if (k >= 0) {
@@ -428,12 +309,12 @@ std::optional<double> TerrainSurface::hit(const Vec3d& origin, const Vec3d& dire
 }
 
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
-    const auto last_x = static_cast<std::int32_t>(xs_.size() - 1), last_y = static_cast<std::int32_t>(ys_.size() - 1);
+    const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
     // The loop waits for memory.
-    for (const Site& site : sites) __builtin_prefetch(codes_.data() + code_index(lattice_place(site)));
+    for (const Site& site : sites) __builtin_prefetch(codes_.data() + code_index(lattice_.place(site)));
     for (std::size_t i = 0; i < sites.size(); ++i) {
-        const LatticePlace p = lattice_place(sites[i]);
-        const Diamond diamond(p);
+        const LatticePlace p = lattice_.place(sites[i]);
+        const LatticeDiamond diamond(p);
         const std::int32_t reach = diamond.reach();
         const std::int32_t x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, last_x),
                            y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, last_y);

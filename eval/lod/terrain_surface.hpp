@@ -3,6 +3,7 @@
 #include "../../hier/base/run_context.hpp"
 #include "height_grid.hpp"
 #include "surface.hpp"
+#include "terrain_lattice.hpp"
 
 #include <array>
 #include <cstddef>
@@ -41,16 +42,12 @@ class TerrainSurface final : public Surface {
                               double farthest = std::numeric_limits<double>::infinity()) const;
 
     const ControlMesh& roots() const override { return roots_; }
-    int max_depth() const override { return 2 * log_side_ - 1; }
+    int max_depth() const override { return 2 * lattice_.log_side - 1; }
     void places(std::span<const Site> sites, std::span<Place> places) const override;
     void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const override;
 
   private:
-    /// Of the lattice that all roots have together: x to the east, y to the south; 2^log_side_ steps a root.
-    struct LatticePlace {
-        std::int32_t x = 0, y = 0;
-    };
-    struct Diamond;
+    using LatticePlace = detail::LatticePlace;
     struct Heights {
         float low, high;
     };
@@ -60,15 +57,13 @@ class TerrainSurface final : public Surface {
         std::vector<Heights> cells;
     };
 
-    void set_roots();
     void set_heights();
     void set_errors(const RunContext& context);
-    LatticePlace lattice_place(const Site& site) const;
-    double exact_error(const Diamond& diamond) const;
+    double exact_error(const detail::LatticeDiamond& diamond) const;
     double height(LatticePlace p) const;
     Vec3d position(LatticePlace p) const;
     std::size_t code_index(LatticePlace p) const {
-        return static_cast<std::size_t>(p.y) * xs_.size() + static_cast<std::size_t>(p.x);
+        return static_cast<std::size_t>(p.y) * lattice_.xs.size() + static_cast<std::size_t>(p.x);
     }
     std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
     std::uint8_t code_of(double error) const;
@@ -88,15 +83,8 @@ class TerrainSurface final : public Surface {
     double north_of(std::int32_t row) const;
 
     HeightGrid grid_;
-    int log_side_ = 1;
+    detail::TerrainLattice lattice_;
     ControlMesh roots_;
-    /// How the frame of a half-edge's corner cell lies in the lattice: its origin, and the steps of its two axes.
-    struct Frame {
-        LatticePlace origin;
-        std::array<std::int8_t, 4> axes;  ///< x of its x, y of its x, x of its y, y of its y
-    };
-    std::vector<Frame> frames_;
-    std::vector<std::int32_t> xs_, ys_;     ///< of the lattice's columns and rows: places in the grid (GridVertex)
     std::vector<std::uint8_t> codes_;       ///< errors of the diamonds of the lattice's points, as exponents
     std::array<float, 256> error_of_code_;  ///< 0, then six steps to a doubling
     std::vector<HeightLevel> heights_;

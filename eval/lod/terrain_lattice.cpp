@@ -1,0 +1,102 @@
+#include "terrain_lattice.hpp"
+
+#include "grid_triangle.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+namespace tetrakis::lod::detail {
+
+namespace {
+
+constexpr std::uint32_t k_most_roots = 64;
+
+constexpr std::uint32_t pieces(std::uint32_t length, std::uint32_t side) { return (length + side - 1) / side; }
+
+/// Into what squares, of 2^result steps, a lattice for a grid is cut so that it has the fewest points.
+int best_log_side(std::uint32_t width, std::uint32_t height) {
+    int best = 0;
+    std::uint64_t fewest = ~std::uint64_t{0};
+    for (int log_side = 25; log_side >= 1; --log_side) {
+        const std::uint32_t side = 1u << log_side;
+        const std::uint64_t roots = std::uint64_t{pieces(width, side)} * pieces(height, side);
+        if (best != 0 && roots > k_most_roots) break;
+        const std::uint64_t points = roots << (2 * log_side);
+        if (points < fewest) {
+            fewest = points;
+            best = log_side;
+        }
+    }
+    return best;
+}
+
+/// Places of the lattice's lines along one axis.
+std::vector<std::int32_t> lines(std::uint32_t length, int log_side) {
+    const std::uint32_t side = 1u << log_side, count = pieces(length, side);
+    std::vector<std::int32_t> places(std::size_t{count} * side + 1);
+    for (std::size_t i = 0; i <= count; ++i)
+        places[i * side] = static_cast<std::int32_t>(i * length / count) * tetrakis::detail::k_grid_unit;
+    for (std::size_t step = side / 2; step > 0; step /= 2)
+        for (std::size_t i = step; i < places.size(); i += 2 * step)
+            places[i] = tetrakis::detail::middle(places[i - step], places[i + step]);
+    return places;
+}
+
+}  // namespace
+
+TerrainLattice::TerrainLattice(std::uint32_t columns, std::uint32_t rows)
+    : log_side(best_log_side(columns - 1, rows - 1)), xs(lines(columns - 1, log_side)), ys(lines(rows - 1, log_side)) {}
+
+ControlMesh TerrainLattice::make_roots(const std::function<Vec3d(LatticePlace)>& position) {
+    const std::uint32_t side = 1u << log_side;
+    const auto across = static_cast<std::uint32_t>(xs.size() - 1) / side,
+               down = static_cast<std::uint32_t>(ys.size() - 1) / side;
+    ControlMeshData data;
+    std::vector<LatticePlace> corners;
+    for (std::uint32_t r = 0; r <= down; ++r)
+        for (std::uint32_t c = 0; c <= across; ++c) {
+            corners.push_back({static_cast<std::int32_t>(c * side), static_cast<std::int32_t>(r * side)});
+            data.positions.push_back(position(corners.back()));
+        }
+    data.face_offsets = {0};
+    for (std::uint32_t r = 0; r < down; ++r)
+        for (std::uint32_t c = 0; c < across; ++c) {
+            const std::uint32_t v = r * (across + 1) + c, below = v + across + 1;
+            data.face_vertices.insert(data.face_vertices.end(), {v, below, below + 1, v + 1});
+            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+        }
+    ControlMesh roots = ControlMesh::build(std::move(data));
+    frames_.clear();
+    for (std::uint32_t i = 0; i < roots.halfedge_count(); ++i) {
+        const HalfedgeId h(i);
+        const LatticePlace at = corners[roots.origin(h).value];
+        const auto towards = [&](VertexId v) {
+            const LatticePlace to = corners[v.value];
+            const auto sign = [](std::int32_t d) { return static_cast<std::int8_t>(d > 0 ? 1 : d < 0 ? -1 : 0); };
+            return std::array{sign(to.x - at.x), sign(to.y - at.y)};
+        };
+        const auto x = towards(roots.target(h)), y = towards(roots.origin(roots.prev(h)));
+        frames_.push_back({at, {x[0], x[1], y[0], y[1]}});
+    }
+    return roots;
+}
+
+LatticePlace TerrainLattice::place(const Site& site) const {
+    const Frame& frame = frames_[site.root.value];
+    const int shift = log_side - 1 - site.level;
+    const auto x = static_cast<std::int32_t>(site.at.x << shift), y = static_cast<std::int32_t>(site.at.y << shift);
+    return {frame.origin.x + frame.axes[0] * x + frame.axes[2] * y,
+            frame.origin.y + frame.axes[1] * x + frame.axes[3] * y};
+}
+
+Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row) {
+    const std::uint32_t west = column > 0 ? column - 1 : 0, east = std::min(column + 1, grid.columns - 1),
+                        north = row > 0 ? row - 1 : 0, south = std::min(row + 1, grid.rows - 1);
+    const double slope_x = (double{grid.at(east, row)} - double{grid.at(west, row)}) / (grid.spacing.x * (east - west)),
+                 slope_y = (double{grid.at(column, north)} - double{grid.at(column, south)}) /
+                           (grid.spacing.y * (south - north));
+    return glm::normalize(Vec3d(-slope_x, -slope_y, 1));
+}
+
+}  // namespace tetrakis::lod::detail
