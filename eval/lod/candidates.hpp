@@ -17,10 +17,11 @@ class Candidates {
   public:
     enum class Kind : std::uint8_t { split, merge };
     static constexpr std::size_t k_odometers = 16;
+    static constexpr std::size_t k_revisions = k_odometers;  ///< one more: what waits for a revision of the surface
     static constexpr std::uint32_t k_none = ~std::uint32_t{0};
     static constexpr int k_buckets = 128;
 
-    Candidates() : nodes_(k_rings), due_(k_odometers * k_digits) {
+    Candidates() : nodes_(k_rings), due_((k_odometers + 1) * k_digits) {
         for (std::uint32_t i = 0; i < k_rings; ++i) nodes_[i].next = nodes_[i].prev = i;
     }
     void reserve(std::uint32_t candidates) { nodes_.reserve(k_rings + std::size_t{candidates}); }
@@ -47,6 +48,7 @@ class Candidates {
     void remove(std::uint32_t node) {
         leave_bucket(node);
         stop_waiting(node);
+        set_odometer(nodes_[node], 0);
         nodes_[node].due_at = k_free;
         nodes_[node].owner = free_;
         free_ = node;
@@ -58,6 +60,9 @@ class Candidates {
     /// Whether its own bucket was told since the last call of begin_round().
     bool is_known(std::uint32_t node) const { return nodes_[node].round == round_; }
     void begin_round() { ++round_; }
+    bool is_unknown(std::uint32_t node) const { return nodes_[node].odometer == k_revisions; }
+    /// How many are.
+    std::uint32_t unknown_count() const { return unknown_count_; }
 
     /// A candidate's bucket, and the reading of an odometer, beyond the present one, at which it is due: from when on
     /// it may belong into another bucket.
@@ -73,7 +78,7 @@ class Candidates {
             nodes_[n.next].prev = node;
             mask(n.kind, bucket) |= std::uint64_t{1} << (bucket % 64);
         }
-        n.odometer = static_cast<std::uint8_t>(odometer);
+        set_odometer(n, odometer);
         n.due_at = due_at;
         n.round = is_own ? round_ : round_ - 1;
         wait(node);
@@ -160,7 +165,7 @@ class Candidates {
         std::uint32_t owner;       // of those not in use: the next one
         std::uint32_t round;       // in which it was listed in its own bucket
         Kind kind;
-        std::uint8_t odometer, bucket;
+        std::uint8_t odometer = 0, bucket;
     };
     static_assert(sizeof(Node) == 32);
     static constexpr std::uint32_t k_rings = 2 * k_buckets;  // the first nodes: one in each bucket's ring
@@ -182,6 +187,12 @@ class Candidates {
         if (n.next == n.prev && n.next == ring(n.kind, n.bucket))
             mask(n.kind, n.bucket) &= ~(std::uint64_t{1} << (n.bucket % 64));
         n.bucket = k_unlisted;
+    }
+
+    void set_odometer(Node& n, std::size_t odometer) {
+        unknown_count_ -= n.odometer == k_revisions;
+        unknown_count_ += odometer == k_revisions;
+        n.odometer = static_cast<std::uint8_t>(odometer);
     }
 
     // As integers, readings have the same order.
@@ -211,9 +222,9 @@ class Candidates {
     }
 
     std::vector<Node> nodes_;
-    std::uint32_t free_ = k_none, round_ = 0;
+    std::uint32_t free_ = k_none, round_ = 0, unknown_count_ = 0;
     std::array<std::array<std::uint64_t, 2>, 2> masks_{};  // by kind: buckets that are not empty
-    std::array<double, k_odometers> now_{};
+    std::array<double, k_odometers + 1> now_{};
     std::vector<std::vector<std::uint32_t>> due_;   // by odometer and the highest digit in which now is different
     std::vector<std::vector<std::uint32_t>> ripe_;  // lists of due_ that are to be gone through
     std::vector<std::uint32_t> fresh_, current_;    // new ones; those that are gone through, from next_ on

@@ -1,7 +1,7 @@
 #include "gdal_heights.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/memory.hpp"
+#include "raw_heights.hpp"
 
 #include <fmt/format.h>
 
@@ -16,6 +16,7 @@
 #    include <limits>
 #    include <memory>
 #    include <numbers>
+#    include <optional>
 #    include <string>
 #    include <string_view>
 #endif
@@ -44,72 +45,90 @@ double metres_in(std::string_view unit) {
     return 1;
 }
 
-/// Spacing and origin by the raster's geotransform.
-void place(HeightGrid& grid, GDALDatasetH raster, const std::filesystem::path& path) {
-    double to_ground[6];
-    if (GDALGetGeoTransform(raster, to_ground) != CE_None) return;
-    if (to_ground[2] != 0 || to_ground[4] != 0 || !(to_ground[1] > 0) || to_ground[5] == 0)
-        throw Error(ErrorCode::unsupported,
-                    "the raster's rows do not run from west to east; turn it with gdalwarp first", path);
-    grid.spacing = {to_ground[1], std::abs(to_ground[5])};
-    double north = to_ground[3] + to_ground[5] / 2;
-    if (to_ground[5] > 0) {  // from the south: the other way round
-        for (std::uint32_t r = 0; r < grid.rows / 2; ++r)
-            std::swap_ranges(grid.heights.begin() + std::ptrdiff_t{r} * grid.columns,
-                             grid.heights.begin() + std::ptrdiff_t{r + 1} * grid.columns,
-                             grid.heights.end() - std::ptrdiff_t{r + 1} * grid.columns);
-        north += to_ground[5] * (grid.rows - 1);
+class GdalSource final : public HeightSource {
+  public:
+    GdalSource(const std::filesystem::path& path, const HeightReadOptions& options) : path_(path), options_(options) {
+        GDALAllRegister();
+        const QuietErrors quiet;
+        raster_.reset(GDALOpenEx(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
+        if (!raster_) refuse("cannot be read as a raster");
+        if (GDALGetRasterCount(raster_.get()) < 1) refuse("the raster has no band");
+        frame_ = empty_frame(static_cast<std::uint64_t>(GDALGetRasterXSize(raster_.get())),
+                             static_cast<std::uint64_t>(GDALGetRasterYSize(raster_.get())), path);
+        band_ = GDALGetRasterBand(raster_.get(), 1);
+        int has_none = 0, ignored = 0;
+        const double none = GDALGetRasterNoDataValue(band_, &has_none);
+        if (has_none != 0) none_ = static_cast<float>(none);
+        const double unit = metres_in(GDALGetRasterUnitType(band_));
+        scale_ = GDALGetRasterScale(band_, &ignored) * unit * options.scale;
+        offset_ = GDALGetRasterOffset(band_, &ignored) * unit * options.scale + options.offset;
+        place();
+        if (options.spacing) frame_.spacing = *options.spacing;
     }
-    grid.origin = {to_ground[0] + to_ground[1] / 2, north};
-    const OGRSpatialReferenceH reference = GDALGetSpatialRef(raster);
-    if (reference == nullptr || OSRIsGeographic(reference) == 0) return;
-    const double middle = north - grid.spacing.y * (grid.rows - 1) / 2;
-    grid.spacing *= Vec2d(k_metres_a_degree * std::cos(middle * k_degree), k_metres_a_degree);
-    grid.origin = {0, 0};
-}
+
+    const HeightGrid& frame() const override { return frame_; }
+
+    void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
+        const QuietErrors quiet;
+        const auto columns = static_cast<int>(frame_.columns), rows = static_cast<int>(count);
+        const std::uint32_t first = is_from_south_ ? frame_.rows - first_row - count : first_row;
+        if (GDALRasterIO(band_, GF_Read, 0, static_cast<int>(first), columns, rows, heights.data(), columns, rows,
+                         GDT_Float32, 0, 0) != CE_None)
+            refuse(fmt::format("{} rows from row {} on cannot be read", count, first));
+        const auto row = [&](std::uint32_t r) { return heights.begin() + std::ptrdiff_t{r} * frame_.columns; };
+        if (is_from_south_)
+            for (std::uint32_t r = 0; r < count / 2; ++r) std::swap_ranges(row(r), row(r + 1), row(count - 1 - r));
+        for (float& height : heights.first(std::size_t{count} * frame_.columns)) {
+            const bool known = std::isfinite(height) && !(none_ && height == *none_) &&
+                               !(options_.no_data && height == static_cast<float>(*options_.no_data));
+            height =
+                known ? static_cast<float>(offset_ + scale_ * double{height}) : std::numeric_limits<float>::quiet_NaN();
+        }
+    }
+
+  private:
+    [[noreturn]] void refuse(const std::string& text) const {
+        throw Error(ErrorCode::invalid_input, fmt::format("{} (GDAL: {})", text, CPLGetLastErrorMsg()), path_);
+    }
+
+    /// Spacing and origin by the raster's geotransform.
+    void place() {
+        double to_ground[6];
+        if (GDALGetGeoTransform(raster_.get(), to_ground) != CE_None) return;
+        if (to_ground[2] != 0 || to_ground[4] != 0 || !(to_ground[1] > 0) || to_ground[5] == 0)
+            throw Error(ErrorCode::unsupported,
+                        "the raster's rows do not run from west to east; turn it with gdalwarp first", path_);
+        frame_.spacing = {to_ground[1], std::abs(to_ground[5])};
+        double north = to_ground[3] + to_ground[5] / 2;
+        is_from_south_ = to_ground[5] > 0;
+        if (is_from_south_) north += to_ground[5] * (frame_.rows - 1);
+        frame_.origin = {to_ground[0] + to_ground[1] / 2, north};
+        const OGRSpatialReferenceH reference = GDALGetSpatialRef(raster_.get());
+        if (reference == nullptr || OSRIsGeographic(reference) == 0) return;
+        const double middle = north - frame_.spacing.y * (frame_.rows - 1) / 2;
+        frame_.spacing *= Vec2d(k_metres_a_degree * std::cos(middle * k_degree), k_metres_a_degree);
+        frame_.origin = {0, 0};
+    }
+
+    std::filesystem::path path_;
+    HeightReadOptions options_;
+    std::unique_ptr<void, void (*)(void*)> raster_{nullptr, [](void* open) { GDALClose(open); }};
+    GDALRasterBandH band_ = nullptr;
+    std::optional<float> none_;
+    double scale_ = 1, offset_ = 0;
+    bool is_from_south_ = false;
+    HeightGrid frame_;
+};
 
 }  // namespace
 
-HeightGrid read_with_gdal(const std::filesystem::path& path, const HeightReadOptions& options) {
-    GDALAllRegister();
-    const QuietErrors quiet;
-    const std::unique_ptr<void, void (*)(void*)> raster(
-        GDALOpenEx(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr),
-        [](void* open) { GDALClose(open); });
-    const auto refuse = [&](const std::string& text) {
-        throw Error(ErrorCode::invalid_input, fmt::format("{} (GDAL: {})", text, CPLGetLastErrorMsg()), path);
-    };
-    if (!raster) refuse("cannot be read as a raster");
-    if (GDALGetRasterCount(raster.get()) < 1) refuse("the raster has no band");
-    HeightGrid grid = empty_grid(static_cast<std::uint64_t>(GDALGetRasterXSize(raster.get())),
-                                 static_cast<std::uint64_t>(GDALGetRasterYSize(raster.get())), path, options.context);
-    const GDALRasterBandH band = GDALGetRasterBand(raster.get(), 1);
-    int has_none = 0, ignored = 0;
-    const double none = GDALGetRasterNoDataValue(band, &has_none);
-    const double unit = metres_in(GDALGetRasterUnitType(band)),
-                 scale = GDALGetRasterScale(band, &ignored) * unit * options.scale,
-                 offset = GDALGetRasterOffset(band, &ignored) * unit * options.scale + options.offset;
-    const auto columns = static_cast<int>(grid.columns);
-    for (std::uint32_t r = 0; r < grid.rows; ++r) {
-        float* const row = grid.heights.data() + std::size_t{r} * grid.columns;
-        if (GDALRasterIO(band, GF_Read, 0, static_cast<int>(r), columns, 1, row, columns, 1, GDT_Float32, 0, 0) !=
-            CE_None)
-            refuse(fmt::format("row {} cannot be read", r));
-        std::for_each(row, row + columns, [&](float& height) {
-            const bool known = std::isfinite(height) && !(has_none != 0 && height == static_cast<float>(none)) &&
-                               !(options.no_data && height == static_cast<float>(*options.no_data));
-            height =
-                known ? static_cast<float>(offset + scale * double{height}) : std::numeric_limits<float>::quiet_NaN();
-        });
-        if (r % 256 == 0) options.context.report("load", static_cast<double>(r) / grid.rows);
-    }
-    place(grid, raster.get(), path);
-    return grid;
+std::unique_ptr<HeightSource> open_with_gdal(const std::filesystem::path& path, const HeightReadOptions& options) {
+    return std::make_unique<GdalSource>(path, options);
 }
 
 #else
 
-HeightGrid read_with_gdal(const std::filesystem::path& path, const HeightReadOptions&) {
+std::unique_ptr<HeightSource> open_with_gdal(const std::filesystem::path& path, const HeightReadOptions&) {
     throw Error(ErrorCode::unsupported,
                 fmt::format("the extension {} is read with GDAL, and this build has none: install libgdal-dev and "
                             "configure with -DTETRAKIS_GDAL=ON; .png, .hgt, .r16, .raw, .r32 and .f32 are read without",

@@ -54,6 +54,9 @@ HeightGrid load_height_grid(const std::filesystem::path& path, const HeightReadO
 std::uint64_t fill_missing_heights(HeightGrid& grid);
 
 namespace detail {
+/// Whether its sizes and spacing are those of a surface.
+/// @throws Error  as check_surface(), but for heights
+void check_frame(const HeightGrid& grid);
 /// Whether triangles can be made of it.
 /// @throws Error  invalid_input: fewer than two columns or rows, sizes that do not match, a height that is missing or
 ///                infinite; unsupported: more than 2^24 columns or rows

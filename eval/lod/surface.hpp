@@ -14,7 +14,8 @@ struct Place {
     Vec3d position{};
     Vec3d normal{};  ///< of length one
     Vec2d uv{};
-    Vec3d on_edge{};  ///< of a midpoint: where the edge that it halves passes it; of other vertices: the position
+    Vec3d on_edge{};    ///< of a midpoint: where the edge that it halves passes it; of other vertices: the position
+    bool known = true;  ///< false: still to be loaded; nothing else of it means anything
 };
 
 /// What decides where a diamond is split: the two triangles over an edge (at the boundary one), with the edge's
@@ -23,6 +24,7 @@ struct DiamondBounds {
     Vec3d center{};  ///< of a box that holds the surface under the diamond and under all diamonds that it can become
     Vec3d half_sides{};  ///< of that box, along the axes
     double error = 0;    ///< the largest distance of the full-resolution surface from the diamond's triangles, or more
+    bool known = true;   ///< false: still to be loaded; nothing else of it means anything
 };
 
 /// A diamond's error is at least this many times the error of the four that its split makes possible, so that vertices
@@ -34,6 +36,9 @@ inline constexpr double k_error_ratio = 1.25;
 /// boxes contain the boxes of the four diamonds that a split makes possible, errors are k_error_ratio times as large.
 /// All member functions may be called by any threads at the same time, and say the same each time. A surface outlives
 /// its views.
+///
+/// A surface may be larger than memory. It then says of some diamonds and their midpoints that they are not known,
+/// loads them, and changes its revision(). Vertices of roots and the centres of their faces are always known.
 class Surface {
   public:
     virtual ~Surface() = default;
@@ -48,6 +53,12 @@ class Surface {
     /// @param sites   canonical sites of midpoints
     /// @param bounds  as many
     virtual void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const = 0;
+
+    /// Changes, upwards, whenever something has become known.
+    virtual std::uint64_t revision() const { return 0; }
+    /// A use begins: a midpoint whose bounds are known stays known, with its place, until end_use() of the result.
+    virtual std::uint64_t begin_use() const { return 0; }
+    virtual void end_use(std::uint64_t /*use*/) const {}
 
   protected:
     Surface() = default;

@@ -64,6 +64,15 @@ std::array<std::int16_t, 2> octahedral(const Vec3d& n) {
     return {static_cast<std::int16_t>(std::lround(32767 * x)), static_cast<std::int16_t>(std::lround(32767 * y))};
 }
 
+Vec3d from_octahedral(const std::array<std::int16_t, 2>& packed) {
+    Vec3d n(packed[0] / 32767.0, packed[1] / 32767.0, 0);
+    n.z = 1 - std::abs(n.x) - std::abs(n.y);
+    if (n.z < 0) n = {(1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1), (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1), n.z};
+    return glm::normalize(n);
+}
+
+Vec3d unpacked(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
 std::array<float, 3> packed(const Vec3d& v) {
     return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
@@ -116,6 +125,10 @@ class View::Impl {
     Update update(const Camera& camera, const Budget& budget) {
         check(camera, budget);
         const auto begin = Clock::now();
+        const Use use(surface_);
+        // What is loaded from now on is looked at by the next update.
+        revision_ = surface_.revision();
+        candidates_.advance(Candidates::k_revisions, static_cast<double>(revision_));
         candidates_.begin_round();
         move_to(Eye(camera), budget);
         std::uint32_t splits = 0, merges = 0;
@@ -144,6 +157,10 @@ class View::Impl {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
                 if (look(node) < split) continue;
                 const LeafId leaf(candidates_.owner(node));
+                if (!is_known_from_base(leaf)) {
+                    wait_for_revision(node);
+                    continue;
+                }
                 const auto cost = forest_.split_cost(leaf);
                 if (cost.leaves <= most - forest_.leaf_count() && forest_.split_diamond(leaf, changed_split)) continue;
                 // No room, unless something that matters less makes it.
@@ -166,6 +183,7 @@ class View::Impl {
         update.splits = splits;
         update.merges = merges;
         update.leaves = forest_.leaf_count();
+        update.waiting = candidates_.unknown_count();
         write_vertices();
         dirty_triangles_.take_ranges(options_.max_ranges, triangle_ranges_);
         dirty_vertices_.take_ranges(options_.max_ranges, vertex_ranges_);
@@ -187,6 +205,10 @@ class View::Impl {
 
     void set_origin(const Vec3d& origin) {
         if (!is_finite(origin)) refuse("an origin that is not finite");
+        for (Vertex& v : vertices_) {
+            v.position = packed(unpacked(v.position) + origin_ - origin);
+            v.on_edge = packed(unpacked(v.on_edge) + origin_ - origin);
+        }
         origin_ = origin;
         mark_vertices();
     }
@@ -235,6 +257,16 @@ class View::Impl {
         }
     }
 
+    /// What the surface knows at a look it still knows as vertices are written.
+    struct Use {
+        explicit Use(const Surface& used) : surface(used), use(used.begin_use()) {}
+        ~Use() { surface.end_use(use); }
+        Use(const Use&) = delete;
+        Use& operator=(const Use&) = delete;
+        const Surface& surface;
+        std::uint64_t use;
+    };
+
     double boost(const DiamondBounds& bounds) const {
         double boost = 1;
         for (const Region& region : regions_) {
@@ -275,7 +307,30 @@ class View::Impl {
                                                                   : forest_.point_site(forest_.leaf(leaf).vertex[2]);
         }
         surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
-        for (std::size_t i = 0; i < nodes.size(); ++i) list(nodes[i], look_at(bounds_[i]));
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            if (bounds_[i].known)
+                list(nodes[i], look_at(bounds_[i]));
+            else
+                wait_for_revision(nodes[i]);
+        }
+    }
+    /// Neither split nor merged, but where leaves are too many.
+    void wait_for_revision(std::uint32_t node) {
+        const bool is_split = candidates_.kind(node) == Kind::split;
+        candidates_.list(node, is_split ? 0 : Candidates::k_buckets - 1, true, Candidates::k_revisions,
+                         static_cast<double>(revision_) + 1);
+    }
+    /// Whether all diamonds are known that have to be split before this leaf's.
+    bool is_known_from_base(LeafId leaf) {
+        for (;;) {
+            const LeafId base = forest_.leaf(leaf).neighbour[0];
+            if (!base.valid() || forest_.depth(base) >= forest_.depth(leaf)) return true;
+            leaf = base;
+            std::uint32_t node = leaf_candidate_[leaf.value];
+            if (node == Candidates::k_none) node = leaf_candidate_[forest_.leaf(leaf).neighbour[0].value];
+            look(node);
+            if (candidates_.is_unknown(node)) return false;
+        }
     }
     /// @return  the bucket, as it is now
     int look(std::uint32_t node) {
@@ -400,6 +455,7 @@ class View::Impl {
             for (std::size_t i = 0; i < batch_points_.size(); ++i) {
                 const Place& place = batch_places_[i];
                 const DiamondBounds& bounds = batch_bounds_[i];
+                if (!place.known) continue;  // it stays as it was
                 vertices_[batch_points_[i]] = {.position = packed(place.position - origin_),
                                                .on_edge = packed(place.on_edge - origin_),
                                                .normal = octahedral(place.normal),
@@ -436,6 +492,7 @@ class View::Impl {
     std::array<Site, k_together> sites_{};
     std::array<DiamondBounds, k_together> bounds_{};
     double morph_scale_ = 0;
+    std::uint64_t revision_ = 0;  // of the surface
     int merge_bucket_ = 0;
     int level_ = k_limit_bucket;  // of the largest errors that are left
     std::vector<std::uint32_t> batch_points_;
@@ -469,6 +526,7 @@ TriangleMesh View::mesh() const {
     const BisectionForest& forest = impl_->forest_;
     std::vector<std::uint32_t> numbers(forest.point_slots(), PointId::none);
     std::vector<Site> sites;
+    std::vector<std::uint32_t> points;
     TriangleMesh mesh;
     for (std::uint32_t i = 0; i < forest.leaf_slots(); ++i) {
         if (!forest.is_leaf(LeafId(i))) continue;
@@ -478,13 +536,21 @@ TriangleMesh View::mesh() const {
             if (numbers[p.value] == PointId::none) {
                 numbers[p.value] = static_cast<std::uint32_t>(sites.size());
                 sites.push_back(forest.point_site(p));
+                points.push_back(p.value);
             }
             triangle[k] = numbers[p.value];
         }
     }
     std::vector<Place> places(sites.size());
     impl_->surface_.places(sites, places);
-    for (const Place& place : places) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        Place& place = places[i];
+        if (!place.known) {
+            const Vertex& v = impl_->vertices_[points[i]];
+            place.position = unpacked(v.position) + impl_->origin_;
+            place.normal = from_octahedral(v.normal);
+            place.uv = {v.uv[0], v.uv[1]};
+        }
         mesh.positions.push_back(place.position);
         mesh.normals.push_back(place.normal);
         mesh.uvs.push_back(place.uv);

@@ -75,6 +75,9 @@ struct Update {
     double pixel_error = 0;
     double morph_scale = 0;  ///< for shaders: length / length
     bool complete = true;    ///< the time did suffice
+    /// Diamonds that the surface does not know yet; they stay as they are, and pixel_error is that of the others. Where
+    /// any are, it may be that they change with the next update though the camera does not.
+    std::uint32_t waiting = 0;
 };
 
 /// A surface as one camera needs it: a conforming triangle mesh in two buffers, changed by each update() where the
@@ -108,6 +111,7 @@ class View {
     void set_regions(std::vector<Region> regions);
 
     /// Positions are relative to it, so that single precision suffices near it. All vertices change: O(vertices).
+    /// Vertices that the surface does not know any more keep the precision that they had with the old one.
     Vec3d origin() const;
     void set_origin(const Vec3d& origin);
 
@@ -120,7 +124,7 @@ class View {
     std::uint64_t memory_bytes() const;
 
     /// The triangles as they are, without morphing: positions in the surface's own frame and precision, normals, uvs.
-    /// O(vertices + triangles).
+    /// O(vertices + triangles). Vertices that the surface does not know any more are as precise as in vertices().
     TriangleMesh mesh() const;
     /// Leaves as they are, in no order: the site of each corner.
     std::vector<std::array<Site, 3>> leaves() const;

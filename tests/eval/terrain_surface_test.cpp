@@ -1,10 +1,13 @@
 #include "../../eval/lod/terrain_surface.hpp"
 #include "../../eval/distance/triangle_bvh.hpp"
+#include "../../eval/lod/terrain_tiles.hpp"
+#include "../../eval/lod/tiled_terrain.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 
 #include "../kit/height_grids.hpp"
+#include "../kit/scratch_dir.hpp"
 
 #include <doctest/doctest.h>
 
@@ -18,6 +21,69 @@
 using namespace tetrakis;
 using namespace tetrakis::test;
 
+namespace {
+
+/// @return  how many samples were looked at
+std::size_t check_bounds(const lod::Surface& surface, const HeightGrid& grid) {
+    BisectionForest forest(surface.roots());
+    std::mt19937 random(grid.columns);
+    std::size_t samples = 0;
+    for (int round = 0; round + 4 < surface.max_depth(); ++round) {
+        std::vector<LeafId> marked, created;
+        for (const LeafId leaf : forest.ordered_leaves())
+            if (forest.depth(leaf) < surface.max_depth() && random() % 2 == 0) marked.push_back(leaf);
+        forest.refine(marked, created);
+    }
+    for (const LeafId id : forest.ordered_leaves()) {
+        const BisectionLeaf& leaf = forest.leaf(id);
+        std::array<Site, 3> sites;
+        std::array<lod::Place, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k) sites[k] = forest.point_site(leaf.vertex[k]);
+        surface.places(sites, corners);
+        if (leaf.depth >= surface.max_depth()) continue;
+        const std::array<Site, 2> diamonds{
+            canonical(forest.mesh(), {leaf.cell, leaf.shape().middle(leaf.depth), lattice_level(leaf.depth + 1)}),
+            sites[2]};
+        std::array<lod::DiamondBounds, 2> bounds;
+        const bool has_parent = !forest.is_fixed(leaf.vertex[2]);
+        surface.bounds(std::span(diamonds).first(has_parent ? 2 : 1), std::span(bounds).first(has_parent ? 2 : 1));
+        const auto& [own, parent] = bounds;
+        if (has_parent) {
+            REQUIRE(parent.error >= own.error * lod::k_error_ratio * (1 - 1e-6));
+            for (int axis = 0; axis < 3; ++axis)
+                REQUIRE(std::abs(own.center[axis] - parent.center[axis]) <=
+                        parent.half_sides[axis] - own.half_sides[axis] + 1e-9);
+        }
+        // The midpoint halves the base.
+        std::array<lod::Place, 1> middle;
+        surface.places(std::span(diamonds).first(1), middle);
+        const Vec3d &a = corners[0].position, &b = corners[1].position, &c = corners[2].position;
+        const Vec3d foot = middle[0].on_edge - a;
+        REQUIRE(glm::length(glm::cross(foot, b - a)) <= 1e-9 * glm::dot(b - a, b - a));
+        REQUIRE(glm::dot(foot, b - a) >= 0);
+        // All samples under the leaf.
+        const auto twice = [](const Vec3d& p, const Vec3d& q, const Vec3d& r) {
+            return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
+        };
+        const double area = twice(a, b, c);
+        REQUIRE(area > 0);
+        for (double y = std::ceil(-std::max({a.y, b.y, c.y}) / 2); - 2 * y >= std::min({a.y, b.y, c.y}); ++y)
+            for (double x = std::ceil(std::min({a.x, b.x, c.x}) / 3); 3 * x <= std::max({a.x, b.x, c.x}); ++x) {
+                Vec3d at(3 * x, -2 * y, 0);
+                const double u = twice(at, b, c) / area, v = twice(a, at, c) / area, w = 1 - u - v;
+                if (u < 0 || v < 0 || w < 0) continue;
+                at.z = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
+                ++samples;
+                REQUIRE(std::abs(u * a.z + v * b.z + w * c.z - at.z) <= own.error + 1e-5);
+                for (int axis = 0; axis < 3; ++axis)
+                    REQUIRE(std::abs(at[axis] - own.center[axis]) <= own.half_sides[axis] + 1e-9);
+            }
+    }
+    return samples;
+}
+
+}  // namespace
+
 TEST_CASE("terrain surface: bounds hold all samples, and are nested") {
     for (const auto& [columns, rows] : {std::pair{129u, 129u}, {100u, 37u}, {9u, 200u}, {2u, 2u}, {5u, 3u}}) {
         CAPTURE(columns);
@@ -26,61 +92,25 @@ TEST_CASE("terrain surface: bounds hold all samples, and are nested") {
         grid.spacing = {3, 2};
         const lod::TerrainSurface surface(grid);
         CHECK(surface.memory_bytes() - 4 * columns * rows < 12 * columns * rows);
-        BisectionForest forest(surface.roots());
-        std::mt19937 random(columns);
-        std::size_t samples = 0;
-        for (int round = 0; round + 4 < surface.max_depth(); ++round) {
-            std::vector<LeafId> marked, created;
-            for (const LeafId leaf : forest.ordered_leaves())
-                if (forest.depth(leaf) < surface.max_depth() && random() % 2 == 0) marked.push_back(leaf);
-            forest.refine(marked, created);
-        }
-        for (const LeafId id : forest.ordered_leaves()) {
-            const BisectionLeaf& leaf = forest.leaf(id);
-            std::array<Site, 3> sites;
-            std::array<lod::Place, 3> corners;
-            for (std::size_t k = 0; k < 3; ++k) sites[k] = forest.point_site(leaf.vertex[k]);
-            surface.places(sites, corners);
-            if (leaf.depth >= surface.max_depth()) continue;
-            const std::array<Site, 2> diamonds{
-                canonical(forest.mesh(), {leaf.cell, leaf.shape().middle(leaf.depth), lattice_level(leaf.depth + 1)}),
-                sites[2]};
-            std::array<lod::DiamondBounds, 2> bounds;
-            const bool has_parent = !forest.is_fixed(leaf.vertex[2]);
-            surface.bounds(std::span(diamonds).first(has_parent ? 2 : 1), std::span(bounds).first(has_parent ? 2 : 1));
-            const auto& [own, parent] = bounds;
-            if (has_parent) {
-                REQUIRE(parent.error >= own.error * lod::k_error_ratio * (1 - 1e-6));
-                for (int axis = 0; axis < 3; ++axis)
-                    REQUIRE(std::abs(own.center[axis] - parent.center[axis]) <=
-                            parent.half_sides[axis] - own.half_sides[axis] + 1e-9);
-            }
-            // The midpoint halves the base.
-            std::array<lod::Place, 1> middle;
-            surface.places(std::span(diamonds).first(1), middle);
-            const Vec3d &a = corners[0].position, &b = corners[1].position, &c = corners[2].position;
-            const Vec3d foot = middle[0].on_edge - a;
-            REQUIRE(glm::length(glm::cross(foot, b - a)) <= 1e-9 * glm::dot(b - a, b - a));
-            REQUIRE(glm::dot(foot, b - a) >= 0);
-            // All samples under the leaf.
-            const auto twice = [](const Vec3d& p, const Vec3d& q, const Vec3d& r) {
-                return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
-            };
-            const double area = twice(a, b, c);
-            REQUIRE(area > 0);
-            for (double y = std::ceil(-std::max({a.y, b.y, c.y}) / 2); - 2 * y >= std::min({a.y, b.y, c.y}); ++y)
-                for (double x = std::ceil(std::min({a.x, b.x, c.x}) / 3); 3 * x <= std::max({a.x, b.x, c.x}); ++x) {
-                    Vec3d at(3 * x, -2 * y, 0);
-                    const double u = twice(at, b, c) / area, v = twice(a, at, c) / area, w = 1 - u - v;
-                    if (u < 0 || v < 0 || w < 0) continue;
-                    at.z = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
-                    ++samples;
-                    REQUIRE(std::abs(u * a.z + v * b.z + w * c.z - at.z) <= own.error + 1e-5);
-                    for (int axis = 0; axis < 3; ++axis)
-                        REQUIRE(std::abs(at[axis] - own.center[axis]) <= own.half_sides[axis] + 1e-9);
-                }
-        }
+        const std::size_t samples = check_bounds(surface, grid);
         if (columns > 5) CHECK(samples > columns * rows / 2);
+    }
+}
+
+TEST_CASE("terrain surface: bounds of tiles hold all samples, and are nested") {
+    const ScratchDir dir;
+    for (const auto& [columns, rows] : {std::pair{129u, 129u}, {100u, 37u}, {9u, 200u}, {2u, 2u}, {5u, 3u}}) {
+        CAPTURE(columns);
+        CAPTURE(rows);
+        HeightGrid grid = rough(columns, rows, 11);
+        grid.spacing = {3, 2};
+        lod::write_tiles(*make_height_source(grid), dir / "t.tiles", {.side = 16});
+        const lod::TiledTerrain surface(dir / "t.tiles");
+        lod::View everything(surface, {.max_leaves = 200'000});
+        while (everything.update({}, {.pixel_error = 1e-12}).waiting > 0) surface.wait(surface.revision());
+        const std::size_t samples = check_bounds(surface, grid);
+        if (columns > 5) CHECK(samples > columns * rows / 2);
+        CHECK(surface.statistics().failures == 0);
     }
 }
 

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "height_grid.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+namespace tetrakis {
+
+/// Heights of a terrain that need not be in memory: rows of a grid, read a few at a time.
+class HeightSource {
+  public:
+    virtual ~HeightSource() = default;
+
+    /// The grid, without its heights.
+    virtual const HeightGrid& frame() const = 0;
+    /// @param heights  receives count * columns of them; NaN: no data
+    /// @throws Error  io, invalid_input
+    virtual void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) = 0;
+};
+
+/// A grid in memory, which has to outlive the result.
+std::unique_ptr<HeightSource> make_height_source(const HeightGrid& grid);
+
+/// A file: raw numbers, HGT and GDAL's rasters stay on the disk, pictures are read at once.
+/// @throws Error  as load_height_grid()
+std::unique_ptr<HeightSource> open_height_source(const std::filesystem::path& path,
+                                                 const HeightReadOptions& options = {});
+
+}  // namespace tetrakis

@@ -1,0 +1,312 @@
+#include "terrain_tiles.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "grid_triangle.hpp"
+#include "surface.hpp"
+#include "tile_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace tetrakis::lod {
+
+namespace {
+
+using detail::HeightRange;
+using detail::LatticeDiamond;
+using detail::LatticePlace;
+using detail::TerrainLattice;
+using detail::Tile;
+using detail::TileFile;
+using detail::TileLayout;
+using detail::TilePoint;
+using tetrakis::detail::k_grid_unit;
+
+/// Records of a level's array from (x, y) on.
+template <class Record>
+struct Block {
+    Block(std::int32_t first_x, std::int32_t first_y, std::int32_t last_x, std::int32_t last_y)
+        : x(first_x),
+          y(first_y),
+          width(last_x - first_x + 1),
+          height(last_y - first_y + 1),
+          records(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+    std::int32_t x, y, width, height;
+    std::vector<Record> records;
+
+    bool has(std::int32_t px, std::int32_t py) const { return px >= x && py >= y && px < x + width && py < y + height; }
+    Record& at(std::int32_t px, std::int32_t py) {
+        return records[static_cast<std::size_t>(py - y) * static_cast<std::size_t>(width) +
+                       static_cast<std::size_t>(px - x)];
+    }
+};
+
+double cross(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
+
+/// How far two triangles over an edge are from the four that they are split into at a point `middle`, vertically.
+double split_error(const std::array<Vec3d, 2>& ends, std::array<Vec3d, 2> apexes, const Vec3d& middle) {
+    const Vec2d a(ends[0]), along = Vec2d(ends[1]) - a, to_middle = Vec2d(middle) - a;
+    const double aside = cross(along, to_middle);
+    // The height of the edge at its point t.
+    const auto edge = [&](double t) { return ends[0].z + t * (ends[1].z - ends[0].z); };
+    if (aside == 0) return std::abs(middle.z - edge(glm::dot(to_middle, along) / glm::dot(along, along)));
+    // Both are linear but at the middle, on the edge, and on the lines from the middle: the difference is largest at
+    // the middle, or where the line to the apex on the other side crosses the edge.
+    if (aside * cross(along, Vec2d(apexes[0]) - a) < 0) std::swap(apexes[0], apexes[1]);
+    const Vec2d to_apex = Vec2d(apexes[0]) - a, to_other = Vec2d(apexes[1]) - a;
+    const double w = aside / cross(along, to_apex);
+    const double t = cross(to_middle, to_apex) / cross(along, to_apex);
+    const double at_middle = std::abs(middle.z - (edge(t) + w * (apexes[0].z - ends[0].z)));
+    const double part = aside / (aside - cross(along, to_other));
+    const Vec2d crossing = to_middle + part * (to_other - to_middle);
+    const double at_crossing =
+        std::abs(middle.z + part * (apexes[1].z - middle.z) - edge(glm::dot(crossing, along) / glm::dot(along, along)));
+    return std::max(at_middle, at_crossing);
+}
+
+class Writer {
+  public:
+    Writer(HeightSource& source, const std::filesystem::path& path, const TileOptions& options)
+        : source_(source),
+          options_(options),
+          frame_(source.frame()),
+          lattice_(frame_.columns, frame_.rows),
+          layout_(lattice_, static_cast<std::int32_t>(options.side)),
+          file_(path) {}
+
+    void run() {
+        file_.resize(layout_.file_bytes());
+        const detail::TileHeader header{.columns = frame_.columns,
+                                        .rows = frame_.rows,
+                                        .side = options_.side,
+                                        .spacing = {frame_.spacing.x, frame_.spacing.y},
+                                        .origin = {frame_.origin.x, frame_.origin.y}};
+        file_.write(0, std::as_bytes(std::span(&header, 1)));
+        write_finest();
+        for (std::size_t k = 1; k < layout_.levels().size(); ++k) write_level(k);
+        options_.context.report("write", 1);
+        file_.commit();
+    }
+
+  private:
+    static constexpr std::int32_t k_cell = TileLayout::k_cell;
+
+    /// A tile that is being made, with what it has of its level: points from (x, y) to (last_x, last_y).
+    struct Work {
+        Work(const TileLayout& layout, std::size_t k, std::int32_t column, std::int32_t row)
+            : level(k), x(column * layout.side()), y(row * layout.side()), tile(layout) {
+            const TileLayout::Level& l = layout.levels()[k];
+            last_x = std::min(x + layout.side(), l.last_x);
+            last_y = std::min(y + layout.side(), l.last_y);
+        }
+        std::size_t level;
+        std::int32_t x, y, last_x, last_y;
+        Tile tile;
+    };
+    TilePoint& point(Work& work, std::int32_t x, std::int32_t y) const {
+        const auto& array = layout_.points();
+        return work.tile.records<TilePoint>(array)[(y - work.y) * array.row + x - work.x];
+    }
+
+    void write_finest() {
+        const TileLayout::Level& level = layout_.levels()[0];
+        const std::int32_t side = layout_.side();
+        for (std::int32_t row = 0; row < level.down; ++row) {
+            options_.context.report("heights", 0.8 * row / level.down);
+            const std::int32_t first = std::max(row * side - k_cell, 0),
+                               last = std::min((row + 1) * side + k_cell, level.last_y);
+            const HeightGrid band = read_band(first, last);
+            for_each_index(
+                static_cast<std::uint32_t>(level.across),
+                [&](std::uint32_t column) {
+                    Work work(layout_, 0, static_cast<std::int32_t>(column), row);
+                    Block<float> heights(std::max(work.x - k_cell, 0), first,
+                                         std::min(work.last_x + k_cell, level.last_x), last);
+                    const auto ground = [&](std::int32_t x, std::int32_t y) {
+                        return std::array{lattice_.xs[static_cast<std::size_t>(x)],
+                                          lattice_.ys[static_cast<std::size_t>(y)] - first_row_ * k_grid_unit};
+                    };
+                    for (std::int32_t y = first; y <= last; ++y)
+                        for (std::int32_t x = heights.x; x < heights.x + heights.width; ++x) {
+                            const auto [east, south] = ground(x, y);
+                            heights.at(x, y) = tetrakis::detail::sampled(band, east, south).z;
+                        }
+                    for (std::int32_t y = work.y; y <= work.last_y; ++y)
+                        for (std::int32_t x = work.x; x <= work.last_x; ++x) {
+                            const auto [east, south] = ground(x, y);
+                            TilePoint& p = point(work, x, y);
+                            p.height = heights.at(x, y);
+                            p.set_normal(detail::sample_normal(band, static_cast<std::uint32_t>(east / k_grid_unit),
+                                                               static_cast<std::uint32_t>(south / k_grid_unit)));
+                        }
+                    finish(
+                        work, [](std::int32_t, std::int32_t) { return 0.0; },
+                        [&](std::int32_t cx, std::int32_t cy) {
+                            HeightRange range;
+                            for (std::int32_t y = cy * k_cell; y <= std::min((cy + 1) * k_cell, level.last_y); ++y)
+                                for (std::int32_t x = cx * k_cell; x <= std::min((cx + 1) * k_cell, level.last_x); ++x)
+                                    range.add({heights.at(x, y), heights.at(x, y)});
+                            return range;
+                        });
+                },
+                1);
+        }
+    }
+
+    /// The samples that rows of the lattice need, with those beside them for normals.
+    HeightGrid read_band(std::int32_t first, std::int32_t last) {
+        first_row_ = std::max(lattice_.ys[static_cast<std::size_t>(first)] / k_grid_unit - 1, 0);
+        const std::int32_t end = std::min((lattice_.ys[static_cast<std::size_t>(last)] - 1) / k_grid_unit + 3,
+                                          static_cast<std::int32_t>(frame_.rows));
+        HeightGrid band = frame_;
+        band.rows = static_cast<std::uint32_t>(end - first_row_);
+        band.heights.resize(std::size_t{band.rows} * band.columns);
+        source_.read(static_cast<std::uint32_t>(first_row_), band.rows, band.heights);
+        for (std::size_t i = 0; i < band.heights.size(); ++i) {
+            float& height = band.heights[i];
+            if (std::isfinite(height)) continue;
+            if (!options_.missing_height)
+                throw Error(ErrorCode::invalid_input,
+                            fmt::format("the height at column {}, row {} is missing; say which one to take",
+                                        i % band.columns, i / band.columns + static_cast<std::size_t>(first_row_)));
+            height = *options_.missing_height;
+        }
+        return band;
+    }
+
+    void write_level(std::size_t k) {
+        const TileLayout::Level &level = layout_.levels()[k], &finer = layout_.levels()[k - 1];
+        const auto all = static_cast<double>(layout_.tile_count());
+        const auto tiles = static_cast<std::uint32_t>(level.across * level.down);
+        for_each_reported(tiles, 1, options_.context, "levels", static_cast<double>(level.first_tile) / all,
+                          static_cast<double>(level.first_tile + tiles) / all, [&](std::uint32_t i) {
+                              Work work(layout_, k, static_cast<std::int32_t>(i) % level.across,
+                                        static_cast<std::int32_t>(i) / level.across);
+                              Block<TilePoint> points(std::max(2 * work.x - 1, 0), std::max(2 * work.y - 1, 0),
+                                                      std::min(2 * work.last_x + 1, finer.last_x),
+                                                      std::min(2 * work.last_y + 1, finer.last_y));
+                              read(k - 1, layout_.points(), points);
+                              const auto last_cell = [](std::int32_t last) { return (last - 1) / k_cell; };
+                              Block<HeightRange> cells(
+                                  std::max(2 * (work.x / k_cell - 1), 0), std::max(2 * (work.y / k_cell - 1), 0),
+                                  std::min(2 * (work.x + layout_.side()) / k_cell + 1, last_cell(finer.last_x)),
+                                  std::min(2 * (work.y + layout_.side()) / k_cell + 1, last_cell(finer.last_y)));
+                              read(k - 1, layout_.cells(), cells);
+                              for (std::int32_t y = work.y; y <= work.last_y; ++y)
+                                  for (std::int32_t x = work.x; x <= work.last_x; ++x) {
+                                      TilePoint& p = point(work, x, y);
+                                      p = points.at(2 * x, 2 * y);
+                                      p.set_error(0);
+                                  }
+                              finish(
+                                  work,
+                                  [&](std::int32_t x, std::int32_t y) {
+                                      double worst = 0;
+                                      for (const std::int32_t dy : {-1, 1})
+                                          for (const std::int32_t dx : {-1, 1})
+                                              if (points.has(2 * x + dx, 2 * y + dy))
+                                                  worst = std::max(worst, points.at(2 * x + dx, 2 * y + dy).error());
+                                      return worst;
+                                  },
+                                  [&](std::int32_t cx, std::int32_t cy) {
+                                      HeightRange range;
+                                      for (const std::int32_t y : {2 * cy, 2 * cy + 1})
+                                          for (const std::int32_t x : {2 * cx, 2 * cx + 1})
+                                              if (cells.has(x, y)) range.add(cells.at(x, y));
+                                      return range;
+                                  });
+                          });
+    }
+
+    /// Reads from all tiles that have records of a block as their own.
+    template <class Record>
+    void read(std::size_t k, const TileLayout::Array& array, Block<Record>& block) const {
+        const TileLayout::Level& level = layout_.levels()[k];
+        const std::int32_t end = block.x + block.width;
+        for (std::int32_t y = block.y; y < block.y + block.height; ++y) {
+            const std::int32_t row = std::min(y / array.step, level.down - 1);
+            for (std::int32_t x = block.x; x < end;) {
+                const std::int32_t column = std::min(x / array.step, level.across - 1);
+                const std::int32_t next = column + 1 == level.across ? end : std::min((column + 1) * array.step, end);
+                const std::uint64_t tile = level.first_tile + static_cast<std::uint64_t>(row) * level.across + column;
+                const std::int32_t at =
+                    (y - row * array.step + array.margin) * array.row + x - column * array.step + array.margin;
+                file_.read(layout_.offset(tile) + array.offset + static_cast<std::size_t>(at) * sizeof(Record),
+                           std::as_writable_bytes(std::span(&block.at(x, y), static_cast<std::size_t>(next - x))));
+                x = next;
+            }
+        }
+    }
+
+    /// Errors and cells of a tile whose points have heights, and the tile itself.
+    /// @param worst_centre  the largest error of the finer level's diamonds around a point
+    template <class WorstCentre, class Cell>
+    void finish(Work& work, const WorstCentre& worst_centre, const Cell& cell) {
+        // Splitting moves the surface by the split's own error, and each of the four triangles then lies under one of
+        // the diamonds that become possible: the full-resolution surface is no farther away than the sum.
+        const auto set_error = [&](std::int32_t x, std::int32_t y, double own, double worst) {
+            point(work, x, y).set_error(std::max(own + worst, k_error_ratio * worst));
+        };
+        const auto own = [&](std::int32_t x, std::int32_t y) {
+            const auto k = static_cast<int>(work.level);
+            const LatticeDiamond diamond({x << k, y << k});
+            const auto vertex = [&](LatticePlace p) {
+                return Vec3d(lattice_.xs[static_cast<std::size_t>(p.x)] * frame_.spacing.x,
+                             lattice_.ys[static_cast<std::size_t>(p.y)] * frame_.spacing.y,
+                             double{point(work, p.x >> k, p.y >> k).height});
+            };
+            const std::array ends{vertex(diamond.ends[0]), vertex(diamond.ends[1])};
+            // The middle of a side is on it, whatever the apexes are.
+            const std::array apexes =
+                diamond.is_centre ? std::array{vertex(diamond.apexes[0]), vertex(diamond.apexes[1])} : ends;
+            return split_error(ends, apexes, vertex(diamond.middle));
+        };
+        for (std::int32_t y = work.y; y <= work.last_y; ++y)
+            for (std::int32_t x = work.x + (y % 2 == 0 ? 1 : 0); x <= work.last_x; x += 2)
+                set_error(x, y, own(x, y), worst_centre(x, y));
+        // Centres of roots are there from the start.
+        if (work.level + 1 < layout_.levels().size())
+            for (std::int32_t y = work.y + 1; y <= work.last_y; y += 2)
+                for (std::int32_t x = work.x + 1; x <= work.last_x; x += 2)
+                    set_error(x, y, own(x, y),
+                              std::max({point(work, x - 1, y).error(), point(work, x + 1, y).error(),
+                                        point(work, x, y - 1).error(), point(work, x, y + 1).error()}));
+        const auto& cells = layout_.cells();
+        auto* const ranges = work.tile.records<HeightRange>(cells);
+        const TileLayout::Level& level = layout_.levels()[work.level];
+        for (std::int32_t r = 0; r < cells.row; ++r)
+            for (std::int32_t c = 0; c < cells.row; ++c) {
+                const std::int32_t x = work.x / k_cell + c - 1, y = work.y / k_cell + r - 1;
+                const bool is_there = x >= 0 && y >= 0 && x * k_cell < level.last_x && y * k_cell < level.last_y;
+                ranges[r * cells.row + c] = is_there ? cell(x, y) : HeightRange{};
+            }
+        work.tile.seal();
+        file_.write(layout_.offset(layout_.tile(work.level, work.x, work.y)), work.tile.bytes());
+    }
+
+    HeightSource& source_;
+    const TileOptions& options_;
+    HeightGrid frame_;
+    TerrainLattice lattice_;
+    TileLayout layout_;
+    TileFile file_;
+    std::int32_t first_row_ = 0;  // of the band
+};
+
+}  // namespace
+
+void write_tiles(HeightSource& source, const std::filesystem::path& path, const TileOptions& options) {
+    tetrakis::detail::check_frame(source.frame());
+    if (options.side < 16 || options.side > 1024 || !std::has_single_bit(options.side))
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("tiles of {} steps; it has to be a power of two from 16 to 1024", options.side));
+    with_threads(options.context, [&] { Writer(source, path, options).run(); });
+}
+
+}  // namespace tetrakis::lod

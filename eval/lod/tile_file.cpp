@@ -1,0 +1,110 @@
+#include "tile_file.hpp"
+
+#include "../../hier/base/error.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace tetrakis::lod::detail {
+
+TileLayout::TileLayout(const TerrainLattice& lattice, std::int32_t side) : side_(side) {
+    for (int k = 0; k < lattice.log_side; ++k) {
+        Level level{lattice.last_x() >> k, lattice.last_y() >> k, 0, 0, tile_count_};
+        level.across = (level.last_x + side - 1) / side;
+        level.down = (level.last_y + side - 1) / side;
+        tile_count_ += static_cast<std::uint64_t>(level.across) * static_cast<std::uint64_t>(level.down);
+        levels_.push_back(level);
+    }
+    const auto bytes = [](const Array& array) {
+        return array.record_bytes * static_cast<std::size_t>(array.row) * static_cast<std::size_t>(array.row);
+    };
+    points_ = {0, sizeof(TilePoint), side + 1, side, 0};
+    cells_ = {bytes(points_), sizeof(HeightRange), side / k_cell + 2, side / k_cell, 1};
+    tile_bytes_ = cells_.offset + bytes(cells_) + sizeof(std::uint64_t);
+}
+
+std::uint64_t Tile::checksum() const {
+    std::uint64_t sum = bytes_.size();
+    // Rotation and an odd factor, so that places count and nothing is lost (as FNV, for words).
+    for (std::size_t i = 0; i + 1 < bytes_.size(); ++i) sum = (std::rotl(sum, 23) ^ bytes_[i]) * 0x9E3779B97F4A7C15u;
+    return sum;
+}
+
+TileFile::TileFile(const std::filesystem::path& path, TileHeader& header)
+    : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    if (descriptor_ < 0) fail(errno == ENOENT ? "there is no such file; check the path" : std::strerror(errno));
+    struct stat there {};
+    const auto refuse = [&](ErrorCode code, const std::string& text) {
+        ::close(descriptor_);
+        throw Error(code, text, path_);
+    };
+    if (::fstat(descriptor_, &there) != 0 || !S_ISREG(there.st_mode)) refuse(ErrorCode::io, "this is no regular file");
+    const auto got = ::pread(descriptor_, &header, sizeof header, 0);
+    if (got < static_cast<ssize_t>(sizeof header.magic) || header.magic != TileHeader::k_magic)
+        refuse(ErrorCode::invalid_input, "this is no tile file; write_tiles() makes one of heights");
+    if (got < static_cast<ssize_t>(sizeof header)) refuse(ErrorCode::invalid_input, "the tile file is cut off");
+    if (header.byte_order != TileHeader::k_byte_order)
+        refuse(ErrorCode::unsupported, "the tile file is from a machine with another byte order; make it anew");
+    if (header.version != TileHeader::k_version)
+        refuse(ErrorCode::unsupported, fmt::format("the tile file has version {}, and this build reads version {}",
+                                                   header.version, TileHeader::k_version));
+}
+
+TileFile::TileFile(const std::filesystem::path& path)
+    : path_(path), temporary_(path.string() + fmt::format(".{}.part", ::getpid())) {
+    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) fail("cannot be written");
+}
+
+TileFile::~TileFile() {
+    ::close(descriptor_);
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void TileFile::read(std::uint64_t offset, std::span<std::byte> bytes) const {
+    while (!bytes.empty()) {
+        const ssize_t got = ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) fail(got == 0 ? "the tile file is cut off" : std::strerror(errno));
+        bytes = bytes.subspan(static_cast<std::size_t>(got));
+        offset += static_cast<std::uint64_t>(got);
+    }
+}
+
+void TileFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t put = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (put < 0 && errno == EINTR) continue;
+        if (put < 0) fail("cannot be written");
+        bytes = bytes.subspan(static_cast<std::size_t>(put));
+        offset += static_cast<std::uint64_t>(put);
+    }
+}
+
+void TileFile::resize(std::uint64_t bytes) {
+    if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) fail("cannot be written");
+}
+
+std::uint64_t TileFile::size() const {
+    struct stat there {};
+    if (::fstat(descriptor_, &there) != 0) fail(std::strerror(errno));
+    return static_cast<std::uint64_t>(there.st_size);
+}
+
+void TileFile::commit() {
+    if (::fsync(descriptor_) != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot be written");
+    temporary_.clear();
+}
+
+void TileFile::fail(const char* what) const {
+    const int number = errno;
+    throw Error(ErrorCode::io,
+                temporary_.empty() ? std::string(what) : fmt::format("{}: {}", what, std::strerror(number)), path_);
+}
+
+}  // namespace tetrakis::lod::detail

@@ -1,0 +1,383 @@
+#include "tiled_terrain.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "grid_triangle.hpp"
+#include "tile_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace tetrakis::lod {
+
+namespace {
+
+using detail::HeightRange;
+using detail::LatticeDiamond;
+using detail::LatticePlace;
+using detail::Tile;
+using detail::TileHeader;
+using detail::TileLayout;
+using detail::TilePoint;
+using tetrakis::detail::in_samples;
+using Clock = std::chrono::steady_clock;
+
+// A tile stays for so many uses after the last one that asked for it: what has just been loaded is there when the views
+// that wait for it look, however small the cache is.
+constexpr std::uint64_t k_uses_kept = 4;
+constexpr std::uint64_t k_least_slots = 4;  // of tiles that come and go
+
+}  // namespace
+
+class TiledTerrain::Impl {
+  public:
+    Impl(const std::filesystem::path& path, TiledTerrainOptions options)
+        : options_(std::move(options)), file_(path, header_) {
+        const auto refuse = [&](ErrorCode code, const std::string& text) { throw Error(code, text, path); };
+        frame_.columns = header_.columns;
+        frame_.rows = header_.rows;
+        frame_.spacing = {header_.spacing[0], header_.spacing[1]};
+        frame_.origin = {header_.origin[0], header_.origin[1]};
+        try {
+            tetrakis::detail::check_frame(frame_);
+        } catch (const Error& error) {
+            refuse(ErrorCode::invalid_input, fmt::format("the tile file is damaged: {}", error.what()));
+        }
+        if (header_.side < 16 || header_.side > 1024 || !std::has_single_bit(header_.side))
+            refuse(ErrorCode::invalid_input, fmt::format("the tile file is damaged: tiles of {} steps", header_.side));
+        lattice_ = detail::TerrainLattice(frame_.columns, frame_.rows);
+        layout_ = TileLayout(lattice_, static_cast<std::int32_t>(header_.side));
+        if (file_.size() != layout_.file_bytes())
+            refuse(ErrorCode::invalid_input, fmt::format("the tile file has {} bytes, not {}: it is cut off or damaged",
+                                                         file_.size(), layout_.file_bytes()));
+        // Levels of one tile stay, and the coarsest one, which has the roots.
+        const auto& levels = layout_.levels();
+        std::size_t k = levels.size() - 1;
+        while (k > 0 && levels[k - 1].across * levels[k - 1].down == 1) --k;
+        first_kept_ = levels[k].first_tile;
+        const std::uint64_t kept = layout_.tile_count() - first_kept_;
+        const std::uint64_t least = (kept + std::min(k_least_slots, first_kept_) + 1) * layout_.tile_bytes();
+        if (options_.cache_bytes < least)
+            refuse(ErrorCode::memory_limit,
+                   fmt::format("a cache of {} bytes is too small; it needs {} at least", options_.cache_bytes, least));
+        // One more is being read.
+        most_slots_ = std::min(options_.cache_bytes / layout_.tile_bytes() - 1 - kept, first_kept_);
+        for (std::uint64_t i = first_kept_; i < layout_.tile_count(); ++i) {
+            file_.read(layout_.offset(i), kept_.emplace_back(layout_).bytes());
+            if (!kept_.back().is_sealed())
+                refuse(ErrorCode::invalid_input, fmt::format("tile {} of the tile file is damaged", i));
+        }
+        roots_ = lattice_.make_roots([&](LatticePlace p) {
+            const Spot spot(*this, p);
+            return position(p, spot.point(*find(spot.tile), p));
+        });
+        if (!options_.read)
+            options_.read = [this](std::uint64_t offset, std::span<std::byte> bytes) { file_.read(offset, bytes); };
+        loader_ = std::jthread([this](const std::stop_token& stop) { load_tiles(stop); });
+    }
+
+    void places(std::span<const Site> sites, std::span<Place> places) {
+        const std::lock_guard lock(mutex_);
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const LatticePlace p = lattice_.place(sites[i]);
+            const Spot spot(*this, p);
+            const Tile* const tile = find(spot.tile);
+            Place& place = places[i];
+            place.known = tile != nullptr;
+            if (tile == nullptr) continue;
+            const TilePoint& at = spot.point(*tile, p);
+            place.position = place.on_edge = position(p, at);
+            if (!lattice_.is_fixed(p)) {
+                const LatticeDiamond diamond(p);
+                const auto end = [&](LatticePlace e) { return position(e, spot.point(*tile, e)); };
+                place.on_edge = detail::on_edge(place.position, end(diamond.ends[0]), end(diamond.ends[1]));
+            }
+            place.normal = at.normal();
+            place.uv = {in_samples(lattice_.xs[static_cast<std::size_t>(p.x)]) / (frame_.columns - 1),
+                        in_samples(lattice_.ys[static_cast<std::size_t>(p.y)]) / (frame_.rows - 1)};
+        }
+    }
+
+    void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) {
+        const std::lock_guard lock(mutex_);
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const LatticePlace p = lattice_.place(sites[i]);
+            const Spot spot(*this, p);
+            const Tile* const tile = find(spot.tile);
+            bounds[i].known = tile != nullptr;
+            if (tile == nullptr) continue;
+            const std::int32_t reach = LatticeDiamond(p).reach();
+            const std::int32_t x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, lattice_.last_x()),
+                               y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, lattice_.last_y());
+            const HeightRange range = spot.heights(*tile, x0, y0, x1, y1);
+            const Vec3d first(east_of(x0), north_of(y1), double{range.low}),
+                last(east_of(x1), north_of(y0), double{range.high});
+            bounds[i].center = (first + last) / 2.0;
+            bounds[i].half_sides = (last - first) / 2.0;
+            bounds[i].error = spot.point(*tile, p).error();
+        }
+    }
+
+    std::uint64_t revision() const {
+        const std::lock_guard lock(mutex_);
+        return revision_;
+    }
+    std::uint64_t begin_use() {
+        const std::lock_guard lock(mutex_);
+        uses_.push_back(++last_use_);
+        return last_use_;
+    }
+    void end_use(std::uint64_t use) {
+        const std::lock_guard lock(mutex_);
+        uses_.erase(std::find(uses_.begin(), uses_.end(), use));
+        if (waits_for_use_) changed_.notify_all();
+    }
+
+    TileStatistics statistics() const {
+        const std::lock_guard lock(mutex_);
+        TileStatistics result = statistics_;
+        result.wanted = wants_.size();
+        result.cached_bytes = (kept_.size() + slots_.size() + 1) * layout_.tile_bytes();
+        return result;
+    }
+    void wait(std::uint64_t revision, std::chrono::milliseconds longest) {
+        std::unique_lock lock(mutex_);
+        arrived_.wait_for(lock, longest, [&] { return revision_ != revision || wants_.empty() || waits_for_use_; });
+    }
+
+    const ControlMesh& roots() const { return roots_; }
+    int max_depth() const { return 2 * lattice_.log_side - 1; }
+
+  private:
+    /// Where a point is in the tile that has it as its own.
+    struct Spot {
+        Spot(const Impl& terrain, LatticePlace p) : layout(terrain.layout_) {
+            const auto top = static_cast<int>(layout.levels().size()) - 1;
+            level = std::min(std::countr_zero(static_cast<std::uint32_t>(p.x | p.y)), top);
+            const TileLayout::Level& l = layout.levels()[static_cast<std::size_t>(level)];
+            column = std::min((p.x >> level) / layout.side(), l.across - 1);
+            row = std::min((p.y >> level) / layout.side(), l.down - 1);
+            tile = layout.tile(static_cast<std::size_t>(level), p.x >> level, p.y >> level);
+        }
+        const TilePoint& point(const Tile& in, LatticePlace p) const {
+            const TileLayout::Array& array = layout.points();
+            return in.records<TilePoint>(
+                array)[((p.y >> level) - row * array.step) * array.row + (p.x >> level) - column * array.step];
+        }
+        /// Of all cells that reach into the open rectangle from (x0, y0) to (x1, y1).
+        HeightRange heights(const Tile& in, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const {
+            const TileLayout::Array& array = layout.cells();
+            const auto cell = [&](std::int32_t at, std::int32_t tile_at) {
+                return (at >> level) / TileLayout::k_cell - tile_at * array.step + array.margin;
+            };
+            HeightRange range;
+            const std::int32_t last_row = cell(y1 - 1, row), last_column = cell(x1 - 1, column);
+            for (std::int32_t r = cell(y0, row); r <= last_row; ++r)
+                for (std::int32_t c = cell(x0, column); c <= last_column; ++c)
+                    range.add(in.records<HeightRange>(array)[r * array.row + c]);
+            return range;
+        }
+        const TileLayout& layout;
+        int level;
+        std::int32_t column, row;
+        std::uint64_t tile;
+    };
+    struct Slot {
+        Tile tile;
+        std::uint64_t number;
+        std::uint64_t use;  ///< the last one begun when it was asked for
+    };
+    /// A tile that was asked for.
+    struct Want {
+        std::uint64_t use = 0;
+        std::uint32_t count = 0;  ///< in that use
+        int failures = 0;
+        Clock::time_point not_before{};
+    };
+
+    double east_of(std::int32_t x) const {
+        return frame_.origin.x + frame_.spacing.x * in_samples(lattice_.xs[static_cast<std::size_t>(x)]);
+    }
+    double north_of(std::int32_t y) const {
+        return frame_.origin.y - frame_.spacing.y * in_samples(lattice_.ys[static_cast<std::size_t>(y)]);
+    }
+    Vec3d position(LatticePlace p, const TilePoint& point) const {
+        return {east_of(p.x), north_of(p.y), double{point.height}};
+    }
+
+    /// nullptr: it is to be loaded.
+    const Tile* find(std::uint64_t tile) {
+        if (tile >= first_kept_) return &kept_[tile - first_kept_];
+        if (const auto there = table_.find(tile); there != table_.end()) {
+            Slot& slot = slots_[there->second];
+            slot.use = last_use_;
+            return &slot.tile;
+        }
+        const auto [want, is_new] = wants_.try_emplace(tile);
+        Want& w = want->second;
+        if (std::exchange(w.use, last_use_) != last_use_) w.count = 0;
+        ++w.count;
+        if (is_new) changed_.notify_all();
+        return nullptr;
+    }
+
+    /// The tile to be loaded next: one of those asked for last, of the coarsest level, that most diamonds wait for.
+    std::uint64_t next_want(Clock::time_point& earliest) const {
+        std::uint64_t best = k_none;
+        std::tuple<std::uint64_t, std::uint64_t, std::uint32_t> best_rank{};
+        const auto now = Clock::now();
+        earliest = Clock::time_point::max();
+        for (const auto& [tile, want] : wants_) {
+            if (want.not_before > now) {
+                earliest = std::min(earliest, want.not_before);
+                continue;
+            }
+            const auto& levels = layout_.levels();
+            const auto level = std::partition_point(levels.begin(), levels.end(),
+                                                    [tile = tile](const auto& l) { return l.first_tile <= tile; });
+            const std::tuple rank{want.use, static_cast<std::uint64_t>(level - levels.begin()), want.count};
+            if (best != k_none && rank <= best_rank) continue;
+            best = tile;
+            best_rank = rank;
+        }
+        return best;
+    }
+
+    /// Whether another tile has room: a new slot, where slot == slots_.size(), or one that is not in use.
+    bool find_slot(std::size_t& slot) {
+        slot = slots_.size();
+        waits_for_use_ = false;
+        if (slot < most_slots_) return true;
+        const auto latest =
+            std::min_element(slots_.begin(), slots_.end(), [](const Slot& a, const Slot& b) { return a.use < b.use; });
+        const std::uint64_t oldest_use = uses_.empty() ? last_use_ + 1 : *std::min_element(uses_.begin(), uses_.end());
+        slot = static_cast<std::size_t>(latest - slots_.begin());
+        waits_for_use_ = latest->use + k_uses_kept > oldest_use;
+        if (waits_for_use_) arrived_.notify_all();
+        return !waits_for_use_;
+    }
+
+    void put(std::uint64_t number, Tile& tile, std::size_t slot) {
+        if (slot == slots_.size()) {
+            slots_.push_back({std::move(tile), number, last_use_});
+        } else {
+            table_.erase(slots_[slot].number);
+            std::swap(slots_[slot].tile, tile);
+            slots_[slot].number = number;
+            slots_[slot].use = last_use_;
+        }
+        table_[number] = slot;
+        wants_.erase(number);
+        ++statistics_.loads;
+        ++revision_;
+        // Whoever waits looks again now, and asks for what is still wanted.
+        if (last_use_ >= last_drop_ + k_uses_kept) {
+            std::erase_if(wants_, [&](const auto& want) { return want.second.use <= last_drop_; });
+            last_drop_ = last_use_;
+        }
+        arrived_.notify_all();
+    }
+
+    void load_tiles(const std::stop_token& stop) {
+        Tile tile(layout_);
+        std::unique_lock lock(mutex_);
+        while (!stop.stop_requested()) {
+            Clock::time_point earliest;
+            const std::uint64_t number = next_want(earliest);
+            if (number == k_none) {
+                arrived_.notify_all();
+                const auto has_more = [&, count = wants_.size()] { return wants_.size() != count; };
+                if (earliest == Clock::time_point::max())
+                    changed_.wait(lock, stop, has_more);
+                else
+                    changed_.wait_until(lock, stop, earliest, has_more);
+                continue;
+            }
+            lock.unlock();
+            const std::string error = read(number, tile);
+            lock.lock();
+            Want& want = wants_[number];
+            if (!error.empty()) {
+                ++statistics_.failures;
+                statistics_.last_error = error;
+                want.not_before = Clock::now() + options_.pause * (1 << std::min(want.failures, 6));
+                ++want.failures;
+                continue;
+            }
+            std::size_t slot = 0;
+            if (!changed_.wait(lock, stop, [&] { return find_slot(slot); })) return;
+            put(number, tile, slot);
+            if (!tile.is_empty()) continue;
+            lock.unlock();
+            tile = Tile(layout_);
+            lock.lock();
+        }
+    }
+
+    /// @return  what went wrong; empty: nothing
+    std::string read(std::uint64_t number, Tile& tile) const {
+        try {
+            options_.read(layout_.offset(number), tile.bytes());
+            return tile.is_sealed() ? "" : fmt::format("{}: tile {} is damaged", file_.path().string(), number);
+        } catch (const std::exception& error) {
+            return *error.what() != 0 ? error.what() : "a tile could not be read";
+        } catch (...) {
+            return "a tile could not be read";
+        }
+    }
+
+    static constexpr std::uint64_t k_none = ~std::uint64_t{0};
+
+    TiledTerrainOptions options_;
+    TileHeader header_;
+    detail::TileFile file_;
+    HeightGrid frame_;
+    detail::TerrainLattice lattice_;
+    TileLayout layout_;
+    ControlMesh roots_;
+    std::uint64_t first_kept_ = 0;  // of the tiles that always stay
+    std::vector<Tile> kept_;
+    std::size_t most_slots_ = 0;
+
+    mutable std::mutex mutex_;                       // of all that follows; held for short
+    std::condition_variable_any changed_, arrived_;  // for the loader; for those who wait
+    std::vector<Slot> slots_;
+    std::unordered_map<std::uint64_t, std::size_t> table_;  // slots by tiles
+    std::unordered_map<std::uint64_t, Want> wants_;
+    std::vector<std::uint64_t> uses_;  // that go on
+    std::uint64_t last_use_ = 0, revision_ = 0;
+    std::uint64_t last_drop_ = 0;  // the last use when wants were dropped
+    bool waits_for_use_ = false;
+    TileStatistics statistics_;
+
+    std::jthread loader_;  // the last member: it ends first
+};
+
+TiledTerrain::TiledTerrain(const std::filesystem::path& path, TiledTerrainOptions options)
+    : impl_(std::make_unique<Impl>(path, std::move(options))) {}
+TiledTerrain::~TiledTerrain() = default;
+
+const ControlMesh& TiledTerrain::roots() const { return impl_->roots(); }
+int TiledTerrain::max_depth() const { return impl_->max_depth(); }
+void TiledTerrain::places(std::span<const Site> sites, std::span<Place> places) const { impl_->places(sites, places); }
+void TiledTerrain::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
+    impl_->bounds(sites, bounds);
+}
+std::uint64_t TiledTerrain::revision() const { return impl_->revision(); }
+std::uint64_t TiledTerrain::begin_use() const { return impl_->begin_use(); }
+void TiledTerrain::end_use(std::uint64_t use) const { impl_->end_use(use); }
+TileStatistics TiledTerrain::statistics() const { return impl_->statistics(); }
+void TiledTerrain::wait(std::uint64_t revision, std::chrono::milliseconds longest) const {
+    impl_->wait(revision, longest);
+}
+
+}  // namespace tetrakis::lod

@@ -1,0 +1,326 @@
+#include "../../eval/lod/height_source.hpp"
+#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/terrain_tiles.hpp"
+#include "../../eval/lod/tiled_terrain.hpp"
+#include "../../eval/lod/view.hpp"
+#include "../../hier/base/error.hpp"
+
+#include "../kit/height_grids.hpp"
+#include "../kit/lod_judge.hpp"
+#include "../kit/scratch_dir.hpp"
+#include "../kit/surface_topology.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <latch>
+#include <limits>
+#include <set>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+using namespace tetrakis;
+using namespace tetrakis::test;
+using namespace std::chrono_literals;
+
+namespace {
+
+/// A rough terrain as a tile file of small tiles.
+struct TiledGrid {
+    TiledGrid(std::uint32_t columns, std::uint32_t rows) : grid(rough(columns, rows, 5)) {
+        grid.spacing = {2, 3};
+        grid.origin = {1000, -500};
+        lod::write_tiles(*make_height_source(grid), path, {.side = 16});
+    }
+    /// Reads as the terrain itself does.
+    void read(std::uint64_t offset, std::span<std::byte> bytes) const {
+        std::ifstream file(path, std::ios::binary);
+        file.seekg(static_cast<std::streamoff>(offset));
+        file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    }
+    HeightGrid grid;
+    ScratchDir dir;
+    std::filesystem::path path = dir / "terrain.tiles";
+};
+
+// Tiles of 16 steps have about 2.7 kB.
+constexpr std::uint64_t k_small_cache = 64 << 10;
+
+void check_whole(const lod::View& view, const HeightGrid& grid) {
+    const auto triangles = used(view);
+    REQUIRE(triangles.size() == view.leaf_count());
+    const SurfaceTopology whole = topology(triangles);
+    REQUIRE(whole.fault.empty());
+    REQUIRE(whole.euler == 1);
+    REQUIRE(whole.boundary_loops == 1);
+    double area = 0;
+    for (const auto& t : triangles) {
+        const double part = twice_area(position(view, t[0]), position(view, t[1]), position(view, t[2]));
+        REQUIRE(part > 0);
+        area += part / 2;
+    }
+    REQUIRE(area ==
+            doctest::Approx(grid.spacing.x * grid.spacing.y * (grid.columns - 1) * (grid.rows - 1)).epsilon(1e-6));
+}
+
+std::set<std::array<Site, 3>> leaves(const lod::View& view) {
+    const auto list = view.leaves();
+    return {list.begin(), list.end()};
+}
+
+/// Updates until nothing is to be loaded.
+lod::Update rest(lod::View& view, const lod::TiledTerrain& terrain, const lod::Camera& camera,
+                 const lod::Budget& budget) {
+    for (;;) {
+        const std::uint64_t revision = terrain.revision();
+        const lod::Update update = view.update(camera, budget);
+        if (update.waiting == 0) return update;
+        terrain.wait(revision);
+    }
+}
+
+std::string fault(const std::filesystem::path& path, const lod::TiledTerrainOptions& options = {}) {
+    try {
+        const lod::TiledTerrain terrain(path, options);
+    } catch (const Error& error) {
+        CHECK(error.file() == path);
+        return error.what();
+    }
+    return "";
+}
+
+bool has(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("lod tiles: what is loaded keeps the promise at every sample, at any size") {
+    for (const auto& [columns, rows] : {std::pair{129u, 129u}, {150u, 97u}, {60u, 201u}, {3u, 2u}}) {
+        CAPTURE(columns);
+        const TiledGrid tiled(columns, rows);
+        const lod::TiledTerrain terrain(tiled.path);
+        lod::View view(terrain, {.max_leaves = 100'000});
+        Wanderer wanderer(tiled.grid, 7);
+        for (int frame = 0; frame < 90; ++frame) {
+            const lod::Camera camera = wanderer.next();
+            if (frame % 9 != 0) {
+                view.update(camera, {.pixel_error = 2});
+                continue;
+            }
+            const lod::Update update = rest(view, terrain, camera, {.pixel_error = 2});
+            check_whole(view, tiled.grid);
+            REQUIRE(update.pixel_error == 2);
+            REQUIRE(judged_pixels(view, tiled.grid, camera) <= 2 + 1e-3);
+        }
+        CHECK(terrain.statistics().failures == 0);
+        // The finest mesh has the samples themselves.
+        rest(view, terrain, {.eye = {1000, -500, 3}}, {.pixel_error = 1e-12});
+        const lod::TerrainSurface surface(tiled.grid);
+        lod::View exact(surface, {.max_leaves = 100'000});
+        exact.update({.eye = {1000, -500, 3}}, {.pixel_error = 1e-12});
+        const TriangleMesh mesh = view.mesh(), other = exact.mesh();
+        CHECK(mesh.triangles.size() == other.triangles.size());
+        const auto sorted = [](const TriangleMesh& of) {
+            std::vector<std::array<double, 3>> points;
+            for (const Vec3d& p : of.positions) points.push_back({p.x, p.y, p.z});
+            std::sort(points.begin(), points.end());
+            return points;
+        };
+        CHECK(sorted(mesh) == sorted(other));
+        double largest = 0;
+        for (std::size_t i = 0; i < mesh.normals.size(); ++i)
+            largest = std::max(largest, std::abs(glm::length(mesh.normals[i]) - 1));
+        CHECK(largest < 1e-12);
+    }
+}
+
+TEST_CASE("lod tiles: with a small cache and a slow, failing loader no frame has a hole, and nothing is lost") {
+    const TiledGrid tiled(300, 211);
+    std::atomic<int> calls = 0;
+    const lod::TiledTerrain terrain(
+        tiled.path, {.cache_bytes = k_small_cache, .pause = 1ms, .read = [&](std::uint64_t offset, auto bytes) {
+                         const int call = ++calls;
+                         if (call % 7 == 0) std::this_thread::sleep_for(2ms);
+                         if (call % 3 == 0) throw std::runtime_error("the line is down");
+                         tiled.read(offset, bytes);
+                         // What arrives may be damaged, too.
+                         if (call % 5 == 0) bytes[bytes.size() / 2] ^= std::byte{4};
+                     }});
+    const lod::TiledTerrain sure(tiled.path);
+    // Hysteresis depends on the way, so each view is a new one.
+    Wanderer wanderer(tiled.grid, 3);
+    lod::View view(terrain, {.max_leaves = 200'000});
+    for (int frame = 0; frame < 150; ++frame) {
+        const lod::Camera camera = wanderer.next();
+        const lod::Update update = view.update(camera, {.pixel_error = 2});
+        REQUIRE(update.complete);
+        REQUIRE(terrain.statistics().cached_bytes <= k_small_cache);
+        if (frame % 10 == 9) view.set_origin(camera.eye);
+        if (frame % 5 == 0) check_whole(view, tiled.grid);
+        if (frame % 50 != 49) continue;
+        rest(view, terrain, camera, {.pixel_error = 2});
+        check_whole(view, tiled.grid);
+        REQUIRE(judged_pixels(view, tiled.grid, camera) <= 2 + 1e-3);
+
+        lod::View late(terrain, {.max_leaves = 200'000}), early(sure, {.max_leaves = 200'000});
+        rest(late, terrain, camera, {.pixel_error = 2});
+        rest(early, sure, camera, {.pixel_error = 2});
+        REQUIRE(leaves(late) == leaves(early));
+        REQUIRE(late.leaf_count() > 2000);
+        // Of tiles that are gone the mesh has what the buffer has.
+        const TriangleMesh mesh = late.mesh(), other = early.mesh();
+        REQUIRE(mesh.positions.size() == other.positions.size());
+        for (const auto* of : {&mesh, &other})
+            for (std::size_t i = 0; i < of->normals.size(); ++i) REQUIRE(std::isfinite(of->normals[i].z));
+    }
+    const lod::TileStatistics statistics = terrain.statistics();
+    CHECK(statistics.failures > 20);
+    CHECK(statistics.loads > 200);
+    CHECK(!statistics.last_error.empty());
+    CHECK(sure.statistics().failures == 0);
+}
+
+TEST_CASE("lod tiles: updates return while the loader is blocked, and several views share a terrain") {
+    const TiledGrid tiled(300, 211);
+    std::latch opened(1);
+    std::atomic<bool> is_open = false;
+    {
+        const lod::TiledTerrain terrain(tiled.path,
+                                        {.cache_bytes = k_small_cache, .read = [&](std::uint64_t offset, auto bytes) {
+                                             opened.wait();
+                                             tiled.read(offset, bytes);
+                                         }});
+        const auto walk = [&](unsigned seed) {
+            Wanderer wanderer(tiled.grid, seed);
+            lod::View view(terrain, {.max_leaves = 50'000});
+            lod::Camera camera;
+            lod::Update update;
+            for (int frame = 0; frame < 60; ++frame) {
+                camera = wanderer.next();
+                update = view.update(camera, {.pixel_error = 2});
+            }
+            // The coarsest levels are shown.
+            const bool waited = update.waiting > 0 && update.leaves > 4;
+            const auto before = view.leaf_count();
+            if (!is_open.exchange(true)) opened.count_down();
+            rest(view, terrain, camera, {.pixel_error = 2});
+            return waited && view.leaf_count() > before;
+        };
+        bool first = walk(1);
+        CHECK(first);
+        CHECK(terrain.statistics().loads > 0);
+        // Two threads, a view each.
+        std::vector<int> done(2);
+        {
+            std::vector<std::jthread> threads;
+            for (unsigned i = 0; i < 2; ++i)
+                threads.emplace_back([&, i] {
+                    Wanderer wanderer(tiled.grid, 10 + i);
+                    lod::View view(terrain, {.max_leaves = 50'000});
+                    for (int frame = 0; frame < 60; ++frame) {
+                        const lod::Camera camera = wanderer.next();
+                        view.update(camera, {.pixel_error = 2});
+                        if (frame % 20 == 19 && rest(view, terrain, camera, {.pixel_error = 2}).waiting == 0) ++done[i];
+                    }
+                });
+        }
+        CHECK(done == std::vector<int>{3, 3});
+        CHECK(terrain.statistics().cached_bytes <= k_small_cache);
+    }
+}
+
+TEST_CASE("lod tiles: vertices of tiles that are gone keep their places in another frame") {
+    const TiledGrid tiled(300, 211);
+    const lod::TiledTerrain terrain(tiled.path, {.cache_bytes = k_small_cache});
+    lod::View view(terrain, {.max_leaves = 200'000});
+    const lod::Camera camera{.eye = {1300, -800, 10}, .direction = {0, 1, -0.5}};
+    rest(view, terrain, camera, {.pixel_error = 2});
+    std::vector<Vec3d> before;
+    for (std::uint32_t v = 0; v < view.vertices().size(); ++v) before.push_back(position(view, v));
+    view.set_origin({1300, -800, 0});
+    view.update(camera, {.pixel_error = 2});
+    double largest = 0;
+    for (std::uint32_t v = 0; v < before.size(); ++v)
+        largest = std::max(largest, glm::length(position(view, v) - before[v]));
+    CHECK(largest < 1e-3);
+    check_whole(view, tiled.grid);
+}
+
+TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer are refused by name") {
+    const TiledGrid tiled(40, 30);
+    const std::string good = slurp(tiled.path);
+    const std::filesystem::path path = tiled.dir / "bad.tiles";
+    const auto fault_of = [&](const std::string& bytes) {
+        std::ofstream(path, std::ios::binary) << bytes;
+        return fault(path);
+    };
+    CHECK(has(fault(tiled.dir / "none.tiles"), "no such file"));
+    CHECK(has(fault(tiled.dir.path()), "no regular file"));
+    CHECK(has(fault_of(""), "no tile file"));
+    CHECK(has(fault_of("P6 800 600 255"), "no tile file"));
+    CHECK(fault_of(good) == "");
+    for (std::size_t size = 8; size < good.size(); size += size < 80 ? 1 : 997)
+        CHECK(has(fault_of(good.substr(0, size)), "cut off"));
+    CHECK(has(fault_of(good + "x"), "cut off or damaged"));
+    const auto with = [&](std::size_t at, std::uint32_t number) {
+        std::string bytes = good;
+        std::memcpy(bytes.data() + at, &number, sizeof number);
+        return fault_of(bytes);
+    };
+    CHECK(has(with(8, 2), "version 2"));
+    CHECK(has(with(12, 0x04030201), "byte order"));
+    CHECK(has(with(16, 1), "damaged"));
+    CHECK(has(with(16, 0xFFFFFFFF), "damaged"));
+    CHECK(has(with(24, 17), "tiles of 17 steps"));
+    CHECK(has(with(32, 0xFFFFFFFF), "cut off or damaged") == false);
+    CHECK(has(with(good.size() - 100, 1), "is damaged"));
+    CHECK(has(fault(tiled.path, {.cache_bytes = 4096}), "too small"));
+
+    HeightGrid grid = tiled.grid;
+    grid.heights[47] = std::numeric_limits<float>::quiet_NaN();
+    const auto write_fault = [&](const lod::TileOptions& options, const std::filesystem::path& to) {
+        try {
+            lod::write_tiles(*make_height_source(grid), to, options);
+        } catch (const Error& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const std::size_t files = tiled.dir.file_count();
+    CHECK(has(write_fault({}, tiled.dir / "new.tiles"), "column 7, row 1"));
+    CHECK(has(write_fault({.side = 48}, tiled.dir / "new.tiles"), "tiles of 48 steps"));
+    CHECK(has(write_fault({}, tiled.dir / "no" / "new.tiles"), "cannot be written"));
+    const RunContext stop{.progress = [](std::string_view, double fraction) { return fraction < 0.5; }};
+    CHECK(
+        has(write_fault({.side = 16, .missing_height = 0.0f, .context = stop}, tiled.dir / "new.tiles"), "cancelled"));
+    CHECK(tiled.dir.file_count() == files);
+    CHECK(write_fault({.missing_height = 0.0f}, tiled.dir / "new.tiles") == "");
+    CHECK(fault(tiled.dir / "new.tiles") == "");
+}
+
+TEST_CASE("lod tiles: a file of raw numbers gives the same tiles as its grid, for any number of threads") {
+    const ScratchDir dir;
+    const HeightGrid grid = rough(143, 71, 4);
+    {
+        std::ofstream raw(dir / "h.r32", std::ios::binary);
+        raw.write(reinterpret_cast<const char*>(grid.heights.data()),
+                  static_cast<std::streamsize>(grid.heights.size() * sizeof(float)));
+    }
+    lod::write_tiles(*make_height_source(grid), dir / "a.tiles",
+                     {.side = 16, .context = {.threads = 1, .progress = {}}});
+    const auto source = open_height_source(dir / "h.r32", {.columns = 143});
+    lod::write_tiles(*source, dir / "b.tiles", {.side = 16, .context = {.threads = 3, .progress = {}}});
+    CHECK(slurp(dir / "a.tiles") == slurp(dir / "b.tiles"));
+}

@@ -1,0 +1,107 @@
+#pragma once
+
+#include "../../eval/lod/height_grid.hpp"
+#include "../../eval/lod/view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace tetrakis::test {
+
+inline std::vector<lod::Triangle> used(const lod::View& view) {
+    std::vector<lod::Triangle> triangles;
+    for (const lod::Triangle& t : view.triangles())
+        if (t != lod::Triangle{}) triangles.push_back(t);
+    return triangles;
+}
+
+inline Vec3d position(const lod::View& view, std::uint32_t v) {
+    const auto& p = view.vertices()[v].position;
+    return view.origin() + Vec3d(p[0], p[1], p[2]);
+}
+
+inline double twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// What a camera sees, without anything of the library's.
+struct Sight {
+    Vec3d eye, forward, right, up;
+    double tan_x, tan_y, pixels;  ///< pixels of length 1 at distance 1
+
+    explicit Sight(const lod::Camera& camera)
+        : eye(camera.eye),
+          forward(glm::normalize(camera.direction)),
+          right(glm::normalize(glm::cross(forward, camera.up))),
+          up(glm::cross(right, forward)),
+          tan_x(std::tan(camera.vertical_fov / 2) * camera.width / camera.height),
+          tan_y(std::tan(camera.vertical_fov / 2)),
+          pixels(camera.height / (2 * tan_y)) {}
+    bool sees(const Vec3d& p) const {
+        const double depth = glm::dot(p - eye, forward);
+        return depth > 0 && std::abs(glm::dot(p - eye, right)) < tan_x * depth &&
+               std::abs(glm::dot(p - eye, up)) < tan_y * depth;
+    }
+};
+
+/// The largest error of a sample, in pixels, of those that the camera sees.
+inline double judged_pixels(const lod::View& view, const HeightGrid& grid, const lod::Camera& camera) {
+    const Sight sight(camera);
+    double largest = 0;
+    for (const lod::Triangle& t : used(view)) {
+        const Vec3d a = position(view, t[0]), b = position(view, t[1]), c = position(view, t[2]);
+        const double area = twice_area(a, b, c);
+        const auto column = [&](double x) { return (x - grid.origin.x) / grid.spacing.x; };
+        const auto row = [&](double y) { return (grid.origin.y - y) / grid.spacing.y; };
+        const auto [x0, x1] = std::minmax({column(a.x), column(b.x), column(c.x)});
+        const auto [y0, y1] = std::minmax({row(a.y), row(b.y), row(c.y)});
+        for (double y = std::ceil(y0); y <= y1; ++y)
+            for (double x = std::ceil(x0); x <= x1; ++x) {
+                Vec3d at(grid.origin.x + x * grid.spacing.x, grid.origin.y - y * grid.spacing.y, 0);
+                const double u = twice_area(at, b, c) / area, v = twice_area(a, at, c) / area, w = 1 - u - v;
+                if (u < 0 || v < 0 || w < 0) continue;
+                at.z = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
+                if (!sight.sees(at)) continue;
+                const double error = std::abs(u * a.z + v * b.z + w * c.z - at.z);
+                largest = std::max(largest, error * sight.pixels / glm::length(at - camera.eye));
+            }
+    }
+    return largest;
+}
+
+/// A camera that wanders over a grid, jumps now and then, and looks about.
+class Wanderer {
+  public:
+    Wanderer(const HeightGrid& grid, unsigned seed) : grid_(grid), random_(seed) {}
+    lod::Camera next() {
+        std::uniform_real_distribution<double> one(0, 1);
+        const double width = (grid_.columns - 1) * grid_.spacing.x, height = (grid_.rows - 1) * grid_.spacing.y;
+        if (frame_++ % 40 == 0) {
+            at_ = {one(random_), one(random_)};
+            high_ = std::pow(10, 2 * one(random_) - 1.5) * width / 10;
+            turn_ = 6.28 * one(random_);
+        }
+        const double speed = 0.01 * one(random_);
+        at_ += speed * Vec2d(std::sin(turn_), std::cos(turn_));
+        turn_ += 0.2 * (one(random_) - 0.5);
+        lod::Camera camera;
+        camera.eye = {grid_.origin.x + at_.x * width, grid_.origin.y - (1 - at_.y) * height, high_};
+        camera.direction = {std::sin(turn_), std::cos(turn_), -0.4};
+        camera.width = 800;
+        camera.height = 600;
+        return camera;
+    }
+
+  private:
+    const HeightGrid& grid_;
+    std::mt19937 random_;
+    int frame_ = 0;
+    Vec2d at_{};
+    double high_ = 1, turn_ = 0;
+};
+
+}  // namespace tetrakis::test
