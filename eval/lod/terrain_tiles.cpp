@@ -12,6 +12,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <numbers>
 #include <vector>
 
 namespace tetrakis::lod {
@@ -41,10 +43,11 @@ struct Block {
     std::vector<Record> records;
 
     bool has(std::int32_t px, std::int32_t py) const { return px >= x && py >= y && px < x + width && py < y + height; }
-    Record& at(std::int32_t px, std::int32_t py) {
-        return records[static_cast<std::size_t>(py - y) * static_cast<std::size_t>(width) +
-                       static_cast<std::size_t>(px - x)];
+    std::size_t index(std::int32_t px, std::int32_t py) const {
+        return static_cast<std::size_t>(py - y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(px - x);
     }
+    Record& at(std::int32_t px, std::int32_t py) { return records[index(px, py)]; }
+    const Record& at(std::int32_t px, std::int32_t py) const { return records[index(px, py)]; }
 };
 
 double cross(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
@@ -69,6 +72,85 @@ double split_error(const std::array<Vec3d, 2>& ends, std::array<Vec3d, 2> apexes
         std::abs(middle.z + part * (apexes[1].z - middle.z) - edge(glm::dot(crossing, along) / glm::dot(along, along)));
     return std::max(at_middle, at_crossing);
 }
+
+/// How far the full-resolution surface is from the two triangles over an edge, by the points and errors of a finer
+/// level.
+///
+/// Halved again and again, the two are many small triangles. Over each the surface is within the error of its own
+/// diamond, and where it is a plane, so that corners decide: about two planes the upper of which counts, say, it is
+/// below that one at a corner the most, and above the upper one by no more than above each.
+class DiamondGap {
+  public:
+    /// @param points     of level `level`
+    /// @param diamond    of a coarser one
+    DiamondGap(const TerrainLattice& lattice, const Block<TilePoint>& points, int level, const LatticeDiamond& diamond)
+        : lattice_(lattice), points_(points), level_(level), diamond_(diamond) {
+        const auto is_there = [&](LatticePlace p) {
+            return p.x >= 0 && p.y >= 0 && p.x <= lattice.last_x() && p.y <= lattice.last_y();
+        };
+        const Vec3d a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]) - a;
+        for (const LatticePlace apex : diamond.apexes) {
+            if (!is_there(apex)) continue;
+            const Vec3d c = vertex(apex) - a;
+            const double area = cross(Vec2d(b), Vec2d(c));
+            const Vec2d slopes((b.z * c.y - c.z * b.y) / area, (c.z * b.x - b.z * c.x) / area);
+            apexes_[count_] = apex;
+            planes_[count_++] = {slopes, a.z - glm::dot(slopes, Vec2d(a))};
+        }
+        if (count_ == 1) planes_[1] = planes_[0];
+        const Vec3d last = vertex(apexes_[count_ - 1]);
+        if (last.z < planes_[0].at(last)) sign_ = -1;
+    }
+
+    /// @param halvings  of the edge, until it is one of the points' level
+    double largest(int halvings) const {
+        const Corner a = corner(diamond_.ends[0]), b = corner(diamond_.ends[1]);
+        double gap = 0;
+        for (std::size_t i = 0; i < count_; ++i) gap = std::max(gap, over(a, b, corner(apexes_[i]), 2 * halvings));
+        return gap;
+    }
+
+  private:
+    struct Plane {
+        Vec2d slopes;
+        double constant;
+        double at(const Vec3d& p) const { return slopes.x * p.x + slopes.y * p.y + constant; }
+    };
+    /// A point, and how far it is above the two planes; upside down where the lower one counts.
+    struct Corner {
+        LatticePlace place;
+        std::array<double, 2> above;
+    };
+
+    Vec3d vertex(LatticePlace p) const {
+        return {double(lattice_.xs[static_cast<std::size_t>(p.x)]), double(lattice_.ys[static_cast<std::size_t>(p.y)]),
+                double{points_.at(p.x >> level_, p.y >> level_).height}};
+    }
+    Corner corner(LatticePlace p) const {
+        const Vec3d v = vertex(p);
+        return {p, {sign_ * (v.z - planes_[0].at(v)), sign_ * (v.z - planes_[1].at(v))}};
+    }
+    double over(const Corner& a, const Corner& b, const Corner& apex, int bisections) const {
+        const LatticePlace middle{(a.place.x + b.place.x) / 2, (a.place.y + b.place.y) / 2};
+        if (bisections > 0) {
+            const Corner m = corner(middle);
+            return std::max(over(apex, a, m, bisections - 1), over(b, apex, m, bisections - 1));
+        }
+        const auto [low0, high0] = std::minmax({a.above[0], b.above[0], apex.above[0]});
+        const auto [low1, high1] = std::minmax({a.above[1], b.above[1], apex.above[1]});
+        return std::max({0.0, -low0, -low1, std::min(high0, high1)}) +
+               points_.at(middle.x >> level_, middle.y >> level_).error();
+    }
+
+    const TerrainLattice& lattice_;
+    const Block<TilePoint>& points_;
+    int level_;
+    const LatticeDiamond& diamond_;
+    std::size_t count_ = 0;
+    std::array<LatticePlace, 2> apexes_{};
+    std::array<Plane, 2> planes_{};
+    double sign_ = 1;
+};
 
 class Writer {
   public:
@@ -146,7 +228,7 @@ class Writer {
                                                                static_cast<std::uint32_t>(south / k_grid_unit)));
                         }
                     finish(
-                        work, [](std::int32_t, std::int32_t) { return 0.0; },
+                        work, nullptr, 0, [](std::int32_t, std::int32_t) { return 0.0; },
                         [&](std::int32_t cx, std::int32_t cy) {
                             HeightRange range;
                             for (std::int32_t y = cy * k_cell; y <= std::min((cy + 1) * k_cell, level.last_y); ++y)
@@ -204,8 +286,16 @@ class Writer {
                                       p = points.at(2 * x, 2 * y);
                                       p.set_error(0);
                                   }
+                              // What the diamonds reach over on a finer level.
+                              const int halvings = std::min(static_cast<int>(k), k_halvings);
+                              const TileLayout::Level& fine = layout_.levels()[k - static_cast<std::size_t>(halvings)];
+                              Block<TilePoint> fine_points(std::max((work.x - 1) << halvings, 0),
+                                                           std::max((work.y - 1) << halvings, 0),
+                                                           std::min((work.last_x + 1) << halvings, fine.last_x),
+                                                           std::min((work.last_y + 1) << halvings, fine.last_y));
+                              read(k - static_cast<std::size_t>(halvings), layout_.points(), fine_points);
                               finish(
-                                  work,
+                                  work, &fine_points, halvings,
                                   [&](std::int32_t x, std::int32_t y) {
                                       double worst = 0;
                                       for (const std::int32_t dy : {-1, 1})
@@ -245,36 +335,39 @@ class Writer {
     }
 
     /// Errors and cells of a tile whose points have heights, and the tile itself.
+    /// @param fine          points of a level that is finer by so many halvings; nullptr: none
     /// @param worst_centre  the largest error of the finer level's diamonds around a point
     template <class WorstCentre, class Cell>
-    void finish(Work& work, const WorstCentre& worst_centre, const Cell& cell) {
-        // Splitting moves the surface by the split's own error, and each of the four triangles then lies under one of
-        // the diamonds that become possible: the full-resolution surface is no farther away than the sum.
-        const auto set_error = [&](std::int32_t x, std::int32_t y, double own, double worst) {
-            point(work, x, y).set_error(std::max(own + worst, k_error_ratio * worst));
-        };
-        const auto own = [&](std::int32_t x, std::int32_t y) {
-            const auto k = static_cast<int>(work.level);
+    void finish(Work& work, const Block<TilePoint>* fine, int halvings, const WorstCentre& worst_centre,
+                const Cell& cell) {
+        const auto k = static_cast<int>(work.level);
+        const auto set_error = [&](std::int32_t x, std::int32_t y, double worst) {
             const LatticeDiamond diamond({x << k, y << k});
             const auto vertex = [&](LatticePlace p) {
-                return Vec3d(lattice_.xs[static_cast<std::size_t>(p.x)] * frame_.spacing.x,
-                             lattice_.ys[static_cast<std::size_t>(p.y)] * frame_.spacing.y,
+                return Vec3d(lattice_.xs[static_cast<std::size_t>(p.x)], lattice_.ys[static_cast<std::size_t>(p.y)],
                              double{point(work, p.x >> k, p.y >> k).height});
             };
             const std::array ends{vertex(diamond.ends[0]), vertex(diamond.ends[1])};
             // The middle of a side is on it, whatever the apexes are.
             const std::array apexes =
                 diamond.is_centre ? std::array{vertex(diamond.apexes[0]), vertex(diamond.apexes[1])} : ends;
-            return split_error(ends, apexes, vertex(diamond.middle));
+            const double own = split_error(ends, apexes, vertex(diamond.middle));
+            // A split moves the surface by its own error, and each of the four triangles then lies under one of the
+            // diamonds that become possible: the full-resolution surface is no farther away than the sum.
+            double error = own + worst;
+            if (fine != nullptr)
+                error = std::min(error, std::max(DiamondGap(lattice_, *fine, k - halvings, diamond).largest(halvings),
+                                                 worst + own * share_beyond(diamond)));
+            point(work, x, y).set_error(std::max(error, k_error_ratio * worst));
         };
         for (std::int32_t y = work.y; y <= work.last_y; ++y)
             for (std::int32_t x = work.x + (y % 2 == 0 ? 1 : 0); x <= work.last_x; x += 2)
-                set_error(x, y, own(x, y), worst_centre(x, y));
+                set_error(x, y, worst_centre(x, y));
         // Centres of roots are there from the start.
         if (work.level + 1 < layout_.levels().size())
             for (std::int32_t y = work.y + 1; y <= work.last_y; y += 2)
                 for (std::int32_t x = work.x + 1; x <= work.last_x; x += 2)
-                    set_error(x, y, own(x, y),
+                    set_error(x, y,
                               std::max({point(work, x - 1, y).error(), point(work, x + 1, y).error(),
                                         point(work, x, y - 1).error(), point(work, x, y + 1).error()}));
         const auto& cells = layout_.cells();
@@ -290,10 +383,36 @@ class Writer {
         file_.write(layout_.offset(layout_.tile(work.level, work.x, work.y)), work.tile.bytes());
     }
 
+    /// Where lines are not evenly spaced, points that halve a diamond's diagonal sides are beside these, so that
+    /// samples under it can belong to a neighbour's triangles. There the error of the diamond over that side counts,
+    /// and the split's own error as far as it reaches: as a part of it.
+    double share_beyond(const LatticeDiamond& diamond) const {
+        if (diamond.is_centre || is_even_) return 0;
+        // Half a sample along both axes, and half as much for each of the finer sides.
+        constexpr double k_beyond = 2 * std::numbers::sqrt2 / 2;
+        const auto gap = [](const std::vector<std::int32_t>& lines, std::int32_t at, std::int32_t step) {
+            const auto line = [&](std::int32_t i) { return lines[static_cast<std::size_t>(i)]; };
+            const auto last = static_cast<std::int32_t>(lines.size()) - 1;
+            return std::min(at >= step ? line(at) - line(at - step) : std::numeric_limits<std::int32_t>::max(),
+                            at + step <= last ? line(at + step) - line(at) : std::numeric_limits<std::int32_t>::max());
+        };
+        const double nearest = std::min(gap(lattice_.xs, diamond.middle.x, diamond.step),
+                                        gap(lattice_.ys, diamond.middle.y, diamond.step));
+        return std::min(1.0, k_beyond * std::numbers::sqrt2 * k_grid_unit / nearest);
+    }
+    static bool is_even(const std::vector<std::int32_t>& lines) {
+        for (std::size_t i = 2; i < lines.size(); ++i)
+            if (lines[i] - lines[i - 1] != lines[1] - lines[0]) return false;
+        return true;
+    }
+
+    static constexpr int k_halvings = 2;
+
     HeightSource& source_;
     const TileOptions& options_;
     HeightGrid frame_;
     TerrainLattice lattice_;
+    bool is_even_ = is_even(lattice_.xs) && is_even(lattice_.ys);
     TileLayout layout_;
     TileFile file_;
     std::int32_t first_row_ = 0;  // of the band

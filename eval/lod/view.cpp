@@ -129,7 +129,6 @@ class View::Impl {
         // What is loaded from now on is looked at by the next update.
         revision_ = surface_.revision();
         candidates_.advance(Candidates::k_revisions, static_cast<double>(revision_));
-        candidates_.begin_round();
         move_to(Eye(camera), budget);
         std::uint32_t splits = 0, merges = 0;
         const std::uint32_t most = std::min(budget.leaves, max_leaves_);
@@ -157,12 +156,14 @@ class View::Impl {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
                 if (look(node) < split) continue;
                 const LeafId leaf(candidates_.owner(node));
-                if (!is_known_from_base(leaf)) {
-                    wait_for_revision(node);
-                    continue;
-                }
                 const auto cost = forest_.split_cost(leaf);
-                if (cost.leaves <= most - forest_.leaf_count() && forest_.split_diamond(leaf, changed_split)) continue;
+                if (cost.leaves <= most - forest_.leaf_count()) {
+                    if (!is_known_from_base(leaf)) {
+                        wait_for_revision(node);
+                        continue;
+                    }
+                    if (forest_.split_diamond(leaf, changed_split)) continue;
+                }
                 // No room, unless something that matters less makes it.
                 may_merge = may_merge || merge <= split - 2;
             }
@@ -246,8 +247,11 @@ class View::Impl {
         const double scale = eye.pixels / budget.pixel_error;
         const Vec3d opening(glm::dot(eye.planes[0], eye.forward), glm::dot(eye.planes[2], eye.forward), 0);
         // Planes are computed anew each time: the last digits of equal openings are not equal.
-        if (scale != scale_ || glm::length(opening - opening_) > 1e-12) candidates_.advance_all();
+        const bool is_other = scale != scale_ || glm::length(opening - opening_) > 1e-12;
+        if (is_other) candidates_.advance_all();
         const double travel = glm::length(eye.at - eye_.at), turn = eye.turn_to(eye_);
+        // A camera that stands still knows what it has seen.
+        if (is_other || travel > 0 || turn > 0) candidates_.begin_round();
         eye_ = eye;
         scale_ = scale;
         opening_ = opening;
@@ -320,16 +324,16 @@ class View::Impl {
         candidates_.list(node, is_split ? 0 : Candidates::k_buckets - 1, true, Candidates::k_revisions,
                          static_cast<double>(revision_) + 1);
     }
-    /// Whether all diamonds are known that have to be split before this leaf's.
-    bool is_known_from_base(LeafId leaf) {
+    /// Whether the leaf's diamond is known, and all that have to be split before it.
+    bool is_known_from_base(LeafId leaf) const {
         for (;;) {
+            const Site site = midpoint_site(leaf);
+            DiamondBounds bounds;
+            surface_.bounds(std::span(&site, 1), std::span(&bounds, 1));
+            if (!bounds.known) return false;
             const LeafId base = forest_.leaf(leaf).neighbour[0];
             if (!base.valid() || forest_.depth(base) >= forest_.depth(leaf)) return true;
             leaf = base;
-            std::uint32_t node = leaf_candidate_[leaf.value];
-            if (node == Candidates::k_none) node = leaf_candidate_[forest_.leaf(leaf).neighbour[0].value];
-            look(node);
-            if (candidates_.is_unknown(node)) return false;
         }
     }
     /// @return  the bucket, as it is now
