@@ -62,7 +62,7 @@ class TiledTerrain::Impl {
         // Levels of one tile stay, and the coarsest one, which has the roots.
         const auto& levels = layout_.levels();
         std::size_t k = levels.size() - 1;
-        while (k > 0 && levels[k - 1].across * levels[k - 1].down == 1) --k;
+        while (k > 0 && levels[k - 1].across == 1 && levels[k - 1].down == 1) --k;
         first_kept_ = levels[k].first_tile;
         const std::uint64_t kept = layout_.tile_count() - first_kept_;
         const std::uint64_t least = (kept + std::min(k_least_slots, first_kept_) + 1) * layout_.tile_bytes();
@@ -75,6 +75,11 @@ class TiledTerrain::Impl {
             file_.read(layout_.offset(i), kept_.emplace_back(layout_).bytes());
             if (!kept_.back().is_sealed())
                 refuse(ErrorCode::invalid_input, fmt::format("tile {} of the tile file is damaged", i));
+            if (i < levels.back().first_tile) continue;
+            const auto cells = static_cast<std::size_t>(layout_.cells().row);
+            for (const HeightRange& range :
+                 std::span(kept_.back().records<HeightRange>(layout_.cells()), cells * cells))
+                heights_.add(range);
         }
         roots_ = lattice_.make_roots([&](LatticePlace p) {
             const Spot spot(*this, p);
@@ -154,6 +159,8 @@ class TiledTerrain::Impl {
         arrived_.wait_for(lock, longest, [&] { return revision_ != revision || wants_.empty() || waits_for_use_; });
     }
 
+    const HeightGrid& frame() const { return frame_; }
+    std::array<double, 2> lowest_highest() const { return {double{heights_.low}, double{heights_.high}}; }
     const ControlMesh& roots() const { return roots_; }
     int max_depth() const { return 2 * lattice_.log_side - 1; }
 
@@ -344,6 +351,7 @@ class TiledTerrain::Impl {
     detail::TerrainLattice lattice_;
     TileLayout layout_;
     ControlMesh roots_;
+    HeightRange heights_;
     std::uint64_t first_kept_ = 0;  // of the tiles that always stay
     std::vector<Tile> kept_;
     std::size_t most_slots_ = 0;
@@ -375,6 +383,8 @@ void TiledTerrain::bounds(std::span<const Site> sites, std::span<DiamondBounds> 
 std::uint64_t TiledTerrain::revision() const { return impl_->revision(); }
 std::uint64_t TiledTerrain::begin_use() const { return impl_->begin_use(); }
 void TiledTerrain::end_use(std::uint64_t use) const { impl_->end_use(use); }
+const HeightGrid& TiledTerrain::frame() const { return impl_->frame(); }
+std::array<double, 2> TiledTerrain::lowest_highest() const { return impl_->lowest_highest(); }
 TileStatistics TiledTerrain::statistics() const { return impl_->statistics(); }
 void TiledTerrain::wait(std::uint64_t revision, std::chrono::milliseconds longest) const {
     impl_->wait(revision, longest);

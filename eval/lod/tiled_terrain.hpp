@@ -1,7 +1,9 @@
 #pragma once
 
+#include "height_grid.hpp"
 #include "surface.hpp"
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -52,6 +54,8 @@ class TiledTerrain final : public Surface {
     std::uint64_t begin_use() const override;
     void end_use(std::uint64_t use) const override;
 
+    const HeightGrid& frame() const;               ///< the grid, without its heights
+    std::array<double, 2> lowest_highest() const;  ///< heights
     TileStatistics statistics() const;
     /// For programs that want all of a picture: returns when another update of a view gets on, as revision() has
     /// changed or nothing is to be loaded; or after the longest time.
