@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 /// A point of a lattice over which 4-8 triangles lie: the diagonals of its finest squares run through the points whose
 /// two coordinates are even.
@@ -47,4 +47,4 @@ struct LatticeDiamond {
     std::int32_t reach() const { return (is_centre ? 3 : 2) * step; }
 };
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

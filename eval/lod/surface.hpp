@@ -43,7 +43,8 @@ class Surface {
   public:
     virtual ~Surface() = default;
 
-    /// One root (v, w, centre) per half-edge of a face that is no hole.
+    /// One root (v, w, centre) per half-edge of a face that is no hole. Their positions do not count, but for the size
+    /// of their box, which is to be about the surface's.
     virtual const ControlMesh& roots() const = 0;
     /// Triangles of this depth are not split: the surface is all there. At most k_max_bisection_depth.
     virtual int max_depth() const = 0;

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 namespace {
 
@@ -36,10 +36,10 @@ std::vector<std::int32_t> lines(std::uint32_t length, int log_side) {
     const std::uint32_t side = 1u << log_side, count = pieces(length, side);
     std::vector<std::int32_t> places(std::size_t{count} * side + 1);
     for (std::size_t i = 0; i <= count; ++i)
-        places[i * side] = static_cast<std::int32_t>(i * length / count) * tetrakis::detail::k_grid_unit;
+        places[i * side] = static_cast<std::int32_t>(i * length / count) * k_grid_unit;
     for (std::size_t step = side / 2; step > 0; step /= 2)
         for (std::size_t i = step; i < places.size(); i += 2 * step)
-            places[i] = tetrakis::detail::middle(places[i - step], places[i + step]);
+            places[i] = middle(places[i - step], places[i + step]);
     return places;
 }
 
@@ -99,4 +99,4 @@ Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t 
     return glm::normalize(Vec3d(-slope_x, -slope_y, 1));
 }
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

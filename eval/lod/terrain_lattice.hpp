@@ -11,7 +11,7 @@
 #include <functional>
 #include <vector>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 /// The lattice that all roots over a height grid have together: x to the east, y to the south, 2^log_side steps a root.
 /// Its lines are at samples, or between two that are side by side, so that grids of any size work.
@@ -48,11 +48,11 @@ struct TerrainLattice {
 Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row);
 
 /// Where the edge from a to b passes a midpoint: its foot on that edge, on the ground.
-inline Vec3d on_edge(const Vec3d& midpoint, const Vec3d& a, const Vec3d& b) {
+inline Vec3d foot_on_edge(const Vec3d& midpoint, const Vec3d& a, const Vec3d& b) {
     const Vec3d along = b - a;
     const double t =
         ((midpoint.x - a.x) * along.x + (midpoint.y - a.y) * along.y) / (along.x * along.x + along.y * along.y);
     return a + t * along;
 }
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

@@ -14,19 +14,18 @@ namespace tetrakis::lod {
 
 namespace {
 
+using detail::GridTriangle;
+using detail::GridVertex;
+using detail::in_samples;
+using detail::k_grid_unit;
 using detail::LatticeDiamond;
-using tetrakis::detail::GridTriangle;
-using tetrakis::detail::GridVertex;
-using tetrakis::detail::in_samples;
-using tetrakis::detail::k_grid_unit;
 
-constexpr int k_codes_a_doubling = 6;
 constexpr int k_log_cell = 3;  // of the finest cells whose heights are known
 
 }  // namespace
 
 TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : grid_(std::move(grid)) {
-    tetrakis::detail::check_surface(grid_);
+    detail::check_surface(grid_);
     with_threads(context, [&] {
         lattice_ = detail::TerrainLattice(grid_.columns, grid_.rows);
         roots_ = lattice_.make_roots([&](LatticePlace p) { return position(p); });
@@ -89,14 +88,12 @@ void TerrainSurface::set_heights() {
 
 void TerrainSurface::set_errors(const RunContext& context) {
     const Heights all = heights_.back().cells[0];
-    // The last code is for errors beyond the range of all heights, which nesting can lead to.
-    const double largest = 2 * (double{all.high} - double{all.low});
-    error_of_code_[0] = 0;
-    for (int i = 1; i < 256; ++i)
-        error_of_code_[i] = static_cast<float>(largest * std::exp2(double(i - 255) / k_codes_a_doubling));
+    // Nesting can lead to errors beyond the range of all heights.
+    const double largest = double{all.high} - double{all.low};
+    lengths_ = detail::ByteLengths(largest, 2 * largest);
     codes_.assign(lattice_.xs.size() * lattice_.ys.size(), 0);
     const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
-    const int nesting = static_cast<int>(std::ceil(std::log2(k_error_ratio) * k_codes_a_doubling));
+    const int nesting = static_cast<int>(std::ceil(std::log2(k_error_ratio) * detail::ByteLengths::k_a_doubling));
     const auto set = [&](std::int32_t x, std::int32_t y) {
         const LatticeDiamond diamond({x, y});
         int worst = 0;
@@ -110,10 +107,11 @@ void TerrainSurface::set_errors(const RunContext& context) {
         } else {
             // Squares of two steps have lines in their middles: the finer triangles are at most this far away.
             const auto [a, b] = diamond.ends;
-            error = std::abs(height(diamond.middle) - (height(a) + height(b)) / 2) + double{error_of_code_[worst]};
+            error = std::abs(height(diamond.middle) - (height(a) + height(b)) / 2) +
+                    lengths_.length(static_cast<std::uint8_t>(worst));
         }
-        codes_[code_index({x, y})] =
-            static_cast<std::uint8_t>(std::min(255, std::max(int{code_of(error)}, worst == 0 ? 0 : worst + nesting)));
+        codes_[code_index({x, y})] = static_cast<std::uint8_t>(
+            std::min(255, std::max(int{lengths_.code(error)}, worst == 0 ? 0 : worst + nesting)));
     };
     const std::int32_t half = 1 << (lattice_.log_side - 1);
     for (std::int32_t s = 1; s <= half; s *= 2) {
@@ -141,8 +139,8 @@ void TerrainSurface::set_errors(const RunContext& context) {
 
 double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
     const auto vertex = [&](LatticePlace p) {
-        return tetrakis::detail::sampled(grid_, lattice_.xs[static_cast<std::size_t>(p.x)],
-                                         lattice_.ys[static_cast<std::size_t>(p.y)]);
+        return detail::sampled(grid_, lattice_.xs[static_cast<std::size_t>(p.x)],
+                               lattice_.ys[static_cast<std::size_t>(p.y)]);
     };
     const GridVertex a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]);
     double error = 0;
@@ -156,17 +154,9 @@ double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
     return error;
 }
 
-std::uint8_t TerrainSurface::code_of(double error) const {
-    if (error == 0) return 0;
-    const double steps = 255 + k_codes_a_doubling * std::log2(error / double{error_of_code_[255]});
-    int code = std::clamp(static_cast<int>(std::ceil(steps)), 1, 255);
-    if (code < 255 && double{error_of_code_[code]} < error) ++code;  // rounding
-    return static_cast<std::uint8_t>(code);
-}
-
 double TerrainSurface::height(LatticePlace p) const {
-    return tetrakis::detail::sampled(grid_, lattice_.xs[static_cast<std::size_t>(p.x)],
-                                     lattice_.ys[static_cast<std::size_t>(p.y)])
+    return detail::sampled(grid_, lattice_.xs[static_cast<std::size_t>(p.x)],
+                           lattice_.ys[static_cast<std::size_t>(p.y)])
         .z;
 }
 
@@ -185,7 +175,7 @@ void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places
         place.position = place.on_edge = position(p);
         if (!lattice_.is_fixed(p)) {
             const LatticeDiamond diamond(p);
-            place.on_edge = detail::on_edge(place.position, position(diamond.ends[0]), position(diamond.ends[1]));
+            place.on_edge = detail::foot_on_edge(place.position, position(diamond.ends[0]), position(diamond.ends[1]));
         }
         const auto column = static_cast<std::uint32_t>(lattice_.xs[static_cast<std::size_t>(p.x)] / k_grid_unit),
                    row = static_cast<std::uint32_t>(lattice_.ys[static_cast<std::size_t>(p.y)] / k_grid_unit);
@@ -332,7 +322,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
             last(east_of(x1), north_of(y0), double{range.high});
         bounds[i].center = (first + last) / 2.0;
         bounds[i].half_sides = (last - first) / 2.0;
-        bounds[i].error = double{error_of_code_[code(p)]};
+        bounds[i].error = lengths_.length(code(p));
     }
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
+#include "byte_lengths.hpp"
 #include "height_grid.hpp"
+#include "lattice_diamond.hpp"
 #include "surface.hpp"
 #include "terrain_lattice.hpp"
 
@@ -66,7 +68,6 @@ class TerrainSurface final : public Surface {
         return static_cast<std::size_t>(p.y) * lattice_.xs.size() + static_cast<std::size_t>(p.x);
     }
     std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
-    std::uint8_t code_of(double error) const;
     /// The plane over the finest triangle of a square of the lattice: height = at + slopes * (place - corner).
     struct Plane {
         Vec2d corner, slopes;
@@ -85,8 +86,8 @@ class TerrainSurface final : public Surface {
     HeightGrid grid_;
     detail::TerrainLattice lattice_;
     ControlMesh roots_;
-    std::vector<std::uint8_t> codes_;       ///< errors of the diamonds of the lattice's points, as exponents
-    std::array<float, 256> error_of_code_;  ///< 0, then six steps to a doubling
+    std::vector<std::uint8_t> codes_;  ///< errors of the diamonds of the lattice's points
+    detail::ByteLengths lengths_;
     std::vector<HeightLevel> heights_;
 };
 

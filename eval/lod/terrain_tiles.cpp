@@ -21,6 +21,7 @@ namespace tetrakis::lod {
 namespace {
 
 using detail::HeightRange;
+using detail::k_grid_unit;
 using detail::LatticeDiamond;
 using detail::LatticePlace;
 using detail::TerrainLattice;
@@ -28,7 +29,6 @@ using detail::Tile;
 using detail::TileFile;
 using detail::TileLayout;
 using detail::TilePoint;
-using tetrakis::detail::k_grid_unit;
 
 /// Records of a level's array from (x, y) on.
 template <class Record>
@@ -230,7 +230,7 @@ class Writer {
         for (std::int32_t y = first_y; y <= last_y; ++y)
             for (std::int32_t x = heights.x; x < heights.x + heights.width; ++x) {
                 const auto [east, south] = in_band(x, y);
-                heights.at(x, y) = tetrakis::detail::sampled(band, east, south).z;
+                heights.at(x, y) = detail::sampled(band, east, south).z;
             }
         for (std::int32_t y = work.y; y <= work.last_y; ++y)
             for (std::int32_t x = work.x; x <= work.last_x; ++x) {
@@ -446,7 +446,7 @@ class Writer {
 }  // namespace
 
 void write_tiles(HeightSource& source, const std::filesystem::path& path, const TileOptions& options) {
-    tetrakis::detail::check_frame(source.frame());
+    detail::check_frame(source.frame());
     if (options.side < 16 || options.side > 1024 || !std::has_single_bit(options.side))
         throw Error(ErrorCode::invalid_input,
                     fmt::format("tiles of {} steps; it has to be a power of two from 16 to 1024", options.side));

@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <cstring>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 TileLayout::TileLayout(const TerrainLattice& lattice, std::int32_t side) : side_(side) {
     for (int k = 0; k < lattice.log_side; ++k) {
@@ -107,4 +107,4 @@ void TileFile::fail(const char* what) const {
                 temporary_.empty() ? std::string(what) : fmt::format("{}: {}", what, std::strerror(number)), path_);
 }
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 /// A point of the lattice as a tile has it.
 struct TilePoint {
@@ -165,4 +165,4 @@ class TileFile {
     int descriptor_ = -1;
 };
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

@@ -22,13 +22,13 @@ namespace tetrakis::lod {
 namespace {
 
 using detail::HeightRange;
+using detail::in_samples;
 using detail::LatticeDiamond;
 using detail::LatticePlace;
 using detail::Tile;
 using detail::TileHeader;
 using detail::TileLayout;
 using detail::TilePoint;
-using tetrakis::detail::in_samples;
 using Clock = std::chrono::steady_clock;
 
 // A tile stays for so many uses after the last one that asked for it: what has just been loaded is there when the views
@@ -48,7 +48,7 @@ class TiledTerrain::Impl {
         frame_.spacing = {header_.spacing[0], header_.spacing[1]};
         frame_.origin = {header_.origin[0], header_.origin[1]};
         try {
-            tetrakis::detail::check_frame(frame_);
+            detail::check_frame(frame_);
         } catch (const Error& error) {
             refuse(ErrorCode::invalid_input, fmt::format("the tile file is damaged: {}", error.what()));
         }
@@ -104,7 +104,7 @@ class TiledTerrain::Impl {
             if (!lattice_.is_fixed(p)) {
                 const LatticeDiamond diamond(p);
                 const auto end = [&](LatticePlace e) { return position(e, spot.point(*tile, e)); };
-                place.on_edge = detail::on_edge(place.position, end(diamond.ends[0]), end(diamond.ends[1]));
+                place.on_edge = detail::foot_on_edge(place.position, end(diamond.ends[0]), end(diamond.ends[1]));
             }
             place.normal = at.normal();
             place.uv = {in_samples(lattice_.xs[static_cast<std::size_t>(p.x)]) / (frame_.columns - 1),

@@ -6,7 +6,8 @@
 #include "../../hier/base/error.hpp"
 
 #include "../kit/height_grids.hpp"
-#include "../kit/lod_judge.hpp"
+#include "../kit/lod_views.hpp"
+#include "../kit/lod_walks.hpp"
 #include "../kit/scratch_dir.hpp"
 #include "../kit/surface_topology.hpp"
 

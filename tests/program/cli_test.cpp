@@ -274,7 +274,7 @@ TEST_CASE("lod: frames along a path of cameras, with figures that agree") {
                                            "--pixels",  "1",
                                            "--frames",  "5",
                                            "--path",    (scratch / "path.json").string(),
-                                           "--images",  "1",
+                                           "--images",  "3",
                                            "--size",    "64x48",
                                            "-o",        out,
                                            "--report",  report});
@@ -288,6 +288,7 @@ TEST_CASE("lod: frames along a path of cameras, with figures that agree") {
     CHECK(read_triangle_mesh(out + "/last.glb").triangles.size() == json["leaves"].get<std::size_t>());
     CHECK(std::filesystem::exists(out + "/frame_00004.png"));
     CHECK(std::filesystem::exists(out + "/sheet.png"));
+    CHECK(slurp(out + "/flight.png").find(std::string("acTL\0\0\0\3", 8)) != std::string::npos);  // three frames
     const std::string csv = slurp(out + "/frames.csv");
     CHECK(std::count(csv.begin(), csv.end(), '\n') == 6);
     // Too few triangles: said, and everything is written.

@@ -5,6 +5,7 @@
 #include "report.hpp"
 #include "run_options.hpp"
 
+#include "../../eval/io/animated_png.hpp"
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/io/png.hpp"
 #include "../../eval/lod/terrain_surface.hpp"
@@ -329,6 +330,9 @@ ExitCode run_checked(const LodCommandOptions& options) {
     if (!images.empty()) {
         written.push_back(options.directory / "sheet.png");
         write_png(files.add(written.back()), contact_sheet(images));
+        constexpr int k_frames_per_second = 12;
+        written.push_back(options.directory / "flight.png");
+        write_animated_png(files.add(written.back()), images, k_frames_per_second);
     }
     files.add(written.front()).write(csv);
     written.push_back(options.directory / "last.glb");
@@ -415,7 +419,9 @@ void add_lod_command(CLI::App& app, Command& chosen) {
     command->add_option("--frames", options->frames, "How many (120)")
         ->type_name("N")
         ->check(CLI::Range(1u, 1'000'000u).description(""));
-    command->add_option("--images", options->images, "Pictures to draw of them, and a sheet of all (0)")
+    command
+        ->add_option("--images", options->images,
+                     "Pictures to draw of them, a sheet of all, and flight.png, which is animated (0)")
         ->type_name("N")
         ->check(CLI::Range(0u, 10'000u).description(""));
     add_size_option(*command, options->render);

@@ -3,50 +3,18 @@
 #include "../../eval/lod/height_grid.hpp"
 #include "../../eval/lod/view.hpp"
 
+#include "lod_views.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
-#include <utility>
-#include <vector>
 
 namespace tetrakis::test {
-
-inline std::vector<lod::Triangle> used(const lod::View& view) {
-    std::vector<lod::Triangle> triangles;
-    for (const lod::Triangle& t : view.triangles())
-        if (t != lod::Triangle{}) triangles.push_back(t);
-    return triangles;
-}
-
-inline Vec3d position(const lod::View& view, std::uint32_t v) {
-    const auto& p = view.vertices()[v].position;
-    return view.origin() + Vec3d(p[0], p[1], p[2]);
-}
 
 inline double twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
-
-/// What a camera sees, without anything of the library's.
-struct Sight {
-    Vec3d eye, forward, right, up;
-    double tan_x, tan_y, pixels;  ///< pixels of length 1 at distance 1
-
-    explicit Sight(const lod::Camera& camera)
-        : eye(camera.eye),
-          forward(glm::normalize(camera.direction)),
-          right(glm::normalize(glm::cross(forward, camera.up))),
-          up(glm::cross(right, forward)),
-          tan_x(std::tan(camera.vertical_fov / 2) * camera.width / camera.height),
-          tan_y(std::tan(camera.vertical_fov / 2)),
-          pixels(camera.height / (2 * tan_y)) {}
-    bool sees(const Vec3d& p) const {
-        const double depth = glm::dot(p - eye, forward);
-        return depth > 0 && std::abs(glm::dot(p - eye, right)) < tan_x * depth &&
-               std::abs(glm::dot(p - eye, up)) < tan_y * depth;
-    }
-};
 
 /// The largest error of a sample, in pixels, of those that the camera sees.
 inline double judged_pixels(const lod::View& view, const HeightGrid& grid, const lod::Camera& camera) {
