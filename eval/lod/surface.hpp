@@ -5,7 +5,10 @@
 #include "../../hier/mesh/control_mesh.hpp"
 
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <span>
+#include <vector>
 
 namespace tetrakis::lod {
 
@@ -55,6 +58,12 @@ class Surface {
     /// @param bounds  as many
     virtual void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const = 0;
 
+    /// Where a ray meets the finest triangles first, of what is known, from either side: at origin + result *
+    /// direction. Nothing if it does not, or farther than `farthest`. About O(max_depth()).
+    /// @param direction  of any length but zero
+    virtual std::optional<double> hit(const Vec3d& origin, const Vec3d& direction,
+                                      double farthest = std::numeric_limits<double>::infinity()) const;
+
     /// Changes, upwards, whenever something has become known.
     virtual std::uint64_t revision() const { return 0; }
     /// A use begins: a midpoint whose bounds are known stays known, with its place, until end_use() of the result.
@@ -68,5 +77,22 @@ class Surface {
     Surface& operator=(const Surface&) = default;
     Surface& operator=(Surface&&) = default;
 };
+
+/// A use of a surface, as long as it lives.
+class SurfaceUse {
+  public:
+    explicit SurfaceUse(const Surface& surface) : surface_(surface), use_(surface.begin_use()) {}
+    ~SurfaceUse() { surface_.end_use(use_); }
+    SurfaceUse(const SurfaceUse&) = delete;
+    SurfaceUse& operator=(const SurfaceUse&) = delete;
+
+  private:
+    const Surface& surface_;
+    std::uint64_t use_;
+};
+
+/// Places of the full surface, for a look at how far a view is from it: random points of its finest lattice, as many in
+/// each corner cell on average. The same for the same arguments.
+std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, std::uint64_t seed = 1);
 
 }  // namespace tetrakis::lod

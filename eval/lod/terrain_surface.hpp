@@ -37,11 +37,8 @@ class TerrainSurface final : public Surface {
         Vec3d normal{};  ///< of the triangle there: of length one, upwards
     };
     std::optional<GroundPoint> at(const Vec2d& place) const;
-    /// Where a ray meets the surface first, from above or below: at origin + result * direction. Nothing if it does
-    /// not, or farther than `farthest`. About O(log samples).
-    /// @param direction  of any length but zero
     std::optional<double> hit(const Vec3d& origin, const Vec3d& direction,
-                              double farthest = std::numeric_limits<double>::infinity()) const;
+                              double farthest = std::numeric_limits<double>::infinity()) const override;
 
     const ControlMesh& roots() const override { return roots_; }
     int max_depth() const override { return 2 * lattice_.log_side - 1; }

@@ -125,7 +125,8 @@ class View::Impl {
     Update update(const Camera& camera, const Budget& budget) {
         check(camera, budget);
         const auto begin = Clock::now();
-        const Use use(surface_);
+        // What the surface knows at a look it still knows as vertices are written.
+        const SurfaceUse use(surface_);
         // What is loaded from now on is looked at by the next update.
         revision_ = surface_.revision();
         candidates_.advance(Candidates::k_revisions, static_cast<double>(revision_));
@@ -260,16 +261,6 @@ class View::Impl {
             candidates_.advance(i, moved_[i]);
         }
     }
-
-    /// What the surface knows at a look it still knows as vertices are written.
-    struct Use {
-        explicit Use(const Surface& used) : surface(used), use(used.begin_use()) {}
-        ~Use() { surface.end_use(use); }
-        Use(const Use&) = delete;
-        Use& operator=(const Use&) = delete;
-        const Surface& surface;
-        std::uint64_t use;
-    };
 
     double boost(const DiamondBounds& bounds) const {
         double boost = 1;

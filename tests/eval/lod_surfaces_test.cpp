@@ -307,6 +307,34 @@ TEST_CASE("lod: bounds are nested and hold, on every surface") {
     }
 }
 
+TEST_CASE("lod: rays meet every surface where they meet all of its triangles") {
+    for (const Example& example : examples()) {
+        CAPTURE(example.name);
+        lod::View full(*example.surface, {.max_leaves = 400'000});
+        lod::Camera above;
+        above.eye = example.middle + Vec3d(0, 0, example.size);
+        above.direction = {0, 0, -1};
+        full.update(above, {.pixel_error = 1e-9});
+        const TriangleMesh mesh = full.mesh();
+        const TriangleBvh bvh(mesh);
+        std::mt19937 random(9);
+        std::uniform_real_distribution<double> one(-1, 1);
+        int hits = 0;
+        for (int i = 0; i < 300; ++i) {
+            const Vec3d origin = example.middle + 2.5 * example.size * Vec3d(one(random), one(random), one(random)),
+                        target = example.middle + 0.7 * example.size * Vec3d(one(random), one(random), one(random));
+            const RayHit expected = bvh.intersect(origin, target - origin);
+            const std::optional<double> found = example.surface->hit(origin, target - origin);
+            REQUIRE(found.has_value() == expected.found());
+            if (!found) continue;
+            ++hits;
+            REQUIRE(*found == doctest::Approx(expected.t).epsilon(1e-9));
+            REQUIRE(!example.surface->hit(origin, target - origin, 0.99 * *found));
+        }
+        CHECK(hits > 40);
+    }
+}
+
 TEST_CASE("lod: a subdivision surface's errors hold between its points, too") {
     const ControlMesh box = control_mesh(k_box), octahedron = control_mesh(k_octahedron);
     for (const bool loop : {false, true}) {

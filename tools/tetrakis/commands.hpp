@@ -34,6 +34,7 @@ using Command = std::function<ExitCode()>;
 void add_info_command(CLI::App& app, Command& chosen);
 void add_tessellate_command(CLI::App& app, Command& chosen);
 void add_terrain_command(CLI::App& app, Command& chosen);
+void add_tiles_command(CLI::App& app, Command& chosen);
 void add_lod_command(CLI::App& app, Command& chosen);
 void add_refine_command(CLI::App& app, Command& chosen);
 void add_compare_command(CLI::App& app, Command& chosen);

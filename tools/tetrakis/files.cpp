@@ -77,6 +77,8 @@ void OutputFiles::add(Kind kind, const std::string& option, const std::filesyste
     }
     if (kind == Kind::picture && lower_extension(path) != ".png")
         throw UsageError(fmt::format("{}: {}: pictures are written as .png", option, path.string()));
+    if (kind == Kind::tiles && lower_extension(path) != ".tiles")
+        throw UsageError(fmt::format("{}: {}: tiles are written as .tiles", option, path.string()));
     files_.emplace_back(option, path);
 }
 

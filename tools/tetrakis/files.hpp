@@ -67,7 +67,7 @@ LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& opt
 /// The files that a command is to write, checked before any work is done.
 class OutputFiles {
   public:
-    enum class Kind { mesh, picture, report, table };
+    enum class Kind { mesh, picture, report, table, tiles };
     /// @param option  how the command line names it, for messages. An empty path is passed over.
     /// @throws UsageError: the extension is not one that can be written
     void add(Kind kind, const std::string& option, const std::filesystem::path& path);

@@ -7,11 +7,13 @@
 
 namespace tetrakis::cli {
 
-void HeightInput::add(CLI::App& command) {
+void HeightInput::add(CLI::App& command, const std::string& what) {
     command
         .add_option("IN", path,
-                    "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
-                    "others with GDAL")
+                    !what.empty()
+                        ? what
+                        : "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
+                          "others with GDAL")
         ->required()
         ->type_name("");
     command.add_option("--spacing", spacing, "Distance between samples (the file's own, else 1)")
@@ -29,12 +31,20 @@ void HeightInput::add(CLI::App& command) {
     command.add_option("--no-data", read.no_data, "The number in the file that stands for no data")->type_name("V");
 }
 
+HeightReadOptions HeightInput::options(const Run& process) const {
+    HeightReadOptions options = read;
+    options.context = process.context();
+    if (spacing > 0) options.spacing = Vec2d(spacing);
+    return options;
+}
+
+std::unique_ptr<HeightSource> HeightInput::open(const Run& process) const {
+    return reading(path, [&] { return open_height_source(path, options(process)); });
+}
+
 HeightGrid HeightInput::load(const Run& process, std::vector<std::string>& warnings) const {
     return reading(path, [&] {
-        HeightReadOptions options = read;
-        options.context = process.context();
-        if (spacing > 0) options.spacing = Vec2d(spacing);
-        HeightGrid grid = load_height_grid(path, options);
+        HeightGrid grid = load_height_grid(path, options(process));
         if (const std::uint64_t filled = fill_missing_heights(grid); filled > 0)
             warnings.push_back(
                 fmt::format("{} samples have no data and were filled from those around; the error there "

@@ -1,11 +1,12 @@
 #pragma once
 
-#include "../../eval/lod/height_grid.hpp"
+#include "../../eval/lod/height_source.hpp"
 #include "run_options.hpp"
 
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,10 +18,16 @@ struct HeightInput {
     HeightReadOptions read;
     double spacing = 0;  ///< 0: the file's own
 
-    void add(CLI::App& command);
+    /// @param what  the help text of the file
+    void add(CLI::App& command, const std::string& what = {});
     /// @param warnings  receives what was filled
     /// @throws InputError, Error (memory_limit, cancelled)
     HeightGrid load(const Run& process, std::vector<std::string>& warnings) const;
+    /// @throws InputError, Error (memory_limit, cancelled)
+    std::unique_ptr<HeightSource> open(const Run& process) const;
+
+  private:
+    HeightReadOptions options(const Run& process) const;
 };
 
 }  // namespace tetrakis::cli

@@ -1,14 +1,14 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "height_input.hpp"
+#include "lod_scene.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
 
+#include "../../eval/distance/triangle_bvh.hpp"
 #include "../../eval/io/animated_png.hpp"
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/io/png.hpp"
-#include "../../eval/lod/terrain_surface.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/render/render.hpp"
 #include "../../hier/base/files.hpp"
@@ -20,8 +20,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,101 +28,14 @@ namespace tetrakis::cli {
 namespace {
 
 struct LodCommandOptions {
-    HeightInput heights;
+    LodInput input;
     std::filesystem::path directory, path, report;
-    bool orbit = false, fly = false;
+    bool orbit = false, fly = false, wait = false;
     std::uint32_t leaves = 200'000, frames = 120, images = 0;
     double pixels = 1;
     RenderOptions render;
     RunOptions run;
 };
-
-/// Where the camera is and what it looks at, frame by frame.
-struct CameraPlace {
-    Vec3d eye{}, target{};
-    double fov_degrees = 60;
-
-    Vec3d forward() const { return glm::normalize(target - eye); }
-    /// z, but where it looks along that.
-    Vec3d up() const { return std::abs(forward().z) < 0.999 ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0); }
-};
-
-/// The cameras of a file: a list of {"eye": [x, y, z], "target": [x, y, z], "fov_degrees": a}, on which the frames lie
-/// at equal steps.
-std::vector<CameraPlace> views_of(const std::filesystem::path& path, std::uint32_t frames) {
-    std::ifstream file(path);
-    if (!file) throw InputError(fmt::format("{}: cannot be read", path.string()));
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
-    std::vector<CameraPlace> given;
-    try {
-        for (const Json& entry : Json::parse(text)) {
-            const auto vec = [&](const char* key) {
-                const auto v = entry.at(key).get<std::array<double, 3>>();
-                return Vec3d(v[0], v[1], v[2]);
-            };
-            given.push_back({vec("eye"), vec("target"), entry.value("fov_degrees", 60.0)});
-        }
-    } catch (const nlohmann::json::exception& error) {
-        const std::string reason = error.what();  // "[json.exception.type_error.304] cannot ..."
-        throw InputError(
-            fmt::format("{}: camera {}: {}; a camera path is a list of {{\"eye\": [x, y, z], \"target\": "
-                        "[x, y, z], \"fov_degrees\": a}}",
-                        path.string(), given.size(), reason.substr(reason.find("] ") + 2)));
-    }
-    for (std::size_t i = 0; i < given.size(); ++i)
-        if (!(glm::length(given[i].target - given[i].eye) > 0 && given[i].fov_degrees > 0 &&
-              given[i].fov_degrees < 180))
-            throw InputError(
-                fmt::format("{}: camera {} looks nowhere: its target is its eye, or its opening is not "
-                            "between 0 and 180 degrees",
-                            path.string(), i));
-    if (given.empty()) throw InputError(fmt::format("{}: a camera path without cameras", path.string()));
-    std::vector<CameraPlace> views;
-    for (std::uint32_t i = 0; i < frames; ++i) {
-        const double at = frames == 1 ? 0 : static_cast<double>(i) * (given.size() - 1.0) / (frames - 1.0);
-        const auto k = static_cast<std::size_t>(at);
-        const CameraPlace &a = given[k], &b = given[std::min(k + 1, given.size() - 1)];
-        const double t = at - std::floor(at);
-        views.push_back(
-            {glm::mix(a.eye, b.eye, t), glm::mix(a.target, b.target, t), glm::mix(a.fov_degrees, b.fov_degrees, t)});
-    }
-    return views;
-}
-
-/// Around the middle of the grid: from outside, looking at it; or above the ground, looking ahead.
-std::vector<CameraPlace> circle(const HeightGrid& grid, std::uint32_t frames, bool fly) {
-    const double width = (grid.columns - 1) * grid.spacing.x, height = (grid.rows - 1) * grid.spacing.y;
-    const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
-    const double range = double{*high} - double{*low}, size = std::min(width, height);
-    const Vec3d middle(grid.origin.x + width / 2, grid.origin.y - height / 2, double{*low} + 0.3 * range);
-    const auto ground = [&](const Vec3d& p) {
-        const auto sample = [](double at, std::uint32_t count) {
-            return static_cast<std::uint32_t>(std::clamp(std::round(at), 0.0, count - 1.0));
-        };
-        return double{grid.at(sample((p.x - grid.origin.x) / grid.spacing.x, grid.columns),
-                              sample((grid.origin.y - p.y) / grid.spacing.y, grid.rows))};
-    };
-    std::vector<CameraPlace> views;
-    double above = 0;
-    for (std::uint32_t i = 0; i < frames; ++i) {
-        const double turn = 2 * M_PI * i / frames;
-        const Vec3d out(std::cos(turn), std::sin(turn), 0), ahead(-std::sin(turn), std::cos(turn), 0);
-        CameraPlace view;
-        if (fly) {
-            view.eye = middle + 0.42 * size * out;
-            // As high as the ground asks for, without jumps.
-            const double wanted = std::max(ground(view.eye), ground(view.eye + 0.1 * size * ahead)) + 0.12 * size;
-            above = i == 0 ? wanted : above + 0.2 * (wanted - above);
-            view.eye.z = std::max(above, ground(view.eye) + 0.03 * size);
-            view.target = view.eye + size * (ahead - 0.8 * out) - Vec3d(0, 0, 0.2 * size);
-        } else {
-            view.eye = middle + 1.2 * size * out + Vec3d(0, 0, 0.7 * size + range);
-            view.target = middle;
-        }
-        views.push_back(view);
-    }
-    return views;
-}
 
 /// What a camera sees, in pixels.
 class Sight {
@@ -152,38 +63,13 @@ class Sight {
     double tan_y_, tan_x_, pixels_;
 };
 
-/// The largest error that is seen, of samples of which at most about a million are looked at.
-double measured_pixels(const lod::View& view, const HeightGrid& grid, const Sight& sight) {
-    const double samples = static_cast<double>(grid.columns) * grid.rows;
-    const double stride = std::max(1.0, std::round(std::sqrt(samples / 1e6)));
-    const auto vertices = view.vertices();
+/// The largest error that is seen, of places all over the surface.
+double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, const Sight& sight,
+                       const RunContext& context) {
+    const TriangleBvh closest(mesh, context);
     double largest = 0;
-    for (const lod::Triangle& t : view.triangles()) {
-        if (t == lod::Triangle{}) continue;
-        std::array<Vec3d, 3> p;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto& at = vertices[t[k]].position;
-            p[k] = {(at[0] + view.origin().x - grid.origin.x) / grid.spacing.x,
-                    (grid.origin.y - at[1] - view.origin().y) / grid.spacing.y, at[2] + view.origin().z};
-        }
-        const auto twice = [](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-            return (c.x - a.x) * (b.y - a.y) - (b.x - a.x) * (c.y - a.y);  // y is to the south
-        };
-        const double area = twice(p[0], p[1], p[2]);
-        const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
-        const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
-        for (double y = std::ceil(y0 / stride) * stride; y <= y1; y += stride)
-            for (double x = std::ceil(x0 / stride) * stride; x <= x1; x += stride) {
-                const Vec3d at(x, y, 0);
-                const double a = twice(at, p[1], p[2]) / area, b = twice(p[0], at, p[2]) / area, c = 1 - a - b;
-                if (a < 0 || b < 0 || c < 0) continue;
-                const double height = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
-                const Vec3d place(grid.origin.x + x * grid.spacing.x, grid.origin.y - y * grid.spacing.y, height);
-                if (!sight.sees(place)) continue;
-                largest =
-                    std::max(largest, sight.pixels(std::abs(a * p[0].z + b * p[1].z + c * p[2].z - height), place));
-            }
-    }
+    for (const Vec3d& place : places)
+        if (sight.sees(place)) largest = std::max(largest, sight.pixels(closest.closest(place).distance, place));
     return largest;
 }
 
@@ -268,12 +154,16 @@ Image contact_sheet(const std::vector<Image>& images) {
 ExitCode run_checked(const LodCommandOptions& options) {
     Run process(options.run);
     std::vector<std::string> warnings;
-    const lod::TerrainSurface surface(options.heights.load(process, warnings), process.context());
-    const HeightGrid& grid = surface.grid();
-    const std::vector<CameraPlace> views =
-        options.path.empty() ? circle(grid, options.frames, !options.orbit) : views_of(options.path, options.frames);
+    const LodScene scene = options.input.load(process, warnings);
+    const lod::Surface& surface = *scene.surface;
+    const std::vector<CameraPlace> cameras =
+        options.path.empty() ? circle(scene, options.frames, !options.orbit) : cameras_of(options.path, options.frames);
+    constexpr std::uint32_t k_places = 100'000;
+    // Of tiles, few are there.
+    const std::vector<Vec3d> places =
+        scene.tiles == nullptr ? lod::random_places(surface, k_places) : std::vector<Vec3d>();
     lod::View view(surface, {.max_leaves = options.leaves});
-    view.set_origin({grid.origin.x, grid.origin.y, 0});
+    view.set_origin(cameras.front().eye);
     if (options.leaves < surface.roots().halfedge_count())
         warnings.push_back(fmt::format("the {} roots are more than the budget of {} triangles",
                                        surface.roots().halfedge_count(), options.leaves));
@@ -289,10 +179,11 @@ ExitCode run_checked(const LodCommandOptions& options) {
     std::vector<double> milliseconds;
     double worst_error = 0, worst_promise = 0, worst_pop = 0, changes = 0, bytes = 0;
     bool kept_promise = true;
+    std::uint32_t waiting_frames = 0;
     std::vector<std::filesystem::path> written{options.directory / "frames.csv"};
-    for (std::uint32_t frame = 0; frame < views.size(); ++frame) {
-        process.context().report("frames", static_cast<double>(frame) / static_cast<double>(views.size()));
-        const CameraPlace& at = views[frame];
+    for (std::uint32_t frame = 0; frame < cameras.size(); ++frame) {
+        process.context().report("frames", static_cast<double>(frame) / static_cast<double>(cameras.size()));
+        const CameraPlace& at = cameras[frame];
         lod::Camera camera;
         camera.eye = at.eye;
         camera.direction = at.forward();
@@ -300,27 +191,39 @@ ExitCode run_checked(const LodCommandOptions& options) {
         camera.vertical_fov = at.fov_degrees * M_PI / 180;
         camera.width = static_cast<std::uint32_t>(options.render.width);
         camera.height = static_cast<std::uint32_t>(options.render.height);
-        const Stopwatch watch;
-        const lod::Update update = view.update(camera, {.pixel_error = options.pixels, .leaves = options.leaves});
-        const double took = 1000 * watch.seconds();
-        const Sight sight(at, options.render);
-        const double error = measured_pixels(view, grid, sight), pop = shown.move_to(view, update, at.eye, sight);
+        lod::Update update;
+        std::uint32_t splits = 0, merges = 0;
         std::uint64_t upload = 0;
-        for (const auto& range : update.vertices) upload += range.count * sizeof(lod::Vertex);
-        for (const auto& range : update.triangles) upload += range.count * sizeof(lod::Triangle);
-        csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{:.4g},{:.4g}\n", frame, update.splits, update.merges,
-                           update.leaves, upload, took, update.pixel_error, error, pop);
+        double took = 0;
+        do {
+            const std::uint64_t revision = surface.revision();
+            if (options.wait && update.waiting > 0) process.context().report("tiles", 0);
+            const Stopwatch watch;
+            update = view.update(camera, {.pixel_error = options.pixels, .leaves = options.leaves});
+            took = std::max(took, 1000 * watch.seconds());
+            splits += update.splits;
+            merges += update.merges;
+            for (const auto& range : update.vertices) upload += range.count * sizeof(lod::Vertex);
+            for (const auto& range : update.triangles) upload += range.count * sizeof(lod::Triangle);
+            if (options.wait && update.waiting > 0) scene.tiles->wait(revision);
+        } while (options.wait && update.waiting > 0);
+        if (update.waiting > 0) ++waiting_frames;
+        const Sight sight(at, options.render);
+        const double error = places.empty() ? 0 : measured_pixels(view.mesh(), places, sight, process.context()),
+                     pop = shown.move_to(view, update, at.eye, sight);
+        csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{:.4g},{:.4g}\n", frame, splits, merges, update.leaves, upload,
+                           took, update.pixel_error, error, pop);
         kept_promise = kept_promise && error <= update.pixel_error * (1 + 1e-3);
         worst_error = std::max(worst_error, error);
         worst_promise = std::max(worst_promise, update.pixel_error);
         if (frame > 0) {
             worst_pop = std::max(worst_pop, pop);
             milliseconds.push_back(took);
-            changes += update.splits + update.merges;
+            changes += splits + merges;
             bytes += static_cast<double>(upload);
         }
-        const std::uint64_t drawn = std::uint64_t{frame} * options.images / views.size(),
-                            next = (std::uint64_t{frame} + 1) * options.images / views.size();
+        const std::uint64_t drawn = std::uint64_t{frame} * options.images / cameras.size(),
+                            next = (std::uint64_t{frame} + 1) * options.images / cameras.size();
         if (next > drawn) {
             images.push_back(picture(shown.mesh(view), at, options.render, process.context()));
             written.push_back(options.directory / fmt::format("frame_{:05}.png", frame));
@@ -341,13 +244,23 @@ ExitCode run_checked(const LodCommandOptions& options) {
     const double count = std::max(1.0, static_cast<double>(milliseconds.size()));
     const double median = milliseconds.empty() ? 0 : milliseconds[milliseconds.size() / 2];
     const double slowest = milliseconds.empty() ? 0 : milliseconds.back();
+    Json tiles;
+    if (scene.tiles != nullptr) {
+        const lod::TileStatistics statistics = scene.tiles->statistics();
+        tiles = {{"loads", statistics.loads},
+                 {"failures", statistics.failures},
+                 {"cached_bytes", statistics.cached_bytes},
+                 {"waiting_frames", waiting_frames}};
+        if (statistics.failures > 0)
+            warnings.push_back(fmt::format("{} times a tile could not be loaded; the last time: {}",
+                                           statistics.failures, statistics.last_error));
+    }
     if (!options.report.empty()) {
         written.push_back(options.report);
         files.add(options.report)
-            .write(dump({{"input", options.heights.path.string()},
-                         {"columns", grid.columns},
-                         {"rows", grid.rows},
-                         {"frames", views.size()},
+            .write(dump({{"input", options.input.heights.path.string()},
+                         {"surface", scene.description},
+                         {"frames", cameras.size()},
                          {"budget_leaves", options.leaves},
                          {"budget_pixels", options.pixels},
                          {"leaves", view.leaf_count()},
@@ -355,10 +268,12 @@ ExitCode run_checked(const LodCommandOptions& options) {
                          {"upload_bytes_a_frame", bytes / count},
                          {"milliseconds", {{"median", median}, {"largest", slowest}}},
                          {"promised_pixels", worst_promise},
-                         {"measured_pixels", worst_error},
+                         {"measured_pixels", places.empty() ? Json() : Json(worst_error)},
                          {"pop_pixels", worst_pop},
                          {"view_bytes", view.memory_bytes()},
-                         {"surface_bytes", surface.memory_bytes()},
+                         {"surface_bytes",
+                          scene.tiles == nullptr ? scene.surface_bytes : scene.tiles->statistics().cached_bytes},
+                         {"tiles", tiles},
                          {"threads", options.run.thread_count()},
                          {"version", std::string(k_version)},
                          {"warnings", warnings}}));
@@ -368,14 +283,19 @@ ExitCode run_checked(const LodCommandOptions& options) {
     process.end_progress();
     print_warnings(warnings);
     Table table;
-    table.row("input", fmt::format("{} ({} x {} samples)", options.heights.path.string(), grid.columns, grid.rows));
-    table.row("frames", fmt::format("{}, of up to {} triangles; the last has {}", views.size(),
+    table.row("input", fmt::format("{} ({})", options.input.heights.path.string(), scene.description));
+    table.row("frames", fmt::format("{}, of up to {} triangles; the last has {}", cameras.size(),
                                     format_count(options.leaves), format_count(view.leaf_count())));
     table.row("an update",
               fmt::format("{:.3f} ms (median; at most {:.2f}), {:.0f} splits and merges, {}", median, slowest,
                           changes / count, format_bytes(static_cast<std::uint64_t>(bytes / count))));
-    table.row("error", fmt::format("{:.3g} pixels seen at most, of {:.3g} promised (asked: {:.3g})", worst_error,
-                                   worst_promise, options.pixels));
+    table.row("error", places.empty()
+                           ? fmt::format("{:.3g} pixels promised (asked: {:.3g})", worst_promise, options.pixels)
+                           : fmt::format("{:.3g} pixels seen at most, of {:.3g} promised (asked: {:.3g})", worst_error,
+                                         worst_promise, options.pixels));
+    if (scene.tiles != nullptr)
+        table.row("tiles", fmt::format("{} loaded; {} frames had not all of them",
+                                       format_count(scene.tiles->statistics().loads), waiting_frames));
     table.row("pop", fmt::format("{:.3g} pixels in a frame at most", worst_pop));
     std::string names;
     for (const auto& path : written) names += (names.empty() ? "" : ", ") + path.string();
@@ -388,10 +308,10 @@ ExitCode run_checked(const LodCommandOptions& options) {
 ExitCode run(const LodCommandOptions& options) {
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
-    outputs.check({options.heights.path, options.path});
+    outputs.check({options.input.heights.path, options.path});
     if (std::filesystem::exists(options.directory) && !std::filesystem::is_directory(options.directory))
         throw UsageError(fmt::format("-o {} is a file; it has to be a directory", options.directory.string()));
-    return about(options.heights.path, [&] { return run_checked(options); });
+    return about(options.input.heights.path, [&] { return run_checked(options); });
 }
 
 }  // namespace
@@ -400,8 +320,9 @@ void add_lod_command(CLI::App& app, Command& chosen) {
     auto options = std::make_shared<LodCommandOptions>();
     options->render.width = 960;
     options->render.height = 540;
-    CLI::App* command = app.add_subcommand("lod", "Flies over a height grid with view-dependent LOD, frame by frame");
-    options->heights.add(*command);
+    CLI::App* command = app.add_subcommand(
+        "lod", "Flies over heights, a planet or a control mesh with view-dependent LOD, frame by frame");
+    options->input.add(*command);
     CLI::Option_group* way = command->add_option_group("camera", "At most one of these; default: --fly");
     way->add_flag("--fly", options->fly, "Once around, above the ground, looking ahead");
     way->add_flag("--orbit", options->orbit, "Once around from outside, looking at the middle");
@@ -416,6 +337,7 @@ void add_lod_command(CLI::App& app, Command& chosen) {
     command->add_option("--pixels", options->pixels, "Triangles whose error looks larger are split (1)")
         ->type_name("E")
         ->check(number_check("a positive number", [](double value) { return value > 0; }));
+    command->add_flag("--wait", options->wait, "Of .tiles: each frame waits until all of it is loaded");
     command->add_option("--frames", options->frames, "How many (120)")
         ->type_name("N")
         ->check(CLI::Range(1u, 1'000'000u).description(""));

@@ -137,6 +137,7 @@ int main(int argc, char** argv) {
     add_tessellate_command(app, chosen);
     add_refine_command(app, chosen);
     add_terrain_command(app, chosen);
+    add_tiles_command(app, chosen);
     add_lod_command(app, chosen);
     add_compare_command(app, chosen);
     add_render_command(app, chosen);
