@@ -111,6 +111,17 @@ TEST_CASE("terrain surface: bounds of tiles hold all samples, and are nested") {
         const std::size_t samples = check_bounds(surface, grid);
         if (columns > 5) CHECK(samples > columns * rows / 2);
         CHECK(surface.statistics().failures == 0);
+        // The same finest triangles.
+        const lod::TerrainSurface whole(grid);
+        std::mt19937 random(rows);
+        std::uniform_real_distribution<double> one(0, 1);
+        const auto place = [&] { return Vec3d(3 * (columns - 1) * one(random), -2.0 * (rows - 1) * one(random), 0); };
+        for (int i = 0; i < 100; ++i) {
+            const Vec3d from = place() + Vec3d(0, 0, 90), direction = place() - from;
+            const auto t = surface.hit(from, direction), other = whole.hit(from, direction);
+            REQUIRE(t.has_value() == other.has_value());
+            if (t) REQUIRE(*t == doctest::Approx(*other).epsilon(1e-9));
+        }
     }
 }
 

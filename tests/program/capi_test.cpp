@@ -63,6 +63,36 @@ TEST_CASE("capi: a view is the C++ one's, byte for byte") {
     tetrakis_free_surface(c_surface);
 }
 
+TEST_CASE("capi: tiles are the terrain that they were cut from") {
+    const ScratchDir scratch;
+    const std::string path = (scratch / "island.tiles").string(), island = cli::data("island.png");
+    REQUIRE(tetrakis_write_tiles(island.c_str(), 10, 0.1, 0, path.c_str()) == TETRAKIS_OK);
+    tetrakis_surface *tiles = nullptr, *terrain = nullptr;
+    CHECK(tetrakis_open_tiles(island.c_str(), 1 << 26, &tiles) == TETRAKIS_INVALID_INPUT);
+    CHECK(std::string(tetrakis_last_error()).find("island.png") != std::string::npos);
+    REQUIRE(tetrakis_open_tiles(path.c_str(), 1 << 26, &tiles) == TETRAKIS_OK);
+    REQUIRE(tetrakis_load_terrain(island.c_str(), 10, 0.1, 0, &terrain) == TETRAKIS_OK);
+    for (int i = 0; i < 100; ++i) {
+        const std::array<double, 3> from{12.3 * i, -7.1 * i, 500}, down{0.1, 0.2, -1};
+        double t = 0, other = 0;
+        REQUIRE(tetrakis_surface_hit(tiles, from.data(), down.data(), 1e9, &t) ==
+                tetrakis_surface_hit(terrain, from.data(), down.data(), 1e9, &other));
+        CHECK(t == doctest::Approx(other));
+    }
+    tetrakis_view* view = nullptr;
+    tetrakis_camera camera = TETRAKIS_CAMERA;
+    camera.eye[2] = 100;
+    tetrakis_update update = TETRAKIS_UPDATE;
+    const tetrakis_budget budget = TETRAKIS_BUDGET;
+    REQUIRE(tetrakis_make_view(tiles, nullptr, &view) == TETRAKIS_OK);
+    REQUIRE(tetrakis_update_view(view, &camera, &budget, &update) == TETRAKIS_OK);
+    CHECK(update.leaves > 100);
+    CHECK(update.waiting == 0);
+    tetrakis_free_view(view);
+    tetrakis_free_surface(tiles);
+    tetrakis_free_surface(terrain);
+}
+
 TEST_CASE("capi: planets and subdivision surfaces, and rays that meet what is shown") {
     std::vector<float> heights;
     for (int i = 0; i < 32 * 16; ++i) heights.push_back(static_cast<float>(0.5 * std::sin(i)));

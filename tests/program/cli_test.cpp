@@ -66,7 +66,7 @@ TEST_CASE("it says its version, and helps: the example in each command's help wo
     const std::string commands = cli::run({"--help"}).out;
     const ScratchDir scratch;
     std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
-    for (const std::string command : {"info", "tessellate", "refine", "terrain", "lod", "compare", "render"}) {
+    for (const std::string command : {"info", "tessellate", "refine", "terrain", "tiles", "lod", "compare", "render"}) {
         CAPTURE(command);
         CHECK(commands.find(command) != std::string::npos);
         const ProcessResult help = cli::run({command, "--help"});
@@ -322,6 +322,42 @@ TEST_CASE("lod: a planet and control meshes keep what they promise") {
         CHECK(json["measured_pixels"] > 0.1);
         CHECK(json["measured_pixels"] <= json["promised_pixels"]);
     }
+}
+
+TEST_CASE("tiles: a raw file is cut, and lod flies over it, waiting for what has to be loaded") {
+    const ScratchDir scratch;
+    std::string numbers;
+    for (int r = 0; r < 700; ++r)
+        for (int c = 0; c < 600; ++c) {
+            const auto height =
+                static_cast<unsigned>(2000 + 900 * std::sin(0.05 * c) * std::cos(0.04 * r) + r * c % 8);
+            numbers += {static_cast<char>(height & 255), static_cast<char>(height >> 8)};
+        }
+    spill(scratch / "h.r16", numbers);
+    const std::string raw = (scratch / "h.r16").string(), tiles = (scratch / "h.tiles").string(),
+                      out = (scratch / "out").string(), report = (scratch / "r.json").string();
+    const ProcessResult cut = cli::run({"tiles", raw, "--columns", "600", "--scale", "0.02", "-o", tiles});
+    CAPTURE(cut.err);
+    REQUIRE(cut.code == 0);
+    const ProcessResult flown =
+        cli::run({"lod", tiles, "--frames", "5", "--wait", "--cache", "16M", "-o", out, "--report", report});
+    CAPTURE(flown.err);
+    REQUIRE(flown.code == 0);
+    const nlohmann::json json = nlohmann::json::parse(slurp(report));
+    CHECK(json["promised_pixels"] == 1);
+    CHECK(json["measured_pixels"].is_null());
+    CHECK(json["tiles"]["loads"] > 0);
+    CHECK(json["tiles"]["failures"] == 0);
+    CHECK(json["tiles"]["waiting_frames"] == 0);
+    CHECK(json["tiles"]["cached_bytes"] <= 16 << 20);
+    CHECK(read_triangle_mesh(out + "/last.glb").triangles.size() == json["leaves"].get<std::size_t>());
+    cli::check_refused({"lod", tiles, "--cache", "much", "-o", out}, 2, "--cache");
+    cli::check_refused({"lod", tiles, "--cache", "1M", "-o", out}, 1, "too small");
+    cli::check_refused({"lod", tiles, "--scale", "2", "-o", out}, 2, "--scale");
+    spill(tiles, slurp(tiles).substr(0, 9000));
+    cli::check_refused({"lod", tiles, "-o", out}, 3, "cut off");
+    cli::check_refused({"tiles", raw, "-o", tiles}, 3, "not a square");
+    cli::check_refused({"tiles", raw, "--columns", "600", "-o", out + ".png"}, 2, "written as .tiles");
 }
 
 TEST_CASE("[bad-input] lod") {

@@ -6,6 +6,8 @@
 #include "../../eval/lod/planet_surface.hpp"
 #include "../../eval/lod/subdivision_surface.hpp"
 #include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/terrain_tiles.hpp"
+#include "../../eval/lod/tiled_terrain.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/base/error.hpp"
@@ -117,6 +119,14 @@ HeightGrid grid_of(const float* heights, std::uint32_t columns, std::uint32_t ro
             .heights = std::vector<float>(heights, heights + std::size_t{columns} * rows)};
 }
 
+HeightReadOptions read_options(double spacing, double scale, double offset) {
+    HeightReadOptions options;
+    options.scale = scale;
+    options.offset = offset;
+    if (spacing != 0) options.spacing = Vec2d(spacing);
+    return options;
+}
+
 tetrakis_surface* terrain_of(HeightGrid grid) {
     auto terrain = std::make_unique<lod::TerrainSurface>(std::move(grid));
     auto result = std::make_unique<tetrakis_surface>();
@@ -210,11 +220,7 @@ tetrakis_status tetrakis_load_terrain(const char* path, double spacing, double s
     return guarded([&] {
         require(path, "path");
         require(surface, "surface");
-        HeightReadOptions options;
-        options.scale = scale;
-        options.offset = offset;
-        if (spacing != 0) options.spacing = Vec2d(spacing);
-        HeightGrid grid = load_height_grid(path, options);
+        HeightGrid grid = load_height_grid(path, read_options(spacing, scale, offset));
         fill_missing_heights(grid);
         *surface = terrain_of(std::move(grid));
     });
@@ -226,6 +232,24 @@ tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, ui
         HeightGrid grid = grid_of(heights, columns, rows);
         grid.spacing = Vec2d(spacing);
         *surface = terrain_of(std::move(grid));
+    });
+}
+tetrakis_status tetrakis_write_tiles(const char* heights_path, double spacing, double scale, double offset,
+                                     const char* tiles_path) {
+    return guarded([&] {
+        require(heights_path, "heights_path");
+        require(tiles_path, "tiles_path");
+        lod::write_tiles(*open_height_source(heights_path, read_options(spacing, scale, offset)), tiles_path);
+    });
+}
+tetrakis_status tetrakis_open_tiles(const char* tiles_path, uint64_t cache_bytes, tetrakis_surface** surface) {
+    return guarded([&] {
+        require(tiles_path, "tiles_path");
+        require(surface, "surface");
+        auto result = std::make_unique<tetrakis_surface>();
+        result->surface =
+            std::make_unique<lod::TiledTerrain>(tiles_path, lod::TiledTerrainOptions{.cache_bytes = cache_bytes});
+        *surface = result.release();
     });
 }
 tetrakis_status tetrakis_make_planet(const float* heights, uint32_t columns, uint32_t rows, double radius, int level,
@@ -314,6 +338,7 @@ tetrakis_status tetrakis_update_view(tetrakis_view* view, const tetrakis_camera*
         result.pixel_error = done.pixel_error;
         result.morph_scale = done.morph_scale;
         result.complete = done.complete ? 1 : 0;
+        result.waiting = done.waiting;
         give(update, result, "update");
     });
 }

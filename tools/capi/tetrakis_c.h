@@ -104,6 +104,14 @@ TETRAKIS_API tetrakis_status tetrakis_load_terrain(const char* path, double spac
 /* Heights row by row from the north, each from the west: columns * rows, copied. Sample (0, 0) is at x = y = 0. */
 TETRAKIS_API tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, uint32_t rows,
                                                    double spacing, tetrakis_surface** surface);
+/* Cuts heights of any size, read as tetrakis_load_terrain() does but not filled, into a file of tiles. Raw files, HGT and
+ * GDAL's rasters are not in memory at once. */
+TETRAKIS_API tetrakis_status tetrakis_write_tiles(const char* heights_path, double spacing, double scale, double offset,
+                                                  const char* tiles_path);
+/* Such a file as a surface: tiles are loaded by a thread of its own as views ask for them, no call waits, and
+ * cache_bytes are never exceeded. */
+TETRAKIS_API tetrakis_status tetrakis_open_tiles(const char* tiles_path, uint64_t cache_bytes,
+                                                 tetrakis_surface** surface);
 /* Heights over a ball about the origin, z to the north pole: columns over longitudes from the antimeridian, rows over
  * latitudes from the north pole, samples in the middles of equal cells; copied.
  * level: finest triangles, 2^(level + 1) to a side of each of a cube's faces; 0: as fine as the heights */
@@ -179,10 +187,11 @@ typedef struct tetrakis_update {
     uint32_t splits, merges, leaves;
     double pixel_error; /* no triangle's error looks larger */
     double morph_scale;
-    int complete; /* the time did suffice */
+    int complete;     /* the time did suffice */
+    uint32_t waiting; /* diamonds that are not loaded yet and stay as they are */
 } tetrakis_update;
 #define TETRAKIS_UPDATE \
-    { sizeof(tetrakis_update), NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0 }
+    { sizeof(tetrakis_update), NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 
 TETRAKIS_API tetrakis_status tetrakis_update_view(tetrakis_view* view, const tetrakis_camera* camera,
                                                   const tetrakis_budget* budget, tetrakis_update* update);
