@@ -31,8 +31,8 @@ using Kind = Candidates::Kind;
 
 // Decisions hold for errors that are larger or smaller by this, so that a camera has a way to go before the next look.
 constexpr double k_room = 1.02;
-// How far from the frustum something is when it counts as outside, as a part of its distance: a way to go, too.
-constexpr double k_beside = 0.1;
+// How far from the frustum something is when it is left to be merged, as a part of its distance.
+constexpr double k_beside_merge = 0.3, k_beside_split = 0.1;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 [[noreturn]] void refuse(const std::string& text) { throw Error(ErrorCode::invalid_input, text); }
@@ -108,7 +108,7 @@ class View::Impl {
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
         const double extent = surface.roots().bounding_box().diagonal();
         for (std::size_t i = 1; i < turn_lengths_.size(); ++i)
-            turn_lengths_[i] = std::ldexp(extent, static_cast<int>(i) - 12);
+            turn_lengths_[i] = extent * std::exp2(0.5 * static_cast<double>(i) - 14);
         // From here on readings have equal exponents for long: candidates are sorted by the digits that they differ in.
         moved_.fill(k_odometer_start * extent);
     }
@@ -244,7 +244,7 @@ class View::Impl {
         return boost;
     }
 
-    Look look_at(const DiamondBounds& bounds) const {
+    Look look_at(const DiamondBounds& bounds, Kind kind) const {
         const Vec3d center = bounds.center - eye_.at;
         const Vec3d away = glm::max(glm::abs(center) - bounds.half_sides, Vec3d(0));
         Look look;
@@ -254,9 +254,10 @@ class View::Impl {
         for (const Vec3d& plane : eye_.planes)
             least = std::min(least, glm::dot(plane, center) + glm::dot(glm::abs(plane), bounds.half_sides));
         look.reach = glm::length(center) + glm::length(bounds.half_sides);
-        look.inside = least >= -k_beside * look.reach;
+        const double beside = (kind == Kind::merge ? k_beside_merge : k_beside_split) * look.reach;
+        look.inside = least >= -beside;
         // It may be late that something is found to be outside, but not that it is inside.
-        look.gap = look.inside ? std::max(least, 0.0) + k_beside * look.reach : -least;
+        look.gap = look.inside ? least + beside : -least;
         return look;
     }
 
@@ -268,14 +269,18 @@ class View::Impl {
     }
     /// Lists candidates by what they look like now.
     void look(std::span<const std::uint32_t> nodes) {
+        // The loops wait for memory.
         for (const std::uint32_t node : nodes) __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(node))));
+        for (const std::uint32_t node : nodes)
+            if (candidates_.kind(node) == Kind::merge)
+                __builtin_prefetch(&forest_.point_site(forest_.leaf(LeafId(candidates_.owner(node))).vertex[2]));
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const LeafId leaf(candidates_.owner(nodes[i]));
             sites_[i] = candidates_.kind(nodes[i]) == Kind::split ? midpoint_site(leaf)
                                                                   : forest_.point_site(forest_.leaf(leaf).vertex[2]);
         }
         surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
-        for (std::size_t i = 0; i < nodes.size(); ++i) list(nodes[i], look_at(bounds_[i]));
+        for (std::size_t i = 0; i < nodes.size(); ++i) list(nodes[i], look_at(bounds_[i], candidates_.kind(nodes[i])));
     }
     /// @return  the bucket, as it is now
     int look(std::uint32_t node) {
@@ -309,7 +314,11 @@ class View::Impl {
             way = std::min(way, other_way);
         } else {
             while (odometer + 1 < Candidates::k_odometers && turn_lengths_[odometer] < look.reach) ++odometer;
-            way = std::min(way, look.gap / (1 + (look.reach + look.gap) / turn_lengths_[odometer]));
+            // Seen from the camera, a point moves by its travel, and by its turn times the distance, which travel adds
+            // to: by w + w^2 / (4 length) at most where the odometer of that length moves by w.
+            const double length = turn_lengths_[odometer];
+            way =
+                std::min(way, 2 * length * (std::sqrt(1 + look.gap / length) - 1) * std::min(1.0, length / look.reach));
         }
         const double now = moved_[odometer];
         candidates_.list(node, bucket, bucket == own, odometer, std::max(now + way, std::nextafter(now, k_infinite)));
