@@ -31,8 +31,8 @@ using Kind = Candidates::Kind;
 
 // Decisions hold for errors that are larger or smaller by this, so that a camera has a way to go before the next look.
 constexpr double k_room = 1.02;
-// How far from the frustum something is when it is left to be merged, as a part of its distance.
-constexpr double k_beside_merge = 0.3, k_beside_split = 0.1;
+// How far from the frustum something is when it counts as outside, as a part of its distance: a way to go, too.
+constexpr double k_beside = 0.1;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 [[noreturn]] void refuse(const std::string& text) { throw Error(ErrorCode::invalid_input, text); }
@@ -244,7 +244,7 @@ class View::Impl {
         return boost;
     }
 
-    Look look_at(const DiamondBounds& bounds, Kind kind) const {
+    Look look_at(const DiamondBounds& bounds) const {
         const Vec3d center = bounds.center - eye_.at;
         const Vec3d away = glm::max(glm::abs(center) - bounds.half_sides, Vec3d(0));
         Look look;
@@ -254,10 +254,9 @@ class View::Impl {
         for (const Vec3d& plane : eye_.planes)
             least = std::min(least, glm::dot(plane, center) + glm::dot(glm::abs(plane), bounds.half_sides));
         look.reach = glm::length(center) + glm::length(bounds.half_sides);
-        const double beside = (kind == Kind::merge ? k_beside_merge : k_beside_split) * look.reach;
-        look.inside = least >= -beside;
+        look.inside = least >= -k_beside * look.reach;
         // It may be late that something is found to be outside, but not that it is inside.
-        look.gap = look.inside ? least + beside : -least;
+        look.gap = look.inside ? std::max(least, 0.0) + k_beside * look.reach : -least;
         return look;
     }
 
@@ -280,7 +279,7 @@ class View::Impl {
                                                                   : forest_.point_site(forest_.leaf(leaf).vertex[2]);
         }
         surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
-        for (std::size_t i = 0; i < nodes.size(); ++i) list(nodes[i], look_at(bounds_[i], candidates_.kind(nodes[i])));
+        for (std::size_t i = 0; i < nodes.size(); ++i) list(nodes[i], look_at(bounds_[i]));
     }
     /// @return  the bucket, as it is now
     int look(std::uint32_t node) {
