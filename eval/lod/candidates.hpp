@@ -16,7 +16,7 @@ namespace tetrakis::detail {
 class Candidates {
   public:
     enum class Kind : std::uint8_t { split, merge };
-    static constexpr std::size_t k_odometers = 16;
+    static constexpr std::size_t k_odometers = 36;
     static constexpr std::size_t k_revisions = k_odometers;  ///< one more: what waits for a revision of the surface
     static constexpr std::uint32_t k_none = ~std::uint32_t{0};
     static constexpr int k_buckets = 128;

@@ -117,7 +117,7 @@ class View::Impl {
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
         const double extent = surface.roots().bounding_box().diagonal();
         for (std::size_t i = 1; i < turn_lengths_.size(); ++i)
-            turn_lengths_[i] = std::ldexp(extent, static_cast<int>(i) - 12);
+            turn_lengths_[i] = extent * std::exp2(0.5 * static_cast<double>(i) - 14);
         // From here on readings have equal exponents for long: candidates are sorted by the digits that they differ in.
         moved_.fill(k_odometer_start * extent);
     }
@@ -295,7 +295,11 @@ class View::Impl {
     }
     /// Lists candidates by what they look like now.
     void look(std::span<const std::uint32_t> nodes) {
+        // The loops wait for memory.
         for (const std::uint32_t node : nodes) __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(node))));
+        for (const std::uint32_t node : nodes)
+            if (candidates_.kind(node) == Kind::merge)
+                __builtin_prefetch(&forest_.point_site(forest_.leaf(LeafId(candidates_.owner(node))).vertex[2]));
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const LeafId leaf(candidates_.owner(nodes[i]));
             sites_[i] = candidates_.kind(nodes[i]) == Kind::split ? midpoint_site(leaf)
@@ -359,7 +363,11 @@ class View::Impl {
             way = std::min(way, other_way);
         } else {
             while (odometer + 1 < Candidates::k_odometers && turn_lengths_[odometer] < look.reach) ++odometer;
-            way = std::min(way, look.gap / (1 + (look.reach + look.gap) / turn_lengths_[odometer]));
+            // Seen from the camera, a point moves by its travel, and by its turn times the distance, which travel adds
+            // to: by w + w^2 / (4 length) at most where the odometer of that length moves by w.
+            const double length = turn_lengths_[odometer];
+            way =
+                std::min(way, 2 * length * (std::sqrt(1 + look.gap / length) - 1) * std::min(1.0, length / look.reach));
         }
         const double now = moved_[odometer];
         candidates_.list(node, bucket, bucket == own, odometer, std::max(now + way, std::nextafter(now, k_infinite)));
