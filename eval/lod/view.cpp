@@ -321,6 +321,8 @@ class View::Impl {
     }
     /// Whether the leaf's diamond is known, and all that have to be split before it.
     bool is_known_from_base(LeafId leaf) const {
+        // Nothing has been loaded, so nothing can be gone.
+        if (revision_ == 0 && candidates_.unknown_count() == 0) return true;
         for (;;) {
             const Site site = midpoint_site(leaf);
             DiamondBounds bounds;
