@@ -1,5 +1,8 @@
 #include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/terrain_tiles.hpp"
+#include "../../eval/lod/tiled_terrain.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../hier/base/memory.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -7,8 +10,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <random>
+#include <span>
+#include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -45,18 +52,20 @@ HeightGrid fractal(std::uint32_t side) {
     return grid;
 }
 
+std::uint32_t mirrored_place(std::uint32_t i, std::uint32_t count) {
+    i %= 2 * (count - 1);
+    return i < count ? i : 2 * (count - 1) - i;
+}
+
 HeightGrid mirrored(const HeightGrid& tile, std::uint32_t side) {
     HeightGrid grid{.columns = side,
                     .rows = side,
                     .heights = std::vector<float>(std::size_t{side} * side),
                     .spacing = tile.spacing};
-    const auto inside = [&](std::uint32_t i) {
-        i %= 2 * (tile.columns - 1);
-        return i < tile.columns ? i : 2 * (tile.columns - 1) - i;
-    };
     for (std::uint32_t y = 0; y < side; ++y)
         for (std::uint32_t x = 0; x < side; ++x)
-            grid.heights[y * std::size_t{side} + x] = tile.at(inside(x), inside(y));
+            grid.heights[y * std::size_t{side} + x] =
+                tile.at(mirrored_place(x, tile.columns), mirrored_place(y, tile.columns));
     return grid;
 }
 
@@ -183,6 +192,69 @@ void make_surface(benchmark::State& state) {
                            benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(make_surface)->Arg(1025)->Arg(4097)->Unit(benchmark::kMillisecond);
+
+/// The mirrored terrain, of which only 1025 x 1025 samples are in memory.
+class MirroredSource final : public HeightSource {
+  public:
+    explicit MirroredSource(std::uint32_t side) {
+        frame_.columns = frame_.rows = side;
+        frame_.spacing = tile_.spacing;
+    }
+    const HeightGrid& frame() const override { return frame_; }
+    void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
+        for (std::uint32_t y = 0; y < count; ++y)
+            for (std::uint32_t x = 0; x < frame_.columns; ++x)
+                heights[y * std::size_t{frame_.columns} + x] =
+                    tile_.at(mirrored_place(x, tile_.columns), mirrored_place(first_row + y, tile_.columns));
+    }
+
+  private:
+    HeightGrid tile_ = fractal(1025), frame_;
+};
+
+std::filesystem::path tiles_path(std::uint32_t side) {
+    return std::filesystem::temp_directory_path() / ("tetrakis_bench_" + std::to_string(side) + ".tiles");
+}
+
+/// Leaves its file, of 11.5 bytes a sample, to fly_tiles.
+void write_tiles(benchmark::State& state) {
+    MirroredSource source(static_cast<std::uint32_t>(state.range(0)));
+    for (auto _ : state) lod::write_tiles(source, tiles_path(source.frame().columns));
+    state.counters["peak_bytes"] = static_cast<double>(peak_memory_bytes());
+}
+BENCHMARK(write_tiles)->Arg(4097)->Arg(16385)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+/// Straight across, 60 frames a second. Arguments: samples of a side; MiB of tiles; how far the camera flies in a
+/// frame.
+void fly_tiles(benchmark::State& state) {
+    const MirroredSource source(static_cast<std::uint32_t>(state.range(0)));
+    const std::filesystem::path path = tiles_path(source.frame().columns);
+    if (!std::filesystem::exists(path)) return state.SkipWithError("run write_tiles first");
+    const lod::TiledTerrain terrain(path, {.cache_bytes = static_cast<std::uint64_t>(state.range(1)) << 20});
+    lod::View view(terrain, {.max_leaves = 200'000});
+    lod::Camera camera;
+    camera.eye = {5000, -100'000, terrain.lowest_highest()[1] + 300};
+    camera.direction = {1, -0.3, -0.5};
+    std::vector<double> times;
+    double changes = 0, waiting = 0;
+    for (auto _ : state) {
+        const auto begin = std::chrono::steady_clock::now();
+        const lod::Update update = view.update(camera, {.pixel_error = 0.5, .milliseconds = 4});
+        times.push_back(milliseconds_since(begin));
+        changes += update.splits + update.merges;
+        waiting += update.waiting > 0;
+        camera.eye += static_cast<double>(state.range(2)) * Vec3d(1, -0.3, 0);
+        std::this_thread::sleep_until(begin + std::chrono::microseconds(16'667));
+    }
+    std::sort(times.begin(), times.end());
+    const auto frames = static_cast<double>(times.size());
+    state.counters["median"] = times[times.size() / 2];
+    state.counters["p99.9"] = times[static_cast<std::size_t>(0.999 * (frames - 1))];
+    state.counters["changes"] = changes / frames;
+    state.counters["waiting_frames"] = waiting;
+    state.counters["loads"] = static_cast<double>(terrain.statistics().loads);
+}
+BENCHMARK(fly_tiles)->Args({16385, 64, 40})->Args({16385, 512, 40})->Iterations(3000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 
