@@ -74,7 +74,8 @@ std::uint64_t copy(GLenum target, std::span<const T> from, std::span<const lod::
 Lights lights_of(const lod::Camera& camera) {
     const Vec3d right = unit_or_zero(glm::cross(camera.direction, camera.up)), back = glm::cross(right, camera.up);
     return {.key = glm::normalize(-0.75 * right + 0.65 * back + 1.15 * camera.up),
-            .fill = glm::normalize(right + 0.55 * back + 0.15 * camera.up)};
+            .fill = glm::normalize(right + 0.55 * back + 0.15 * camera.up),
+            .rim = glm::normalize(0.55 * right - back + 0.55 * camera.up)};
 }
 
 GpuTerrain::GpuTerrain(const lod::View& view) : view_(view) {
@@ -125,6 +126,7 @@ void GpuTerrain::draw(const Look& look) const {
     glClear(GL_DEPTH_BUFFER_BIT);
 
     glDisable(GL_DEPTH_TEST);
+    glDisable(GL_CULL_FACE);
     glBindVertexArray(no_arrays_);
     const Uniforms sky(sky_);
     sky.set("top_colour", colours.background_top);
@@ -132,6 +134,7 @@ void GpuTerrain::draw(const Look& look) const {
     glDrawArrays(GL_TRIANGLES, 0, 3);
 
     glEnable(GL_DEPTH_TEST);
+    glEnable(GL_CULL_FACE);  // else back faces show through along ridges, where depths are equal
     glBindVertexArray(arrays_);
     const Uniforms ground(ground_);
     const double aspect = static_cast<double>(camera.width) / camera.height;
@@ -143,9 +146,9 @@ void GpuTerrain::draw(const Look& look) const {
     ground.set("morph_begin", lod::k_morph_begin);
     ground.set("key", Vec3f(look.lights.key));
     ground.set("fill", Vec3f(look.lights.fill));
+    ground.set("rim", Vec3f(look.lights.rim));
     ground.set("up", Vec3f(camera.up));
-    ground.set("front_colour", colours.surface_colour);
-    ground.set("back_colour", colours.back_colour);
+    ground.set("surface_colour", colours.surface_colour);
     ground.set("wire_colour", colours.wire_colour);
     ground.set("wire", false);
     const auto indices = static_cast<int>(3 * view_.triangles().size());

@@ -8,7 +8,7 @@ namespace tetrakis::viewer {
 
 /// Directions to the lights, of length one.
 struct Lights {
-    Vec3d key, fill;
+    Vec3d key, fill, rim;
 };
 /// The lights that tetrakis::render() has where it looks from this camera.
 Lights lights_of(const lod::Camera& camera);

@@ -21,11 +21,12 @@ layout(location = 3) in float error;
 uniform mat4 projection;  // of places relative to the eye
 uniform vec3 eye, morph_eye;
 uniform float morph_scale, morph_begin;
-out vec3 normal;
+centroid out vec3 normal, to_eye;
 void main() {
     float ratio = error > 0 ? distance(position, morph_eye) / (error * morph_scale) : 1;
     float on_edge_share = clamp((ratio - morph_begin) / (1 - morph_begin), 0, 1);
-    gl_Position = projection * vec4(mix(position, on_edge, on_edge_share) - eye, 1);
+    to_eye = eye - mix(position, on_edge, on_edge_share);
+    gl_Position = projection * vec4(-to_eye, 1);
     vec2 n = octahedral / 32767;
     float z = 1 - abs(n.x) - abs(n.y);
     if (z < 0) n = (1 - abs(n.yx)) * vec2(n.x < 0 ? -1 : 1, n.y < 0 ? -1 : 1);
@@ -33,18 +34,20 @@ void main() {
 }
 )";
 
-// The lights of tetrakis::render(), without shadows, occlusion and highlights.
+// The lights of tetrakis::render(), without shadows, occlusion and the key light's highlight.
 inline constexpr const char* k_ground_fragment = R"(
-in vec3 normal;
-uniform vec3 key, fill, up, front_colour, back_colour, wire_colour;
+centroid in vec3 normal, to_eye;
+uniform vec3 key, fill, rim, up, surface_colour, wire_colour;
 uniform bool wire;
 out vec4 colour;
 void main() {
-    vec3 n = normalize(gl_FrontFacing ? normal : -normal);
+    vec3 n = normalize(normal);
     vec3 warm = vec3(1, 0.965, 0.91), cool = vec3(0.86, 0.93, 1);
     float from_fill = max(0, (dot(n, fill) + 0.3) / 1.3), from_sky = 0.62 + 0.38 * dot(n, up);
     vec3 light = 2.65 / 3.14159265 * max(0, dot(n, key)) * warm + (0.42 / 1.6 * from_fill + 0.6 * from_sky) * cool;
-    colour = vec4(wire ? wire_colour : shown(linear(gl_FrontFacing ? front_colour : back_colour) * light), 1);
+    float grazing = pow(1 - max(0, dot(n, normalize(to_eye))), 5);
+    vec3 edge = grazing * (0.55 * max(0, dot(n, rim)) + 0.16 * max(0, from_sky)) * cool;
+    colour = vec4(wire ? wire_colour : shown(linear(surface_colour) * light + edge), 1);
 }
 )";
 
