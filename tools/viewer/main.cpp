@@ -133,8 +133,8 @@ struct Settings {
 
 void show_panel(const Scene& scene, double speed, int max_leaves, Settings& settings) {
     ImGui::Begin("tetrakis", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-    ImGui::SliderFloat("pixels", &settings.pixels, 0.1f, 100, "%.2f", ImGuiSliderFlags_Logarithmic);
-    ImGui::SliderInt("triangles", &settings.leaves, 100, max_leaves, "%d", ImGuiSliderFlags_Logarithmic);
+    ImGui::SliderFloat("pixels", &settings.pixels, 0.1f, 100.0f, "%.2f", ImGuiSliderFlags_Logarithmic);
+    ImGui::SliderInt("triangles", &settings.leaves, 1, max_leaves, "%d", ImGuiSliderFlags_Logarithmic);
     ImGui::Checkbox("wireframe", &settings.wireframe);
     ImGui::SameLine();
     ImGui::Checkbox("freeze", &settings.frozen);
@@ -230,6 +230,9 @@ void take_screenshot(const ViewerOptions& options, const lod::TerrainSurface& su
 }
 
 void run(const ViewerOptions& options) {
+    cli::OutputFiles outputs;
+    outputs.add(cli::OutputFiles::Kind::picture, "--screenshot", options.screenshot);
+    outputs.check({options.heights.path, options.path});
     cli::Run process(options.run);
     std::vector<std::string> warnings;
     const lod::TerrainSurface surface(options.heights.load(process, warnings), process.context());
@@ -261,6 +264,7 @@ void add_options(CLI::App& app, ViewerOptions& options) {
     app.add_flag("--wireframe", options.wireframe, "Draw the edges of the triangles, too");
     cli::add_size_option(app, options.size);
     options.run.add_threads(app);
+    options.run.add_max_memory(app);
     app.footer("Example:\n  tetrakis_viewer data/island.png --scale 0.1 --spacing 40");
 }
 
@@ -279,6 +283,9 @@ int main(int argc, char** argv) {
         return 0;
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : static_cast<int>(cli::ExitCode::usage);
+    } catch (const cli::UsageError& error) {
+        cli::print_error(error.what());
+        code = cli::ExitCode::usage;
     } catch (const cli::InputError& error) {
         cli::print_error(error.what());
         code = cli::ExitCode::bad_input;
