@@ -46,7 +46,7 @@ struct ViewerOptions {
     }
 };
 
-/// A terrain, its view, and the buffers of that: what an engine has.
+/// A terrain, its view, and the view's buffers on the graphics card.
 class Scene {
   public:
     Scene(const lod::TerrainSurface& surface, std::uint32_t max_leaves)
@@ -102,14 +102,15 @@ void fly(GLFWwindow* window, const lod::TerrainSurface& surface, double& speed, 
     constexpr double k_steepest = 1.5, k_least_height = 0.3;  // radians; samples
     const ImGuiIO& io = ImGui::GetIO();
     const Vec3d ahead = glm::normalize(camera.direction);
-    double heading = std::atan2(ahead.y, ahead.x), pitch = std::asin(ahead.z);
+    double heading = std::atan2(ahead.y, ahead.x), pitch = std::asin(std::clamp(ahead.z, -1.0, 1.0));
     if (!io.WantCaptureMouse) {
         if (ImGui::IsMouseDown(0)) {
             heading -= k_turn * double{io.MouseDelta.x};
-            pitch = std::clamp(pitch - k_turn * double{io.MouseDelta.y}, -k_steepest, k_steepest);
+            pitch -= k_turn * double{io.MouseDelta.y};
         }
         speed *= std::pow(k_wheel, double{io.MouseWheel});
     }
+    pitch = std::clamp(pitch, -k_steepest, k_steepest);
     camera.direction = {std::cos(pitch) * std::cos(heading), std::cos(pitch) * std::sin(heading), std::sin(pitch)};
     camera.up = {0, 0, 1};
     const Vec3d right = glm::normalize(glm::cross(camera.direction, camera.up));
@@ -132,9 +133,11 @@ struct Settings {
 };
 
 void show_panel(const Scene& scene, double speed, int max_leaves, Settings& settings) {
+    // Else numbers typed in (Ctrl and a click) may be out of range.
+    constexpr ImGuiSliderFlags k_slider = ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp;
     ImGui::Begin("tetrakis", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-    ImGui::SliderFloat("pixels", &settings.pixels, 0.1f, 100.0f, "%.2f", ImGuiSliderFlags_Logarithmic);
-    ImGui::SliderInt("triangles", &settings.leaves, 1, max_leaves, "%d", ImGuiSliderFlags_Logarithmic);
+    ImGui::SliderFloat("pixels", &settings.pixels, 0.1f, 100.0f, "%.2f", k_slider);
+    ImGui::SliderInt("triangles", &settings.leaves, 1, max_leaves, "%d", k_slider);
     ImGui::Checkbox("wireframe", &settings.wireframe);
     ImGui::SameLine();
     ImGui::Checkbox("freeze", &settings.frozen);
