@@ -36,9 +36,10 @@ mkdir -p out
 if [ "$model" = lod ]; then
     echo
     echo "== a flight over $1 =="
-    "$tetrakis" lod "$@" --images 8 -o out/lod --report out/lod.json || [ $? -eq 4 ]
+    "$tetrakis" lod "$@" --images 24 -o out/lod --report out/lod.json || [ $? -eq 4 ]
     echo
-    echo "Look at out/lod/sheet.png; out/lod/frames.csv says what each frame cost, out/lod.json the flight."
+    echo "Look at out/lod/flight.png in a browser, which plays it, or at its frames in out/lod/sheet.png;"
+    echo "out/lod/frames.csv says what each frame cost, out/lod.json the flight."
     exit 0
 fi
 name=$(basename "$model" .obj)

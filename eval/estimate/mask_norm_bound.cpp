@@ -28,8 +28,7 @@ constexpr int k_deepest = 16;
 constexpr std::uint32_t k_most_cells = 256;
 // Beside semi-sharp edges nothing is known before they are smooth: cells as small as that are many along an edge.
 constexpr float k_most_sharp_levels = 6;
-// A bound is tight where it is within this of an error that there is.
-constexpr double k_tight = 1.05;
+
 // Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
 constexpr double k_no_error = 1e-7;
 // Of levels that are made as a whole, some 10 MB: most cells of small meshes have norms there, whatever is around them.
@@ -326,7 +325,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             least[w.piece] = std::max(least[w.piece], off.at_points - apart);
             const double most = off.most + rest, sure = least[w.piece];
             const bool exceeds = sure > wanted.floor;
-            const double floor = exceeds && !wanted.decide ? k_tight * sure : wanted.floor;
+            const double floor = exceeds && !wanted.decide ? wanted.tight * sure : wanted.floor;
             if (most <= floor || level >= piece.level + k_deepest)
                 errors[w.piece] = std::max(errors[w.piece], most + rounding_);
             else if (wanted.decide && exceeds)

@@ -17,6 +17,14 @@ namespace tetrakis {
 /// steps (two at least) among them.
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
 
+/// A flat triangle over a part of a root's cell.
+struct SurfacePart {
+    HalfedgeId cell;
+    int level = 0;                              ///< of cells that are as large as the part
+    std::array<std::array<double, 2>, 3> at{};  ///< its corners, in sides of the cell
+    SlidTriangle triangle{};
+};
+
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
 /// triangles and quads. The mesh of a finer level is compared with the triangle point by point of the parameters, and
 /// how far the limit is from that mesh is known by mask norms (CellNormTable); levels are made around a triangle until
@@ -39,6 +47,11 @@ class MaskNormBound final : public SurfaceBound {
 
     using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    /// Bounds of any triangles, whose corners need not be limit points: at most twice an error that there is, or
+    /// `floor`.
+    void estimate_parts(std::span<const SurfacePart> parts, double floor, std::span<double> errors) const {
+        bound(parts, {floor, false, 2}, errors);
+    }
     bool has_fan_bound(FaceId face) const override;
     void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
                        std::span<double> out) const override;
@@ -47,13 +60,7 @@ class MaskNormBound final : public SurfaceBound {
                            double known) const override;
 
   private:
-    /// A flat triangle over a part of a root's cell.
-    struct Piece {
-        HalfedgeId cell;
-        int level = 0;                              ///< of cells that are as large as the piece
-        std::array<std::array<double, 2>, 3> at{};  ///< its corners, in sides of the cell
-        SlidTriangle triangle{};
-    };
+    using Piece = SurfacePart;
     struct Walker;
     class KnownCells;
     struct Level;
@@ -63,8 +70,9 @@ class MaskNormBound final : public SurfaceBound {
 
     /// How well an error is to be known.
     struct Wanted {
-        double floor;  ///< errors up to this need not be tighter
-        bool decide;   ///< errors above it may be lower bounds; else they are tight
+        double floor;         ///< errors up to this need not be tighter
+        bool decide;          ///< errors above it may be lower bounds; else they are tight
+        double tight = 1.05;  ///< bounds are at most this times an error that there is
     };
 
     /// The step to that level, counted from the control mesh.

@@ -129,10 +129,13 @@ Vec3f unit_normal(const Vec3d& n) {
 
 class GlbEncoder {
   public:
-    GlbEncoder(const MeshView& mesh, const RunContext& context)
-        : mesh_(mesh), context_(context), split_(mesh, true), list_(cut_into_triangles(mesh, split_)) {
+    GlbEncoder(const MeshView& mesh, const Box3d& whole, const RunContext& context)
+        : mesh_(mesh),
+          context_(context),
+          split_(mesh, true),
+          list_(cut_into_triangles(mesh, split_)),
+          origin_(glb_origin(whole)) {
         const Box3d box = bounding_box(mesh.positions);
-        origin_ = glb_origin(box);
         const Vec3d reach = glm::max(glm::abs(box.lower - origin_), glm::abs(box.upper - origin_));
         if (!box.empty() && !(std::max({reach.x, reach.y, reach.z}) < std::numeric_limits<float>::max()))
             throw Error(ErrorCode::unsupported, "the coordinates exceed the floats of GLB; write .obj or .ply");
@@ -282,14 +285,14 @@ class GlbEncoder {
     const RunContext& context_;
     SplitVertices split_;
     TriangleList list_;
-    Vec3d origin_{0.0};
+    Vec3d origin_;
     std::uint64_t buffer_bytes_ = 0;
 };
 
 }  // namespace
 
-void encode_glb(const MeshView& mesh, AtomicFile& file, const RunContext& context) {
-    GlbEncoder(mesh, context).write(file);
+void encode_glb(const MeshView& mesh, const Box3d& whole, AtomicFile& file, const RunContext& context) {
+    GlbEncoder(mesh, whole, context).write(file);
 }
 
 }  // namespace detail

@@ -15,7 +15,8 @@ namespace tetrakis::detail {
 
 void encode_obj(const MeshView& mesh, AtomicFile& file, const RunContext& context);
 void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& context);
-void encode_glb(const MeshView& mesh, AtomicFile& file, const RunContext& context);
+/// @param whole  the box whose local origin is used: the mesh's own, or that of a model which it is a part of
+void encode_glb(const MeshView& mesh, const Box3d& whole, AtomicFile& file, const RunContext& context);
 
 static_assert(std::endian::native == std::endian::little, "PLY and GLB are written as the machine's own bytes");
 

@@ -24,7 +24,7 @@ MeshFormat mesh_format(const std::filesystem::path& path) {
 
 namespace {
 
-void encode(AtomicFile& file, const detail::MeshView& view, const RunContext& context) {
+void encode(AtomicFile& file, const detail::MeshView& view, const Box3d& whole, const RunContext& context) {
     const MeshFormat format = mesh_format(file.path());
     view.check();
     with_threads(context, [&] {
@@ -36,7 +36,7 @@ void encode(AtomicFile& file, const detail::MeshView& view, const RunContext& co
                 detail::encode_ply(view, file, context);
                 break;
             case MeshFormat::glb:
-                detail::encode_glb(view, file, context);
+                detail::encode_glb(view, whole, file, context);
                 break;
         }
     });
@@ -53,11 +53,15 @@ void write_whole(const std::filesystem::path& path, const Mesh& mesh, const RunC
 }  // namespace
 
 void write_mesh(AtomicFile& file, const TriangleMesh& mesh, const RunContext& context) {
-    encode(file, detail::MeshView(mesh), context);
+    encode(file, detail::MeshView(mesh), bounding_box(mesh.positions), context);
 }
 
 void write_mesh(AtomicFile& file, const PolygonMesh& mesh, const RunContext& context) {
-    encode(file, detail::MeshView(mesh), context);
+    encode(file, detail::MeshView(mesh), bounding_box(mesh.positions), context);
+}
+
+void write_mesh_part(AtomicFile& file, const TriangleMesh& mesh, const Box3d& whole, const RunContext& context) {
+    encode(file, detail::MeshView(mesh), whole, context);
 }
 
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const RunContext& context) {

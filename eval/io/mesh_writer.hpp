@@ -31,6 +31,10 @@ void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh, cons
 /// The same into a file that the caller commits, alone or together with others (FileSet).
 void write_mesh(AtomicFile& file, const TriangleMesh& mesh, const RunContext& context = {});
 void write_mesh(AtomicFile& file, const PolygonMesh& mesh, const RunContext& context = {});
+/// The same for a part of a model: its GLB has the local origin of the whole, so that vertices which parts share are
+/// the same floats in all of them.
+/// @param whole  the model's box
+void write_mesh_part(AtomicFile& file, const TriangleMesh& mesh, const Box3d& whole, const RunContext& context = {});
 
 /// The local origin of a GLB: its node's translation, exact in float. Zero where the model lies about the origin.
 Vec3d glb_origin(const Box3d& box);

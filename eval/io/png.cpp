@@ -22,19 +22,21 @@
 
 namespace tetrakis {
 
-void write_png(AtomicFile& file, const Image& image) {
+std::string encode_png(const Image& image) {
     if (image.width <= 0 || image.height <= 0 ||
         image.rgb.size() !=
             std::size_t{3} * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
-        throw Error(ErrorCode::invalid_input, "a picture without pixels cannot be written", file.path());
+        throw Error(ErrorCode::invalid_input, "a picture without pixels cannot be written");
     std::string bytes;
     const auto collect = [](void* out, void* data, int size) {
         static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
     };
     if (stbi_write_png_to_func(collect, &bytes, image.width, image.height, 3, image.rgb.data(), 3 * image.width) == 0)
         throw std::bad_alloc();
-    file.write(bytes);
+    return bytes;
 }
+
+void write_png(AtomicFile& file, const Image& image) { file.write(encode_png(image)); }
 
 void write_png(const std::filesystem::path& path, const Image& image) {
     AtomicFile file(path);  // before the encoding: a directory that is missing is known at once

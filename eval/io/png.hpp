@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace tetrakis {
@@ -18,5 +19,8 @@ struct Image {
 void write_png(const std::filesystem::path& path, const Image& image);
 /// The same into a file that the caller commits.
 void write_png(AtomicFile& file, const Image& image);
+
+/// The bytes of a PNG. @throws Error invalid_input: a picture without pixels
+std::string encode_png(const Image& image);
 
 }  // namespace tetrakis

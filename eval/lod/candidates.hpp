@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 /// The diamonds that a view may split or merge, each listed twice: by how urgent that is, in buckets, and by how far
 /// the camera can move before it has to be looked at again. All of it is O(1), but that a candidate is sorted anew a
@@ -220,4 +220,4 @@ class Candidates {
     std::size_t next_ = 0;
 };
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

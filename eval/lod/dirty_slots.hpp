@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 /// Slots of a buffer that have changed.
 class DirtySlots {
@@ -30,7 +30,7 @@ class DirtySlots {
                 visit(static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(word)));
     }
     /// All of them in at most so many ranges, between which the gaps are the largest; none is dirty afterwards.
-    void take_ranges(std::uint32_t most, std::vector<Update::Range>& ranges) {
+    void take_ranges(std::uint32_t most, std::vector<lod::Update::Range>& ranges) {
         // A gap of a few slots costs less than another range.
         constexpr std::uint32_t k_gap = 3;
         ranges.clear();
@@ -69,4 +69,4 @@ class DirtySlots {
     std::vector<std::uint32_t> gaps_;
 };
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

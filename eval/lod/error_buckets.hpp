@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 // Errors are counted in multiples of the budget's pixels, four buckets to a doubling.
 inline constexpr int k_buckets_a_doubling = 4, k_limit_bucket = 48;
@@ -30,4 +30,4 @@ inline int bucket_of(double error) {
     return octave + (error >= edge_of(octave + 1)) + (error >= edge_of(octave + 2)) + (error >= edge_of(octave + 3));
 }
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-namespace tetrakis::lod::detail {
+namespace tetrakis::detail {
 
 /// The camera as decisions need it.
 struct Eye {
@@ -15,7 +15,7 @@ struct Eye {
     std::array<Vec3d, 4> planes{};  ///< the frustum's sides: inward, of length one
     double pixels = 0;              ///< of something of length 1 at distance 1
 
-    explicit Eye(const Camera& camera) : at(camera.eye), forward(glm::normalize(camera.direction)) {
+    explicit Eye(const lod::Camera& camera) : at(camera.eye), forward(glm::normalize(camera.direction)) {
         right = glm::cross(forward, camera.up);
         if (!(glm::length(right) > 1e-9 * glm::length(camera.up)))
             right = glm::cross(forward, std::abs(forward.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0));
@@ -33,4 +33,4 @@ struct Eye {
     }
 };
 
-}  // namespace tetrakis::lod::detail
+}  // namespace tetrakis::detail

@@ -5,7 +5,10 @@
 #include "../../hier/mesh/control_mesh.hpp"
 
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <span>
+#include <vector>
 
 namespace tetrakis::lod {
 
@@ -38,7 +41,8 @@ class Surface {
   public:
     virtual ~Surface() = default;
 
-    /// One root (v, w, centre) per half-edge of a face that is no hole.
+    /// One root (v, w, centre) per half-edge of a face that is no hole. Their positions do not count, but for the size
+    /// of their box, which is to be about the surface's.
     virtual const ControlMesh& roots() const = 0;
     /// Triangles of this depth are not split: the surface is all there. At most k_max_bisection_depth.
     virtual int max_depth() const = 0;
@@ -49,6 +53,12 @@ class Surface {
     /// @param bounds  as many
     virtual void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const = 0;
 
+    /// Where a ray meets the finest triangles first, from either side: at origin + result * direction. Nothing if it
+    /// does not, or farther than `farthest`. About O(max_depth()).
+    /// @param direction  of any length but zero
+    virtual std::optional<double> hit(const Vec3d& origin, const Vec3d& direction,
+                                      double farthest = std::numeric_limits<double>::infinity()) const;
+
   protected:
     Surface() = default;
     Surface(const Surface&) = default;
@@ -56,5 +66,9 @@ class Surface {
     Surface& operator=(const Surface&) = default;
     Surface& operator=(Surface&&) = default;
 };
+
+/// Places of the full surface, for a look at how far a view is from it: random points of its finest lattice, as many in
+/// each corner cell on average. The same for the same arguments.
+std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, std::uint64_t seed = 1);
 
 }  // namespace tetrakis::lod

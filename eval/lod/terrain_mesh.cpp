@@ -25,10 +25,15 @@ using detail::k_grid_unit;
 using detail::middle;
 using detail::sampled;
 
-void check(double max_error) {
-    if (!(max_error >= 0 && std::isfinite(max_error)))
+void check(const HeightGrid& grid, const TerrainOptions& options) {
+    if (!(options.max_error >= 0 && std::isfinite(options.max_error)))
         throw Error(ErrorCode::invalid_input,
-                    fmt::format("a largest error of {}; it has to be zero or a positive number", max_error));
+                    fmt::format("a largest error of {}; it has to be zero or a positive number", options.max_error));
+    const auto [across, down] = options.tiles;
+    if (across < 1 || down < 1 || across >= grid.columns || down >= grid.rows)
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("{} x {} tiles; a grid of {} x {} samples can have 1 x 1 to {} x {}", across, down,
+                                grid.columns, grid.rows, grid.columns - 1, grid.rows - 1));
 }
 
 /// A power of two: into how many roots the longer side is cut, so that they are about square; none has no width.
@@ -38,29 +43,36 @@ std::uint32_t roots_along(double longer, double shorter) {
     return count;
 }
 
-/// The quads that a grid is cut into.
+/// The quads that a grid is cut into, tile by tile.
 struct Roots {
     ControlMesh mesh;
+    std::uint32_t faces_of_tile = 1;
     std::vector<std::array<std::int32_t, 2>> places;  ///< of its vertices, then of its faces' centres
 };
 
-Roots roots_of(const HeightGrid& grid) {
-    const std::uint32_t width = grid.columns - 1, height = grid.rows - 1;
-    const std::uint32_t across = roots_along(width, height), down = roots_along(height, width);
-    std::vector<std::int32_t> xs{0, static_cast<std::int32_t>(width)}, ys{0, static_cast<std::int32_t>(height)};
-    const auto halve = [](std::vector<std::int32_t>& cuts, std::uint32_t count) {
-        while (cuts.size() - 1 < count) {
-            std::vector<std::int32_t> finer{cuts[0]};
-            for (std::size_t i = 1; i < cuts.size(); ++i) {
-                finer.push_back((cuts[i - 1] + cuts[i]) / 2);
-                finer.push_back(cuts[i]);
-            }
-            cuts = std::move(finer);
+/// Where an axis is cut: at the borders of the tiles, and inside each tile, which is halved until it has `parts` parts.
+/// @param parts  a power of two
+std::vector<std::int32_t> cuts_of(std::uint32_t length, std::uint32_t tiles, std::uint32_t parts) {
+    std::vector<std::int32_t> cuts;
+    for (std::uint32_t t = 0; t <= tiles; ++t)
+        cuts.push_back(static_cast<std::int32_t>(std::uint64_t{t} * length / tiles));
+    for (; parts > 1; parts /= 2) {
+        std::vector<std::int32_t> finer{cuts[0]};
+        for (std::size_t i = 1; i < cuts.size(); ++i) {
+            finer.push_back((cuts[i - 1] + cuts[i]) / 2);
+            finer.push_back(cuts[i]);
         }
-    };
-    halve(xs, across);
-    halve(ys, down);
-    const auto columns = static_cast<std::uint32_t>(xs.size()), rows = static_cast<std::uint32_t>(ys.size());
+        cuts = std::move(finer);
+    }
+    return cuts;
+}
+
+Roots roots_of(const HeightGrid& grid, const std::array<std::uint32_t, 2>& tiles) {
+    const std::uint32_t width = (grid.columns - 1) / tiles[0], height = (grid.rows - 1) / tiles[1];
+    const std::uint32_t across = roots_along(width, height), down = roots_along(height, width);
+    const std::vector<std::int32_t> xs = cuts_of(grid.columns - 1, tiles[0], across),
+                                    ys = cuts_of(grid.rows - 1, tiles[1], down);
+    const auto columns = static_cast<std::uint32_t>(xs.size());
     ControlMeshData data;
     std::vector<std::array<std::int32_t, 2>> places;
     for (const std::int32_t y : ys)
@@ -69,16 +81,28 @@ Roots roots_of(const HeightGrid& grid) {
             data.positions.emplace_back(x, -y, 0);
         }
     data.face_offsets = {0};
-    for (std::uint32_t r = 0; r + 1 < rows; ++r)
-        for (std::uint32_t c = 0; c + 1 < columns; ++c) {
-            const std::uint32_t v = r * columns + c;
-            for (const std::uint32_t corner : {v, v + columns, v + columns + 1, v + 1})
-                data.face_vertices.push_back(corner);
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-            const auto &p = places[v], &q = places[v + columns + 1];
-            places.push_back({middle(p[0], q[0]), middle(p[1], q[1])});
-        }
-    return {ControlMesh::build(std::move(data)), std::move(places)};
+    for (std::uint32_t face = 0; face < tiles[0] * tiles[1] * across * down; ++face) {
+        const std::uint32_t tile = face / (across * down), part = face % (across * down);
+        const std::uint32_t c = tile % tiles[0] * across + part % across, r = tile / tiles[0] * down + part / across;
+        const std::uint32_t v = r * columns + c;
+        for (const std::uint32_t corner : {v, v + columns, v + columns + 1, v + 1})
+            data.face_vertices.push_back(corner);
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+        const auto &p = places[v], &q = places[v + columns + 1];
+        places.push_back({middle(p[0], q[0]), middle(p[1], q[1])});
+    }
+    return {ControlMesh::build(std::move(data)), across * down, std::move(places)};
+}
+
+/// The mean of each vertex's triangles, by their areas.
+void add_normals(TriangleMesh& mesh) {
+    mesh.normals.assign(mesh.positions.size(), Vec3d(0));
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Vec3d &p = mesh.positions[a], &q = mesh.positions[b], &r = mesh.positions[c];
+        const Vec3d twice_area = glm::cross(q - p, r - p);
+        for (const std::uint32_t v : {a, b, c}) mesh.normals[v] += twice_area;
+    }
+    for (Vec3d& normal : mesh.normals) normal = glm::normalize(normal);
 }
 
 class TerrainRefinement {
@@ -150,11 +174,16 @@ class TerrainRefinement {
         }
     }
 
-    Terrain result(bool y_up) const {
+    /// @param faces_of_tile  how many faces of the roots a tile has
+    Terrain result(bool y_up, std::uint32_t faces_of_tile) const {
         context_.report("output", 0.9);
         ExportedTriangles exported = forest_.exported();
         Terrain terrain;
         terrain.mesh.triangles = std::move(exported.triangles);
+        for (std::uint32_t face = 0; face <= forest_.mesh().face_count(); face += faces_of_tile) {
+            const auto first = std::lower_bound(exported.faces.begin(), exported.faces.end(), FaceId(face));
+            terrain.first_triangle.push_back(static_cast<std::uint32_t>(first - exported.faces.begin()));
+        }
         terrain.mesh.positions.resize(exported.points.size());
         for_each_index(static_cast<std::uint32_t>(exported.points.size()), [&](std::uint32_t i) {
             const GridVertex& v = vertices_[exported.points[i].value];
@@ -418,14 +447,34 @@ class TerrainRefinement {
 
 Terrain terrain_mesh(const HeightGrid& grid, const TerrainOptions& options) {
     detail::check_surface(grid);
-    check(options.max_error);
+    check(grid, options);
     return with_threads(options.context, [&] {
-        const Roots roots = roots_of(grid);
+        const Roots roots = roots_of(grid, options.tiles);
         TerrainRefinement refinement(grid, roots, options);
         refinement.refine();
         refinement.merge();
-        return refinement.result(options.y_up);
+        Terrain terrain = refinement.result(options.y_up, roots.faces_of_tile);
+        if (options.normals) add_normals(terrain.mesh);
+        return terrain;
     });
+}
+
+TriangleMesh terrain_tile(const Terrain& terrain, std::size_t tile) {
+    TriangleMesh mesh;
+    mesh.triangles.assign(terrain.mesh.triangles.begin() + terrain.first_triangle[tile],
+                          terrain.mesh.triangles.begin() + terrain.first_triangle[tile + 1]);
+    std::vector<std::uint32_t> used;
+    for (const auto& triangle : mesh.triangles) used.insert(used.end(), triangle.begin(), triangle.end());
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    for (auto& triangle : mesh.triangles)
+        for (std::uint32_t& v : triangle)
+            v = static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
+    for (const std::uint32_t v : used) {
+        mesh.positions.push_back(terrain.mesh.positions[v]);
+        if (!terrain.mesh.normals.empty()) mesh.normals.push_back(terrain.mesh.normals[v]);
+    }
+    return mesh;
 }
 
 }  // namespace tetrakis

@@ -18,8 +18,8 @@ using detail::GridTriangle;
 using detail::GridVertex;
 using detail::in_samples;
 using detail::k_grid_unit;
+using detail::LatticeDiamond;
 
-constexpr int k_codes_a_doubling = 6;
 constexpr int k_log_cell = 3;  // of the finest cells whose heights are known
 constexpr std::uint32_t k_most_roots = 64;
 
@@ -55,42 +55,6 @@ std::vector<std::int32_t> lines(std::uint32_t length, int log_side) {
 }
 
 }  // namespace
-
-/// The two triangles over an edge, by their places.
-struct TerrainSurface::Diamond {
-    LatticePlace middle;
-    std::int32_t step = 0;   ///< of the finest squares of which the middle is a corner
-    bool is_centre = false;  ///< of a square with four corners, `step` away along both axes; else `step` along one
-    std::array<LatticePlace, 2> ends{}, apexes{};
-
-    explicit Diamond(LatticePlace p) : middle(p), step(1 << std::countr_zero(static_cast<std::uint32_t>(p.x | p.y))) {
-        const bool odd_x = (p.x & step) != 0, odd_y = (p.y & step) != 0;
-        const std::int32_t s = step;
-        is_centre = odd_x && odd_y;
-        if (is_centre) {
-            // The base is the diagonal from the centre of the next larger squares.
-            const auto is_end = [&](std::int32_t x, std::int32_t y) { return (x & 2 * s) != 0 && (y & 2 * s) != 0; };
-            const bool falls = is_end(p.x - s, p.y - s) || is_end(p.x + s, p.y + s);
-            ends = {{{p.x - s, falls ? p.y - s : p.y + s}, {p.x + s, falls ? p.y + s : p.y - s}}};
-            apexes = {{{p.x - s, falls ? p.y + s : p.y - s}, {p.x + s, falls ? p.y - s : p.y + s}}};
-        } else {
-            const LatticePlace along{odd_x ? s : 0, odd_x ? 0 : s}, aside{along.y, along.x};
-            ends = {{{p.x - along.x, p.y - along.y}, {p.x + along.x, p.y + along.y}}};
-            apexes = {{{p.x - aside.x, p.y - aside.y}, {p.x + aside.x, p.y + aside.y}}};
-        }
-    }
-    /// Middles of the diamonds that have to be split for this one to be: those by which its apexes came to be.
-    const std::array<LatticePlace, 2>& parents() const { return apexes; }
-    /// Middles of the diamonds that a split makes possible.
-    std::array<LatticePlace, 4> children() const {
-        const auto [x, y] = middle;
-        const std::int32_t s = step, h = step / 2;
-        if (is_centre) return {{{x - s, y}, {x + s, y}, {x, y - s}, {x, y + s}}};
-        return {{{x - h, y - h}, {x + h, y - h}, {x - h, y + h}, {x + h, y + h}}};
-    }
-    /// What it and all diamonds that it can become lie in: so many steps around the middle, along both axes.
-    std::int32_t reach() const { return (is_centre ? 3 : 2) * step; }
-};
 
 TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : grid_(std::move(grid)) {
     detail::check_surface(grid_);
@@ -190,16 +154,14 @@ void TerrainSurface::set_heights() {
 
 void TerrainSurface::set_errors(const RunContext& context) {
     const Heights all = heights_.back().cells[0];
-    // The last code is for errors beyond the range of all heights, which nesting can lead to.
-    const double largest = 2 * (double{all.high} - double{all.low});
-    error_of_code_[0] = 0;
-    for (int i = 1; i < 256; ++i)
-        error_of_code_[i] = static_cast<float>(largest * std::exp2(double(i - 255) / k_codes_a_doubling));
+    // Nesting can lead to errors beyond the range of all heights.
+    const double largest = double{all.high} - double{all.low};
+    lengths_ = detail::ByteLengths(largest, 2 * largest);
     codes_.assign(xs_.size() * ys_.size(), 0);
     const auto last_x = static_cast<std::int32_t>(xs_.size() - 1), last_y = static_cast<std::int32_t>(ys_.size() - 1);
-    const int nesting = static_cast<int>(std::ceil(std::log2(k_error_ratio) * k_codes_a_doubling));
+    const int nesting = static_cast<int>(std::ceil(std::log2(k_error_ratio) * detail::ByteLengths::k_a_doubling));
     const auto set = [&](std::int32_t x, std::int32_t y) {
-        const Diamond diamond({x, y});
+        const LatticeDiamond diamond({x, y});
         int worst = 0;
         if (diamond.is_centre || diamond.step > 1)
             for (const auto& child : diamond.children())
@@ -211,10 +173,11 @@ void TerrainSurface::set_errors(const RunContext& context) {
         } else {
             // Squares of two steps have lines in their middles: the finer triangles are at most this far away.
             const auto [a, b] = diamond.ends;
-            error = std::abs(height(diamond.middle) - (height(a) + height(b)) / 2) + double{error_of_code_[worst]};
+            error = std::abs(height(diamond.middle) - (height(a) + height(b)) / 2) +
+                    lengths_.length(static_cast<std::uint8_t>(worst));
         }
-        codes_[code_index({x, y})] =
-            static_cast<std::uint8_t>(std::min(255, std::max(int{code_of(error)}, worst == 0 ? 0 : worst + nesting)));
+        codes_[code_index({x, y})] = static_cast<std::uint8_t>(
+            std::min(255, std::max(int{lengths_.code(error)}, worst == 0 ? 0 : worst + nesting)));
     };
     const std::int32_t half = 1 << (log_side_ - 1);
     for (std::int32_t s = 1; s <= half; s *= 2) {
@@ -239,7 +202,7 @@ void TerrainSurface::set_errors(const RunContext& context) {
     }
 }
 
-double TerrainSurface::exact_error(const Diamond& diamond) const {
+double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
     const auto vertex = [&](LatticePlace p) {
         return detail::sampled(grid_, xs_[static_cast<std::size_t>(p.x)], ys_[static_cast<std::size_t>(p.y)]);
     };
@@ -255,14 +218,6 @@ double TerrainSurface::exact_error(const Diamond& diamond) const {
     return error;
 }
 
-std::uint8_t TerrainSurface::code_of(double error) const {
-    if (error == 0) return 0;
-    const double steps = 255 + k_codes_a_doubling * std::log2(error / double{error_of_code_[255]});
-    int code = std::clamp(static_cast<int>(std::ceil(steps)), 1, 255);
-    if (code < 255 && double{error_of_code_[code]} < error) ++code;  // rounding
-    return static_cast<std::uint8_t>(code);
-}
-
 double TerrainSurface::height(LatticePlace p) const {
     return detail::sampled(grid_, xs_[static_cast<std::size_t>(p.x)], ys_[static_cast<std::size_t>(p.y)]).z;
 }
@@ -275,7 +230,7 @@ double TerrainSurface::north_of(std::int32_t row) const {
 }
 Vec3d TerrainSurface::position(LatticePlace p) const { return {east_of(p.x), north_of(p.y), height(p)}; }
 
-TerrainSurface::LatticePlace TerrainSurface::lattice_place(const Site& site) const {
+detail::LatticePlace TerrainSurface::lattice_place(const Site& site) const {
     const Frame& frame = frames_[site.root.value];
     const int shift = log_side_ - 1 - site.level;
     const auto x = static_cast<std::int32_t>(site.at.x << shift), y = static_cast<std::int32_t>(site.at.y << shift);
@@ -293,7 +248,7 @@ void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places
         const bool fixed =
             ((p.x | p.y) & (2 * half - 1)) == 0 || ((p.x & p.y & half) != 0 && ((p.x | p.y) & (half - 1)) == 0);
         if (!fixed) {
-            const Diamond diamond(p);
+            const LatticeDiamond diamond(p);
             const Vec3d a = position(diamond.ends[0]), b = position(diamond.ends[1]), along = b - a;
             // The place's foot on the edge, on the ground.
             const double t = ((place.position.x - a.x) * along.x + (place.position.y - a.y) * along.y) /
@@ -433,7 +388,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     for (const Site& site : sites) __builtin_prefetch(codes_.data() + code_index(lattice_place(site)));
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const LatticePlace p = lattice_place(sites[i]);
-        const Diamond diamond(p);
+        const LatticeDiamond diamond(p);
         const std::int32_t reach = diamond.reach();
         const std::int32_t x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, last_x),
                            y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, last_y);
@@ -451,7 +406,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
             last(east_of(x1), north_of(y0), double{range.high});
         bounds[i].center = (first + last) / 2.0;
         bounds[i].half_sides = (last - first) / 2.0;
-        bounds[i].error = double{error_of_code_[code(p)]};
+        bounds[i].error = lengths_.length(code(p));
     }
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
+#include "byte_lengths.hpp"
 #include "height_grid.hpp"
+#include "lattice_diamond.hpp"
 #include "surface.hpp"
 
 #include <array>
@@ -34,11 +36,8 @@ class TerrainSurface final : public Surface {
         Vec3d normal{};  ///< of the triangle there: of length one, upwards
     };
     std::optional<GroundPoint> at(const Vec2d& place) const;
-    /// Where a ray meets the surface first, from above or below: at origin + result * direction. Nothing if it does
-    /// not, or farther than `farthest`. About O(log samples).
-    /// @param direction  of any length but zero
     std::optional<double> hit(const Vec3d& origin, const Vec3d& direction,
-                              double farthest = std::numeric_limits<double>::infinity()) const;
+                              double farthest = std::numeric_limits<double>::infinity()) const override;
 
     const ControlMesh& roots() const override { return roots_; }
     int max_depth() const override { return 2 * log_side_ - 1; }
@@ -47,10 +46,7 @@ class TerrainSurface final : public Surface {
 
   private:
     /// Of the lattice that all roots have together: x to the east, y to the south; 2^log_side_ steps a root.
-    struct LatticePlace {
-        std::int32_t x = 0, y = 0;
-    };
-    struct Diamond;
+    using LatticePlace = detail::LatticePlace;
     struct Heights {
         float low, high;
     };
@@ -64,14 +60,13 @@ class TerrainSurface final : public Surface {
     void set_heights();
     void set_errors(const RunContext& context);
     LatticePlace lattice_place(const Site& site) const;
-    double exact_error(const Diamond& diamond) const;
+    double exact_error(const detail::LatticeDiamond& diamond) const;
     double height(LatticePlace p) const;
     Vec3d position(LatticePlace p) const;
     std::size_t code_index(LatticePlace p) const {
         return static_cast<std::size_t>(p.y) * xs_.size() + static_cast<std::size_t>(p.x);
     }
     std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
-    std::uint8_t code_of(double error) const;
     /// The plane over the finest triangle of a square of the lattice: height = at + slopes * (place - corner).
     struct Plane {
         Vec2d corner, slopes;
@@ -96,9 +91,9 @@ class TerrainSurface final : public Surface {
         std::array<std::int8_t, 4> axes;  ///< x of its x, y of its x, x of its y, y of its y
     };
     std::vector<Frame> frames_;
-    std::vector<std::int32_t> xs_, ys_;     ///< of the lattice's columns and rows: places in the grid (GridVertex)
-    std::vector<std::uint8_t> codes_;       ///< errors of the diamonds of the lattice's points, as exponents
-    std::array<float, 256> error_of_code_;  ///< 0, then six steps to a doubling
+    std::vector<std::int32_t> xs_, ys_;  ///< of the lattice's columns and rows: places in the grid (GridVertex)
+    std::vector<std::uint8_t> codes_;    ///< errors of the diamonds of the lattice's points
+    detail::ByteLengths lengths_;
     std::vector<HeightLevel> heights_;
 };
 

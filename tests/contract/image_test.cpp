@@ -1,6 +1,8 @@
+#include "../../eval/io/animated_png.hpp"
 #include "../../eval/io/png.hpp"
 #include "../../eval/surface/height_image.hpp"
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/files.hpp"
 
 #include "../kit/scratch_dir.hpp"
 
@@ -12,6 +14,50 @@
 #include <vector>
 
 using namespace tetrakis;
+
+namespace {
+
+std::uint32_t number_at(const std::string& bytes, std::size_t at) {
+    std::uint32_t number = 0;
+    for (std::size_t i = at; i < at + 4; ++i) number = number << 8 | static_cast<std::uint8_t>(bytes[i]);
+    return number;
+}
+
+std::string network_bytes(std::uint32_t number) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift & 0xFF);
+    return bytes;
+}
+
+/// The remainder of the bits, least significant first, by the polynomial of PNG's checksums; bit by bit.
+std::uint32_t checksum(const std::string& bytes) {
+    std::uint32_t remainder = ~0u;
+    for (const char c : bytes)
+        for (int bit = 0; bit < 8; ++bit) {
+            const bool odd = ((remainder ^ static_cast<std::uint8_t>(c) >> bit) & 1) != 0;
+            remainder = remainder >> 1 ^ (odd ? 0xEDB88320u : 0u);
+        }
+    return ~remainder;
+}
+
+struct Chunk {
+    std::string type, data;
+};
+std::vector<Chunk> chunks_of(const std::string& png) {
+    std::vector<Chunk> chunks;
+    REQUIRE(png.substr(0, 8) == "\x89PNG\r\n\x1A\n");
+    for (std::size_t at = 8; at < png.size();) {
+        REQUIRE(at + 12 <= png.size());
+        const std::size_t length = number_at(png, at);
+        REQUIRE(at + 12 + length <= png.size());
+        CHECK(number_at(png, at + 8 + length) == checksum(png.substr(at + 4, 4 + length)));
+        chunks.push_back({png.substr(at + 4, 4), png.substr(at + 8, length)});
+        at += 12 + length;
+    }
+    return chunks;
+}
+
+}  // namespace
 
 TEST_SUITE_BEGIN("contract");
 
@@ -44,6 +90,62 @@ TEST_CASE("height images: PNG round trip, bilinear samples, wrapping") {
     const HeightImage deep = load_height_image(dir / "h.pgm");
     CHECK(deep.values[1] > deep.values[0]);
     CHECK(deep.values[0] == doctest::Approx(0x8000 / 65535.0).epsilon(1e-6));
+}
+
+TEST_CASE("animated PNG: the frames have the pixels of their pictures, in order") {
+    const ScratchDir dir;
+    constexpr int k_width = 50, k_height = 30, k_frames = 5;
+    std::vector<Image> images(k_frames, Image{k_width, k_height, {}});
+    for (int i = 0; i < k_frames; ++i)
+        for (int pixel = 0; pixel < k_width * k_height; ++pixel)
+            images[i].rgb.insert(images[i].rgb.end(), 3, static_cast<std::uint8_t>(pixel * (i + 3) / 7));
+    AtomicFile file(dir / "a.png");
+    write_animated_png(file, images, 12);
+    file.commit();
+    const std::vector<Chunk> chunks = chunks_of(slurp(dir / "a.png"));
+    REQUIRE(chunks.size() == 3 + 2 * k_frames);
+    const std::string header = chunks[0].data;
+    CHECK(number_at(header, 0) == k_width);
+    CHECK(number_at(header, 4) == k_height);
+    CHECK(chunks[1].type == "acTL");
+    CHECK(number_at(chunks[1].data, 0) == k_frames);
+    CHECK(number_at(chunks[1].data, 4) == 0);  // for ever
+    CHECK(chunks.back().type == "IEND");
+    std::uint32_t sequence = 0;
+    for (int i = 0; i < k_frames; ++i) {
+        CAPTURE(i);
+        const Chunk &control = chunks[2 + 2 * i], &pixels = chunks[3 + 2 * i];
+        CHECK(control.type == "fcTL");
+        REQUIRE(control.data.size() == 26);
+        CHECK(number_at(control.data, 0) == sequence++);
+        CHECK(number_at(control.data, 4) == k_width);
+        CHECK(number_at(control.data, 8) == k_height);
+        CHECK(number_at(control.data, 20) == (1 << 16 | 12));
+        CHECK(pixels.type == (i == 0 ? "IDAT" : "fdAT"));
+        if (i > 0) CHECK(number_at(pixels.data, 0) == sequence++);
+        // A frame as a picture of its own.
+        const std::string body = "IDAT" + pixels.data.substr(i == 0 ? 0 : 4);
+        const std::string bytes = slurp(dir / "a.png");
+        const std::size_t header_end = 8 + 12 + header.size(), end_mark = 12;
+        spill(dir / "frame.png", bytes.substr(0, header_end) +
+                                     network_bytes(static_cast<std::uint32_t>(body.size() - 4)) + body +
+                                     network_bytes(checksum(body)) + bytes.substr(bytes.size() - end_mark));
+        const HeightImage frame = load_height_image(dir / "frame.png");
+        REQUIRE(frame.values.size() == images[i].rgb.size() / 3);
+        for (std::size_t pixel = 0; pixel < frame.values.size(); ++pixel)
+            REQUIRE(frame.values[pixel] == doctest::Approx(images[i].rgb[3 * pixel] / 255.0).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("[bad-input] animations that are none") {
+    const ScratchDir dir;
+    AtomicFile file(dir / "a.png");
+    const Image small{1, 1, std::vector<std::uint8_t>(3)}, wide{2, 1, std::vector<std::uint8_t>(6)};
+    CHECK_THROWS_AS(write_animated_png(file, {}, 12), Error);
+    CHECK_THROWS_AS(write_animated_png(file, std::vector{small, wide}, 12), Error);
+    CHECK_THROWS_AS(write_animated_png(file, std::vector{small}, 0), Error);
+    CHECK_THROWS_AS(write_animated_png(file, std::vector{Image{}}, 12), Error);
+    CHECK(dir.file_count() == 1);  // its temporary name
 }
 
 TEST_CASE("[bad-input] pictures that are none") {

@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 
 #include "../kit/height_grids.hpp"
+#include "../kit/judged_terrain.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include <doctest/doctest.h>
@@ -26,49 +27,13 @@ using namespace tetrakis::test;
 
 namespace {
 
-/// What a mesh is of a grid, found without anything of the library's.
-struct Judged {
-    double largest_error = 0, area = 0;
-    std::size_t unseen = 0;  ///< samples that no triangle lies over
-    std::size_t turned = 0;  ///< triangles that are clockwise or have no area
-};
-Judged judge(const TriangleMesh& mesh, const HeightGrid& grid) {
-    Judged judged;
-    std::vector<char> seen(grid.heights.size(), 0);
-    for (const auto& triangle : mesh.triangles) {
-        std::array<Vec3d, 3> p;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3d& at = mesh.positions[triangle[k]];
-            p[k] = {(at.x - grid.origin.x) / grid.spacing.x, (grid.origin.y - at.y) / grid.spacing.y, at.z};
-        }
-        const auto twice = [](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-            return (c.x - a.x) * (b.y - a.y) - (b.x - a.x) * (c.y - a.y);  // y is to the south
-        };
-        const double area = twice(p[0], p[1], p[2]);
-        judged.area += area / 2;
-        if (!(area > 0)) ++judged.turned;
-        const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
-        const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
-        for (double y = std::ceil(y0); y <= y1; ++y)
-            for (double x = std::ceil(x0); x <= x1; ++x) {
-                const Vec3d at(x, y, 0);
-                const double a = twice(at, p[1], p[2]), b = twice(p[0], at, p[2]), c = area - a - b;
-                if (a < 0 || b < 0 || c < 0) continue;
-                const auto column = static_cast<std::uint32_t>(x), row = static_cast<std::uint32_t>(y);
-                seen[row * std::size_t{grid.columns} + column] = 1;
-                const double height = (a * p[0].z + b * p[1].z + c * p[2].z) / area;
-                judged.largest_error = std::max(judged.largest_error, std::abs(height - double{grid.at(column, row)}));
-            }
-    }
-    judged.unseen = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 0));
-    return judged;
-}
-
-void check_terrain(const HeightGrid& grid, double max_error) {
+void check_terrain(const HeightGrid& grid, double max_error, std::array<std::uint32_t, 2> tiles = {1, 1}) {
     CAPTURE(grid.columns);
     CAPTURE(grid.rows);
     CAPTURE(max_error);
-    const Terrain terrain = terrain_mesh(grid, {.max_error = max_error, .context = {.threads = 2, .progress = {}}});
+    CAPTURE(tiles);
+    const Terrain terrain =
+        terrain_mesh(grid, {.max_error = max_error, .tiles = tiles, .context = {.threads = 2, .progress = {}}});
     const Judged judged = judge(terrain.mesh, grid);
     float highest = 1;
     for (const float height : grid.heights) highest = std::max(highest, std::abs(height));
@@ -83,6 +48,18 @@ void check_terrain(const HeightGrid& grid, double max_error) {
     CHECK(disc.euler == 1);
     CHECK(disc.boundary_loops == 1);
     for (const Vec3d& p : terrain.mesh.positions) REQUIRE(p.z == double{static_cast<float>(p.z)});
+    REQUIRE(terrain.first_triangle.size() == tiles[0] * tiles[1] + 1);
+    CHECK(terrain.first_triangle.front() == 0);
+    CHECK(terrain.first_triangle.back() == terrain.mesh.triangles.size());
+    for (std::uint32_t t = 0; t < tiles[0] * tiles[1]; ++t) {
+        const TriangleMesh tile = terrain_tile(terrain, t);
+        const std::uint32_t c = t % tiles[0], r = t / tiles[0];
+        const Box3d box = bounding_box(tile.positions);
+        REQUIRE(box.lower.x == c * (grid.columns - 1) / tiles[0]);
+        REQUIRE(box.upper.x == (c + 1) * (grid.columns - 1) / tiles[0]);
+        REQUIRE(-box.upper.y == r * (grid.rows - 1) / tiles[1]);
+        REQUIRE(-box.lower.y == (r + 1) * (grid.rows - 1) / tiles[1]);
+    }
 }
 
 }  // namespace
@@ -96,6 +73,28 @@ TEST_CASE("terrain: every sample is within the tolerance, whatever the grid's si
     unsigned seed = 0;
     for (const auto& [columns, rows] : sizes)
         for (const double max_error : {0.0, 0.05, 1.0, 20.0}) check_terrain(rough(columns, rows, ++seed), max_error);
+}
+
+TEST_CASE("terrain: tiles of any number are one mesh without cracks, and none crosses its borders") {
+    const HeightGrid grid = rough(100, 70, 3);
+    for (const double max_error : {0.0, 1.0, 50.0}) {
+        for (const std::array<std::uint32_t, 2> tiles : {std::array{2u, 1u}, {1u, 5u}, {7u, 3u}, {50u, 2u}, {99u, 69u}})
+            check_terrain(grid, max_error, tiles);
+        check_terrain(rough(2, 40, 4), max_error, {1, 39});
+        check_terrain(rough(65, 8, 5), max_error, {3, 7});
+    }
+}
+
+TEST_CASE("terrain: tiles have the normals of the whole, which are the slope's on a plane") {
+    const HeightGrid plane = grid_of(33, 33, [](double c, double r) { return 2 * c - r; });
+    for (const bool y_up : {false, true}) {
+        const Terrain terrain = terrain_mesh(plane, {.max_error = 0, .y_up = y_up, .normals = true, .tiles = {4, 4}});
+        const Vec3d up = glm::normalize(Vec3d(-2, -1, 1)), expected = y_up ? Vec3d(up.x, up.z, -up.y) : up;
+        REQUIRE(terrain.mesh.normals.size() == terrain.mesh.positions.size());
+        for (const Vec3d& normal : terrain.mesh.normals) REQUIRE(glm::length(normal - expected) < 1e-12);
+        CHECK(terrain_tile(terrain, 5).normals.size() == terrain_tile(terrain, 5).positions.size());
+    }
+    CHECK(terrain_mesh(plane).mesh.normals.empty());
 }
 
 TEST_CASE("terrain: noise, a spike, a cliff") {
@@ -232,6 +231,8 @@ TEST_CASE("[bad-input] terrain: grids and tolerances that are none") {
         bad.spacing.y = spacing;
         CHECK(fault(bad, 1).find("spacing") != std::string::npos);
     }
+    for (const std::array<std::uint32_t, 2> tiles : {std::array{0u, 1u}, {1u, 0u}, {5u, 1u}, {1u, 4u}})
+        CHECK_THROWS_WITH_AS(terrain_mesh(good, {.tiles = tiles}), doctest::Contains("can have 1 x 1 to 4 x 3"), Error);
     for (const double max_error : {-1.0, std::nan(""), std::numeric_limits<double>::infinity()})
         CHECK(fault(good, max_error).find("largest error") != std::string::npos);
 }

@@ -63,6 +63,47 @@ TEST_CASE("capi: a view is the C++ one's, byte for byte") {
     tetrakis_free_surface(c_surface);
 }
 
+TEST_CASE("capi: planets and subdivision surfaces, and rays that meet what is shown") {
+    std::vector<float> heights;
+    for (int i = 0; i < 32 * 16; ++i) heights.push_back(static_cast<float>(0.5 * std::sin(i)));
+    tetrakis_surface* planet = nullptr;
+    REQUIRE(tetrakis_make_planet(heights.data(), 32, 16, 10, 0, &planet) == TETRAKIS_OK);
+    tetrakis_control_mesh* control = nullptr;
+    REQUIRE(tetrakis_load_control_mesh(cli::data("cube.obj").c_str(), &control) == TETRAKIS_OK);
+    tetrakis_surface* cube = nullptr;
+    REQUIRE(tetrakis_make_subdivision_surface(control, "catmull-clark", 3, &cube) == TETRAKIS_OK);
+    tetrakis_surface* none = nullptr;
+    CHECK(tetrakis_make_subdivision_surface(control, "doo-sabin", 3, &none) == TETRAKIS_UNSUPPORTED);
+    CHECK(tetrakis_make_planet(heights.data(), 32, 16, -1, 0, &none) == TETRAKIS_INVALID_INPUT);
+    CHECK(none == nullptr);
+    tetrakis_free_control_mesh(control);
+    for (tetrakis_surface* surface : {planet, cube}) {
+        tetrakis_view* view = nullptr;
+        REQUIRE(tetrakis_make_view(surface, nullptr, &view) == TETRAKIS_OK);
+        tetrakis_camera camera = TETRAKIS_CAMERA;
+        camera.eye[1] = -40;
+        tetrakis_update update = TETRAKIS_UPDATE;
+        tetrakis_budget budget = TETRAKIS_BUDGET;
+        budget.pixel_error = 1e-3;  // all that there is
+        REQUIRE(tetrakis_update_view(view, &camera, &budget, &update) == TETRAKIS_OK);
+        CHECK(update.leaves > 1000);
+        tetrakis_snapshot* snapshot = nullptr;
+        REQUIRE(tetrakis_take_snapshot(view, &snapshot) == TETRAKIS_OK);
+        tetrakis_free_view(view);
+        double full = 0, shown = 0, height = 0;
+        std::array<double, 3> normal{};
+        const std::array<double, 3> direction{0.001, 1, 0.002};
+        REQUIRE(tetrakis_surface_hit(surface, camera.eye, direction.data(), 100, &full) == 1);
+        REQUIRE(tetrakis_snapshot_hit(snapshot, camera.eye, direction.data(), 100, &shown, normal.data()) == 1);
+        CHECK(shown == doctest::Approx(full).epsilon(1e-6));
+        CHECK(normal[1] < -0.5);
+        CHECK(tetrakis_snapshot_hit(snapshot, camera.eye, direction.data(), 0.9 * shown, nullptr, nullptr) == 0);
+        CHECK(tetrakis_surface_at(surface, 0, 0, &height, nullptr) == 0);
+        tetrakis_free_snapshot(snapshot);
+        tetrakis_free_surface(surface);
+    }
+}
+
 TEST_CASE("capi: a tessellation from arrays, by a program that knows fewer options") {
     const std::array<double, 24> positions{-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1,
                                            -1, -1, 1,  1, -1, 1,  -1, 1, 1,  1, 1, 1};

@@ -274,7 +274,7 @@ TEST_CASE("lod: frames along a path of cameras, with figures that agree") {
                                            "--pixels",  "1",
                                            "--frames",  "5",
                                            "--path",    (scratch / "path.json").string(),
-                                           "--images",  "1",
+                                           "--images",  "3",
                                            "--size",    "64x48",
                                            "-o",        out,
                                            "--report",  report});
@@ -288,12 +288,40 @@ TEST_CASE("lod: frames along a path of cameras, with figures that agree") {
     CHECK(read_triangle_mesh(out + "/last.glb").triangles.size() == json["leaves"].get<std::size_t>());
     CHECK(std::filesystem::exists(out + "/frame_00004.png"));
     CHECK(std::filesystem::exists(out + "/sheet.png"));
+    CHECK(slurp(out + "/flight.png").find(std::string("acTL\0\0\0\3", 8)) != std::string::npos);  // three frames
     const std::string csv = slurp(out + "/frames.csv");
     CHECK(std::count(csv.begin(), csv.end(), '\n') == 6);
     // Too few triangles: said, and everything is written.
     CHECK(cli::run({"lod", cli::data("island.png"), "--scale", "0.1", "--spacing", "10", "--pixels", "0.1", "--budget",
                     "500", "--frames", "2", "-o", out})
               .code == 4);
+}
+
+TEST_CASE("lod: a planet and control meshes keep what they promise") {
+    const ScratchDir scratch;
+    std::string heights;
+    for (int i = 0; i < 64 * 32; ++i) {
+        const auto height = static_cast<float>(0.1 * std::sin(0.3 * i));
+        heights.append(reinterpret_cast<const char*>(&height), sizeof height);
+    }
+    spill(scratch / "planet.r32", heights);
+    const std::string planet = (scratch / "planet.r32").string(), out = (scratch / "out").string(),
+                      report = (scratch / "r.json").string();
+    for (const std::vector<std::string>& input :
+         {std::vector<std::string>{planet, "--columns", "64", "--rows", "32", "--planet", "3"},
+          {cli::data("pawn.obj"), "--level", "2"},
+          {cli::data("knot_tri.obj"), "--scheme", "loop", "--level", "1", "--orbit"}}) {
+        std::vector<std::string> arguments{"lod",    "--frames", "4",  "--pixels", "2",        "--images", "1",
+                                           "--size", "64x48",    "-o", out,        "--report", report};
+        arguments.insert(arguments.begin() + 1, input.begin(), input.end());
+        const ProcessResult result = cli::run(arguments);
+        CAPTURE(input.front());
+        CAPTURE(result.err);
+        CHECK((result.code == 0 || result.code == 4));  // finest triangles may be too large
+        const nlohmann::json json = nlohmann::json::parse(slurp(report));
+        CHECK(json["measured_pixels"] > 0.1);
+        CHECK(json["measured_pixels"] <= json["promised_pixels"]);
+    }
 }
 
 TEST_CASE("[bad-input] lod") {
@@ -306,7 +334,11 @@ TEST_CASE("[bad-input] lod") {
     cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "without cameras");
     spill(path, R"([{"eye": [1, 2, 3], "target": [1, 2, 3]}])");
     cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "camera 0");
-    cli::check_refused({"lod", cli::data("cube.obj"), "-o", out}, 3, "cube.obj");
+    cli::check_refused({"lod", cli::data("cube.obj"), "--planet", "3", "-o", out}, 2, "--planet");
+    cli::check_refused({"lod", cli::data("cube.obj"), "--scheme", "doo-sabin", "-o", out}, 2, "doo-sabin");
+    cli::check_refused({"lod", island, "--scheme", "loop", "-o", out}, 2, "--scheme");
+    cli::check_refused({"lod", island, "--level", "3", "-o", out}, 2, "--level");
+    cli::check_refused({"lod", island, "--planet", "0.1", "--offset", "-1", "-o", out}, 3, "as deep as the planet");
     cli::check_refused({"lod", island, "--fly", "--orbit", "-o", out}, 2, "--");
     cli::check_refused({"lod", island, "--pixels", "0", "-o", out}, 2, "--pixels");
     cli::check_refused({"lod", island, "--frames", "0", "-o", out}, 2, "--frames");

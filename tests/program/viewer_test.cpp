@@ -23,7 +23,7 @@ struct Place {
 };
 
 // It comes from so far away that the viewer moves its origin on the way.
-const std::vector<Place> k_flight = {{{2560, -90000, 4000}, {2560, -2560, 0}},
+const std::vector<Place> k_flight = {{{2560, -2e6, 40000}, {2560, -2560, 0}},
                                      {{2560, -9000, 1500}, {2560, -2560, 0}},
                                      {{1800, -5600, 600}, {2560, -2560, 100}},
                                      {{3500, -5900, 1100}, {2500, -2560, 100}}};

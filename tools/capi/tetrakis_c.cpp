@@ -1,7 +1,10 @@
 #include "tetrakis_c.h"
 
+#include "../../eval/distance/triangle_bvh.hpp"
 #include "../../eval/io/gpu_mesh.hpp"
 #include "../../eval/lod/height_grid.hpp"
+#include "../../eval/lod/planet_surface.hpp"
+#include "../../eval/lod/subdivision_surface.hpp"
 #include "../../eval/lod/terrain_surface.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
@@ -28,7 +31,13 @@ struct tetrakis_mesh {
     bool reached_tolerance;
 };
 struct tetrakis_surface {
-    lod::TerrainSurface surface;
+    std::unique_ptr<const lod::Surface> surface;
+    const lod::TerrainSurface* terrain = nullptr;  // if it is one
+};
+struct tetrakis_snapshot {
+    TriangleMesh mesh;
+    TriangleBvh bvh;
+    explicit tetrakis_snapshot(TriangleMesh taken) : mesh(std::move(taken)), bvh(mesh) {}
 };
 struct tetrakis_view {
     lod::View view;
@@ -99,6 +108,21 @@ void give(Struct* receiver, const Struct& result, const char* name) {
     if (size < sizeof(std::size_t)) throw Error(ErrorCode::invalid_input, std::string(name) + " does not say its size");
     std::memcpy(receiver, &result, std::min(size, sizeof(Struct)));
     receiver->size = size;
+}
+
+HeightGrid grid_of(const float* heights, std::uint32_t columns, std::uint32_t rows) {
+    require(heights, "heights");
+    return {.columns = columns,
+            .rows = rows,
+            .heights = std::vector<float>(heights, heights + std::size_t{columns} * rows)};
+}
+
+tetrakis_surface* terrain_of(HeightGrid grid) {
+    auto terrain = std::make_unique<lod::TerrainSurface>(std::move(grid));
+    auto result = std::make_unique<tetrakis_surface>();
+    result->terrain = terrain.get();
+    result->surface = std::move(terrain);
+    return result.release();
 }
 
 Vec3d vec(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
@@ -192,25 +216,46 @@ tetrakis_status tetrakis_load_terrain(const char* path, double spacing, double s
         if (spacing != 0) options.spacing = Vec2d(spacing);
         HeightGrid grid = load_height_grid(path, options);
         fill_missing_heights(grid);
-        *surface = std::make_unique<tetrakis_surface>(tetrakis_surface{lod::TerrainSurface(std::move(grid))}).release();
+        *surface = terrain_of(std::move(grid));
     });
 }
 tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, uint32_t rows, double spacing,
                                       tetrakis_surface** surface) {
     return guarded([&] {
-        require(heights, "heights");
         require(surface, "surface");
-        HeightGrid grid{.columns = columns,
-                        .rows = rows,
-                        .heights = std::vector<float>(heights, heights + std::size_t{columns} * rows)};
+        HeightGrid grid = grid_of(heights, columns, rows);
         grid.spacing = Vec2d(spacing);
-        *surface = std::make_unique<tetrakis_surface>(tetrakis_surface{lod::TerrainSurface(std::move(grid))}).release();
+        *surface = terrain_of(std::move(grid));
+    });
+}
+tetrakis_status tetrakis_make_planet(const float* heights, uint32_t columns, uint32_t rows, double radius, int level,
+                                     tetrakis_surface** surface) {
+    return guarded([&] {
+        require(surface, "surface");
+        auto result = std::make_unique<tetrakis_surface>();
+        result->surface = std::make_unique<lod::PlanetSurface>(grid_of(heights, columns, rows),
+                                                               lod::PlanetOptions{radius, level, {}});
+        *surface = result.release();
+    });
+}
+tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_control_mesh* control, const char* scheme, int level,
+                                                  tetrakis_surface** surface) {
+    return guarded([&] {
+        require(control, "control");
+        require(scheme, "scheme");
+        require(surface, "surface");
+        lod::SubdivisionSurfaceOptions options;
+        options.level = level;
+        auto result = std::make_unique<tetrakis_surface>();
+        result->surface = std::make_unique<lod::SubdivisionSurface>(control->mesh, scheme, options);
+        *surface = result.release();
     });
 }
 void tetrakis_free_surface(tetrakis_surface* surface) { delete surface; }
 
 int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, double* height, double normal[3]) {
-    const auto ground = surface->surface.at({x, y});
+    if (surface->terrain == nullptr) return 0;
+    const auto ground = surface->terrain->at({x, y});
     if (!ground) return 0;
     if (height != nullptr) *height = ground->height;
     if (normal != nullptr)
@@ -220,7 +265,7 @@ int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, dou
 int tetrakis_surface_hit(const tetrakis_surface* surface, const double origin[3], const double direction[3],
                          double farthest, double* t) {
     const auto hit =
-        surface->surface.hit({origin[0], origin[1], origin[2]}, {direction[0], direction[1], direction[2]}, farthest);
+        surface->surface->hit({origin[0], origin[1], origin[2]}, {direction[0], direction[1], direction[2]}, farthest);
     if (hit && t != nullptr) *t = *hit;
     return hit ? 1 : 0;
 }
@@ -232,11 +277,11 @@ tetrakis_status tetrakis_make_view(const tetrakis_surface* surface, const tetrak
         require(view, "view");
         const tetrakis_view_options known = taken(options, TETRAKIS_VIEW_OPTIONS, "options");
         *view = std::make_unique<tetrakis_view>(
-                    tetrakis_view{lod::View(surface->surface, {.max_leaves = known.max_leaves,
-                                                               .max_bytes = known.max_bytes,
-                                                               .max_ranges = known.max_ranges,
-                                                               .outside_weight = known.outside_weight,
-                                                               .hysteresis = known.hysteresis})})
+                    tetrakis_view{lod::View(*surface->surface, {.max_leaves = known.max_leaves,
+                                                                .max_bytes = known.max_bytes,
+                                                                .max_ranges = known.max_ranges,
+                                                                .outside_weight = known.outside_weight,
+                                                                .hysteresis = known.hysteresis})})
                     .release();
     });
 }
@@ -284,6 +329,28 @@ const uint32_t* tetrakis_view_triangles(const tetrakis_view* view, uint32_t* cou
     if (count != nullptr) *count = static_cast<std::uint32_t>(triangles.size());
     if (capacity != nullptr) *capacity = view->view.triangle_capacity();
     return triangles.data()->data();
+}
+tetrakis_status tetrakis_take_snapshot(const tetrakis_view* view, tetrakis_snapshot** snapshot) {
+    return guarded([&] {
+        require(view, "view");
+        require(snapshot, "snapshot");
+        *snapshot = std::make_unique<tetrakis_snapshot>(view->view.mesh()).release();
+    });
+}
+void tetrakis_free_snapshot(tetrakis_snapshot* snapshot) { delete snapshot; }
+int tetrakis_snapshot_hit(const tetrakis_snapshot* snapshot, const double origin[3], const double direction[3],
+                          double farthest, double* t, double normal[3]) {
+    const RayHit hit = snapshot->bvh.intersect({origin[0], origin[1], origin[2]},
+                                               {direction[0], direction[1], direction[2]}, 0, farthest);
+    if (!hit.found()) return 0;
+    if (t != nullptr) *t = hit.t;
+    if (normal != nullptr) {
+        const auto& corner = snapshot->mesh.triangles[hit.triangle];
+        const auto at = [&](std::size_t k) { return snapshot->mesh.positions[corner[k]]; };
+        const Vec3d across = unit_or_zero(glm::cross(at(1) - at(0), at(2) - at(0)));
+        for (int k = 0; k < 3; ++k) normal[k] = across[k];
+    }
+    return 1;
 }
 tetrakis_status tetrakis_set_view_origin(tetrakis_view* view, const double origin[3]) {
     return guarded([&] {

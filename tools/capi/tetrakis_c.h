@@ -1,4 +1,5 @@
-/* tetrakis for C: tessellation to a tolerance, and view-dependent LOD of terrains.
+/* tetrakis for C: tessellation to a tolerance, and view-dependent LOD of terrains, planets and
+ * subdivision surfaces.
  *
  * Handles are opaque and freed by their own function, which takes NULL, too. No exception leaves a function: one that
  * can fail returns a tetrakis_status, and tetrakis_last_error() has the sentence. A function that failed has changed
@@ -103,9 +104,19 @@ TETRAKIS_API tetrakis_status tetrakis_load_terrain(const char* path, double spac
 /* Heights row by row from the north, each from the west: columns * rows, copied. Sample (0, 0) is at x = y = 0. */
 TETRAKIS_API tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, uint32_t rows,
                                                    double spacing, tetrakis_surface** surface);
+/* Heights over a ball about the origin, z to the north pole: columns over longitudes from the antimeridian, rows over
+ * latitudes from the north pole, samples in the middles of equal cells; copied.
+ * level: finest triangles, 2^(level + 1) to a side of each of a cube's faces; 0: as fine as the heights */
+TETRAKIS_API tetrakis_status tetrakis_make_planet(const float* heights, uint32_t columns, uint32_t rows, double radius,
+                                                  int level, tetrakis_surface** surface);
+/* The limit surface of a scheme on quads, or of "loop", down to 2^(level + 1) triangles to an edge of the control mesh.
+ * The control mesh may be freed afterwards. */
+TETRAKIS_API tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_control_mesh* control, const char* scheme,
+                                                               int level, tetrakis_surface** surface);
 TETRAKIS_API void tetrakis_free_surface(tetrakis_surface* surface);
 
-/* 1, and the full-resolution surface's height and upward normal, of length one; 0: beside it. Any thread, any time. */
+/* 1, and a terrain's full-resolution height and upward normal, of length one; 0: beside it, or it is no terrain. Any
+ * thread, any time. */
 TETRAKIS_API int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, double* height,
                                      double normal[3]);
 /* 1, and where a ray meets the full-resolution surface first: origin + t * direction, t up to `farthest`; 0: nowhere.
@@ -181,6 +192,13 @@ TETRAKIS_API tetrakis_status tetrakis_update_view(tetrakis_view* view, const tet
 TETRAKIS_API const tetrakis_vertex* tetrakis_view_vertices(const tetrakis_view* view, uint32_t* count,
                                                            uint32_t* capacity);
 TETRAKIS_API const uint32_t* tetrakis_view_triangles(const tetrakis_view* view, uint32_t* count, uint32_t* capacity);
+/* The triangles as they are now, without morphing, for queries of any thread: a copy. O(triangles log triangles). */
+typedef struct tetrakis_snapshot tetrakis_snapshot;
+TETRAKIS_API tetrakis_status tetrakis_take_snapshot(const tetrakis_view* view, tetrakis_snapshot** snapshot);
+TETRAKIS_API void tetrakis_free_snapshot(tetrakis_snapshot* snapshot);
+/* As tetrakis_surface_hit(), in the surface's own frame. normal: of the triangle there, of length one; may be NULL. */
+TETRAKIS_API int tetrakis_snapshot_hit(const tetrakis_snapshot* snapshot, const double origin[3],
+                                       const double direction[3], double farthest, double* t, double normal[3]);
 /* Positions are about it: choose one near the eye where the world is large. All vertices change. */
 TETRAKIS_API tetrakis_status tetrakis_set_view_origin(tetrakis_view* view, const double origin[3]);
 

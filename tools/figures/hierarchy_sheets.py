@@ -2,6 +2,8 @@
 import json
 import math
 
+from PIL import Image, ImageSequence
+
 import models
 from maker import DATA, run, sheet
 from sheet import BLUE, INK, ORANGE, Plane, Sheet
@@ -186,3 +188,20 @@ def zoom(make):
             text = f"{data['leaves']} leaves; unrefined: {data['roots']}" if power == 0 else ""
             s.add(p.picture(), f"{scheme}, magnified {2 ** power:,}\n{text}")
     make.save(s, "zoom")
+
+
+# --- view-dependent LOD ---------------------------------------------------------------------------------------------
+
+
+@sheet
+def flight(make):
+    """The README's flight: what the program writes, and a tenth of its size as WebP."""
+    folder = make.work / "flight"
+    run(make.build / "tetrakis", "lod", DATA / "island.png", "--scale", 0.1, "--spacing", 40, "--frames", 48, "--images", 48,
+        "--size", "480x270", "-o", folder)
+    (folder / "flight.png").replace(make.out / "flight.png")
+    with Image.open(make.out / "flight.png") as film:
+        frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(film)]
+        frames[0].save(make.out / "flight.webp", save_all=True, append_images=frames[1:], duration=round(film.info["duration"]), loop=0,
+                       quality=80, method=6)
+    print(make.out / "flight.webp", flush=True)

@@ -7,11 +7,13 @@
 
 namespace tetrakis::cli {
 
-void HeightInput::add(CLI::App& command) {
+void HeightInput::add(CLI::App& command, const std::string& what) {
     command
         .add_option("IN", path,
-                    "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
-                    "others with GDAL")
+                    !what.empty()
+                        ? what
+                        : "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
+                          "others with GDAL")
         ->required()
         ->type_name("");
     command.add_option("--spacing", spacing, "Distance between samples (the file's own, else 1)")

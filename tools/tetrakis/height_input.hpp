@@ -17,7 +17,8 @@ struct HeightInput {
     HeightReadOptions read;
     double spacing = 0;  ///< 0: the file's own
 
-    void add(CLI::App& command);
+    /// @param what  the help text of the file
+    void add(CLI::App& command, const std::string& what = {});
     /// @param warnings  receives what was filled
     /// @throws InputError, Error (memory_limit, cancelled)
     HeightGrid load(const Run& process, std::vector<std::string>& warnings) const;

@@ -1,14 +1,14 @@
-#include "camera_path.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "height_input.hpp"
+#include "lod_scene.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
 
+#include "../../eval/distance/triangle_bvh.hpp"
+#include "../../eval/io/animated_png.hpp"
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/io/png.hpp"
-#include "../../eval/lod/terrain_surface.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/render/render.hpp"
 #include "../../hier/base/files.hpp"
@@ -20,8 +20,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,7 +28,7 @@ namespace tetrakis::cli {
 namespace {
 
 struct LodCommandOptions {
-    HeightInput heights;
+    LodInput input;
     std::filesystem::path directory, path, report;
     bool orbit = false, fly = false;
     std::uint32_t leaves = 200'000, frames = 120, images = 0;
@@ -65,38 +63,13 @@ class Sight {
     double tan_y_, tan_x_, pixels_;
 };
 
-/// The largest error that is seen, of samples of which at most about a million are looked at.
-double measured_pixels(const lod::View& view, const HeightGrid& grid, const Sight& sight) {
-    const double samples = static_cast<double>(grid.columns) * grid.rows;
-    const double stride = std::max(1.0, std::round(std::sqrt(samples / 1e6)));
-    const auto vertices = view.vertices();
+/// The largest error that is seen, of places all over the surface.
+double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, const Sight& sight,
+                       const RunContext& context) {
+    const TriangleBvh closest(mesh, context);
     double largest = 0;
-    for (const lod::Triangle& t : view.triangles()) {
-        if (t == lod::Triangle{}) continue;
-        std::array<Vec3d, 3> p;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto& at = vertices[t[k]].position;
-            p[k] = {(at[0] + view.origin().x - grid.origin.x) / grid.spacing.x,
-                    (grid.origin.y - at[1] - view.origin().y) / grid.spacing.y, at[2] + view.origin().z};
-        }
-        const auto twice = [](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-            return (c.x - a.x) * (b.y - a.y) - (b.x - a.x) * (c.y - a.y);  // y is to the south
-        };
-        const double area = twice(p[0], p[1], p[2]);
-        const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
-        const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
-        for (double y = std::ceil(y0 / stride) * stride; y <= y1; y += stride)
-            for (double x = std::ceil(x0 / stride) * stride; x <= x1; x += stride) {
-                const Vec3d at(x, y, 0);
-                const double a = twice(at, p[1], p[2]) / area, b = twice(p[0], at, p[2]) / area, c = 1 - a - b;
-                if (a < 0 || b < 0 || c < 0) continue;
-                const double height = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
-                const Vec3d place(grid.origin.x + x * grid.spacing.x, grid.origin.y - y * grid.spacing.y, height);
-                if (!sight.sees(place)) continue;
-                largest =
-                    std::max(largest, sight.pixels(std::abs(a * p[0].z + b * p[1].z + c * p[2].z - height), place));
-            }
-    }
+    for (const Vec3d& place : places)
+        if (sight.sees(place)) largest = std::max(largest, sight.pixels(closest.closest(place).distance, place));
     return largest;
 }
 
@@ -181,13 +154,14 @@ Image contact_sheet(const std::vector<Image>& images) {
 ExitCode run_checked(const LodCommandOptions& options) {
     Run process(options.run);
     std::vector<std::string> warnings;
-    const lod::TerrainSurface surface(options.heights.load(process, warnings), process.context());
-    const HeightGrid& grid = surface.grid();
-    const std::vector<CameraPlace> views =
-        options.path.empty() ? circle(grid, options.frames, options.orbit ? Circle::orbit : Circle::fly)
-                             : read_camera_path(options.path, options.frames);
+    const LodScene scene = options.input.load(process, warnings);
+    const lod::Surface& surface = *scene.surface;
+    const std::vector<CameraPlace> cameras =
+        options.path.empty() ? circle(scene, options.frames, !options.orbit) : cameras_of(options.path, options.frames);
+    constexpr std::uint32_t k_places = 100'000;
+    const std::vector<Vec3d> places = lod::random_places(surface, k_places);
     lod::View view(surface, {.max_leaves = options.leaves});
-    view.set_origin({grid.origin.x, grid.origin.y, 0});
+    view.set_origin(cameras.front().eye);
     if (options.leaves < surface.roots().halfedge_count())
         warnings.push_back(fmt::format("the {} roots are more than the budget of {} triangles",
                                        surface.roots().halfedge_count(), options.leaves));
@@ -204,16 +178,16 @@ ExitCode run_checked(const LodCommandOptions& options) {
     double worst_error = 0, worst_promise = 0, worst_pop = 0, changes = 0, bytes = 0;
     bool kept_promise = true;
     std::vector<std::filesystem::path> written{options.directory / "frames.csv"};
-    for (std::uint32_t frame = 0; frame < views.size(); ++frame) {
-        process.context().report("frames", static_cast<double>(frame) / static_cast<double>(views.size()));
-        const CameraPlace& at = views[frame];
-        const lod::Camera camera = at.lod_camera(static_cast<std::uint32_t>(options.render.width),
-                                                 static_cast<std::uint32_t>(options.render.height));
+    for (std::uint32_t frame = 0; frame < cameras.size(); ++frame) {
+        process.context().report("frames", static_cast<double>(frame) / static_cast<double>(cameras.size()));
+        const CameraPlace& at = cameras[frame];
+        const lod::Camera camera = at.lod_camera(options.render.width, options.render.height);
         const Stopwatch watch;
         const lod::Update update = view.update(camera, {.pixel_error = options.pixels, .leaves = options.leaves});
         const double took = 1000 * watch.seconds();
         const Sight sight(at, options.render);
-        const double error = measured_pixels(view, grid, sight), pop = shown.move_to(view, update, at.eye, sight);
+        const double error = measured_pixels(view.mesh(), places, sight, process.context()),
+                     pop = shown.move_to(view, update, at.eye, sight);
         std::uint64_t upload = 0;
         for (const auto& range : update.vertices) upload += range.count * sizeof(lod::Vertex);
         for (const auto& range : update.triangles) upload += range.count * sizeof(lod::Triangle);
@@ -228,8 +202,8 @@ ExitCode run_checked(const LodCommandOptions& options) {
             changes += update.splits + update.merges;
             bytes += static_cast<double>(upload);
         }
-        const std::uint64_t drawn = std::uint64_t{frame} * options.images / views.size(),
-                            next = (std::uint64_t{frame} + 1) * options.images / views.size();
+        const std::uint64_t drawn = std::uint64_t{frame} * options.images / cameras.size(),
+                            next = (std::uint64_t{frame} + 1) * options.images / cameras.size();
         if (next > drawn) {
             images.push_back(picture(shown.mesh(view), at, options.render, process.context()));
             written.push_back(options.directory / fmt::format("frame_{:05}.png", frame));
@@ -239,6 +213,9 @@ ExitCode run_checked(const LodCommandOptions& options) {
     if (!images.empty()) {
         written.push_back(options.directory / "sheet.png");
         write_png(files.add(written.back()), contact_sheet(images));
+        constexpr int k_frames_per_second = 12;
+        written.push_back(options.directory / "flight.png");
+        write_animated_png(files.add(written.back()), images, k_frames_per_second);
     }
     files.add(written.front()).write(csv);
     written.push_back(options.directory / "last.glb");
@@ -250,10 +227,9 @@ ExitCode run_checked(const LodCommandOptions& options) {
     if (!options.report.empty()) {
         written.push_back(options.report);
         files.add(options.report)
-            .write(dump({{"input", options.heights.path.string()},
-                         {"columns", grid.columns},
-                         {"rows", grid.rows},
-                         {"frames", views.size()},
+            .write(dump({{"input", options.input.heights.path.string()},
+                         {"surface", scene.description},
+                         {"frames", cameras.size()},
                          {"budget_leaves", options.leaves},
                          {"budget_pixels", options.pixels},
                          {"leaves", view.leaf_count()},
@@ -264,7 +240,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
                          {"measured_pixels", worst_error},
                          {"pop_pixels", worst_pop},
                          {"view_bytes", view.memory_bytes()},
-                         {"surface_bytes", surface.memory_bytes()},
+                         {"surface_bytes", scene.surface_bytes},
                          {"threads", options.run.thread_count()},
                          {"version", std::string(k_version)},
                          {"warnings", warnings}}));
@@ -274,8 +250,8 @@ ExitCode run_checked(const LodCommandOptions& options) {
     process.end_progress();
     print_warnings(warnings);
     Table table;
-    table.row("input", fmt::format("{} ({} x {} samples)", options.heights.path.string(), grid.columns, grid.rows));
-    table.row("frames", fmt::format("{}, of up to {} triangles; the last has {}", views.size(),
+    table.row("input", fmt::format("{} ({})", options.input.heights.path.string(), scene.description));
+    table.row("frames", fmt::format("{}, of up to {} triangles; the last has {}", cameras.size(),
                                     format_count(options.leaves), format_count(view.leaf_count())));
     table.row("an update",
               fmt::format("{:.3f} ms (median; at most {:.2f}), {:.0f} splits and merges, {}", median, slowest,
@@ -294,10 +270,10 @@ ExitCode run_checked(const LodCommandOptions& options) {
 ExitCode run(const LodCommandOptions& options) {
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
-    outputs.check({options.heights.path, options.path});
+    outputs.check({options.input.heights.path, options.path});
     if (std::filesystem::exists(options.directory) && !std::filesystem::is_directory(options.directory))
         throw UsageError(fmt::format("-o {} is a file; it has to be a directory", options.directory.string()));
-    return about(options.heights.path, [&] { return run_checked(options); });
+    return about(options.input.heights.path, [&] { return run_checked(options); });
 }
 
 }  // namespace
@@ -306,8 +282,9 @@ void add_lod_command(CLI::App& app, Command& chosen) {
     auto options = std::make_shared<LodCommandOptions>();
     options->render.width = 960;
     options->render.height = 540;
-    CLI::App* command = app.add_subcommand("lod", "Flies over a height grid with view-dependent LOD, frame by frame");
-    options->heights.add(*command);
+    CLI::App* command = app.add_subcommand(
+        "lod", "Flies over heights, a planet or a control mesh with view-dependent LOD, frame by frame");
+    options->input.add(*command);
     CLI::Option_group* way = command->add_option_group("camera", "At most one of these; default: --fly");
     way->add_flag("--fly", options->fly, "Once around, above the ground, looking ahead");
     way->add_flag("--orbit", options->orbit, "Once around from outside, looking at the middle");
@@ -325,7 +302,9 @@ void add_lod_command(CLI::App& app, Command& chosen) {
     command->add_option("--frames", options->frames, "How many (120)")
         ->type_name("N")
         ->check(CLI::Range(1u, 1'000'000u).description(""));
-    command->add_option("--images", options->images, "Pictures to draw of them, and a sheet of all (0)")
+    command
+        ->add_option("--images", options->images,
+                     "Pictures to draw of them, a sheet of all, and flight.png, which is animated (0)")
         ->type_name("N")
         ->check(CLI::Range(0u, 10'000u).description(""));
     add_size_option(*command, options->render);

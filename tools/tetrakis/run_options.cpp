@@ -128,10 +128,8 @@ std::optional<std::vector<T>> split_numbers(std::string_view text, char separato
 
 void set_size(const std::string& text, RenderOptions& render) {
     constexpr int k_largest_side = 16384;
-    const auto sides = split_numbers<int>(text, 'x');
-    if (!sides || sides->size() != 2 || (*sides)[0] < 1 || (*sides)[1] < 1 || (*sides)[0] > k_largest_side ||
-        (*sides)[1] > k_largest_side)
-        throw CLI::ValidationError("--size", text + " is no size such as 1200x900");
+    const auto sides = parse_counts(text, k_largest_side);
+    if (!sides) throw CLI::ValidationError("--size", text + " is no size such as 1200x900");
     render.width = (*sides)[0];
     render.height = (*sides)[1];
 }
@@ -145,6 +143,14 @@ void set_camera(const std::string& text, RenderOptions& render) {
 }
 
 }  // namespace
+
+std::optional<std::array<int, 2>> parse_counts(std::string_view text, int most) {
+    const auto counts = split_numbers<int>(text, 'x');
+    if (!counts || counts->size() != 2) return std::nullopt;
+    for (const int count : *counts)
+        if (count < 1 || count > most) return std::nullopt;
+    return std::array{(*counts)[0], (*counts)[1]};
+}
 
 void add_size_option(CLI::App& command, RenderOptions& render) {
     command

@@ -7,6 +7,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -18,6 +19,9 @@ namespace tetrakis::cli {
 /// Checks that an option's text is a finite number of some kind (the parser itself takes "nan").
 /// @param kind  how the refusal calls it, with its article
 CLI::Validator number_check(const std::string& kind, bool (*is_of_kind)(double));
+
+/// Two counts from 1 to `most`, as 1200x900; nothing where the text is not that.
+std::optional<std::array<int, 2>> parse_counts(std::string_view text, int most);
 
 /// The options that every long command has: --threads and --max-memory.
 struct RunOptions {

@@ -15,11 +15,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,8 +32,16 @@ struct Options {
     HeightInput heights;
     std::filesystem::path output, report;
     double max_error = 0;
-    bool y_up = false;
+    bool y_up = false, normals = false;
+    std::optional<std::array<int, 2>> tiles;  ///< across, down
     RunOptions run;
+
+    /// The file of a tile: the output with _ROW_COLUMN before its extension.
+    std::filesystem::path tile_path(const std::string& row, const std::string& column) const {
+        std::filesystem::path path = output;
+        return path.replace_filename(
+            fmt::format("{}_{}_{}{}", output.stem().string(), row, column, output.extension().string()));
+    }
 };
 
 /// What writing adds to the errors: floats of a GLB are about a local origin, and what moves along the ground is off by
@@ -53,6 +63,27 @@ double rounding_of(const std::filesystem::path& output, const HeightGrid& grid, 
     return glb_rounding_bound(box) * (1 + 2 * slope);
 }
 
+/// Writes each tile into a file of its own.
+/// @return  what the report says about them
+Json write_tiles(FileSet& files, const Terrain& terrain, const Options& options, const RunContext& context) {
+    const Box3d whole = bounding_box(terrain.mesh.positions);
+    Json list = Json::array();
+    const auto [across, down] = *options.tiles;
+    for (int row = 0; row < down; ++row)
+        for (int column = 0; column < across; ++column) {
+            const TriangleMesh tile = terrain_tile(terrain, list.size());
+            AtomicFile& file = files.add(options.tile_path(std::to_string(row), std::to_string(column)));
+            write_mesh_part(file, tile, whole, context);
+            file.finish();  // of many files only one is open
+            list.push_back({{"file", file.path().string()},
+                            {"row", row},
+                            {"column", column},
+                            {"vertices", tile.positions.size()},
+                            {"triangles", tile.triangles.size()}});
+        }
+    return list;
+}
+
 ExitCode run_checked(const Options& options) {
     Run process(options.run);
     std::vector<std::string> warnings;
@@ -67,16 +98,25 @@ ExitCode run_checked(const Options& options) {
                         ".obj or .ply, or use a larger one",
                         format_length(options.max_error), format_length(rounding)));
     const Stopwatch refining;
-    const Terrain terrain = terrain_mesh(
-        grid,
-        {.max_error = std::max(0.0, options.max_error - rounding), .y_up = options.y_up, .context = process.context()});
+    TerrainOptions terrain_options{.max_error = std::max(0.0, options.max_error - rounding),
+                                   .y_up = options.y_up,
+                                   .normals = options.normals,
+                                   .context = process.context()};
+    if (options.tiles)
+        for (std::size_t axis = 0; axis < 2; ++axis)
+            terrain_options.tiles[axis] = static_cast<std::uint32_t>((*options.tiles)[axis]);
+    const Terrain terrain = terrain_mesh(grid, terrain_options);
     seconds.refine = refining.seconds();
     const double largest_error = terrain.largest_error + rounding;
     const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
 
     const Stopwatch writing;
     FileSet files;
-    write_mesh(files.add(options.output), terrain.mesh, process.context());
+    Json tiles;
+    if (options.tiles)
+        tiles = write_tiles(files, terrain, options, process.context());
+    else
+        write_mesh(files.add(options.output), terrain.mesh, process.context());
     files.finish();
     seconds.write = writing.seconds();
     if (!options.report.empty())
@@ -91,6 +131,7 @@ ExitCode run_checked(const Options& options) {
                          {"largest_error", largest_error},
                          {"vertices", terrain.mesh.positions.size()},
                          {"triangles", terrain.mesh.triangles.size()},
+                         {"tiles", tiles},
                          {"seconds", {{"load", seconds.load}, {"refine", seconds.refine}, {"write", seconds.write}}},
                          {"peak_memory_bytes", peak_memory_bytes()},
                          {"threads", options.run.thread_count()},
@@ -105,11 +146,13 @@ ExitCode run_checked(const Options& options) {
                                    format_length(*high)));
     table.row("result", fmt::format("{} triangles, {} vertices", format_count(terrain.mesh.triangles.size()),
                                     format_count(terrain.mesh.positions.size())));
+    if (options.tiles) table.row("tiles", fmt::format("{} across, {} down", (*options.tiles)[0], (*options.tiles)[1]));
     table.row("error", fmt::format("{} at most, of every sample (asked: {})", format_length(largest_error),
                                    format_length(options.max_error)));
     Report report;
     report.seconds = seconds;
-    finish_summary(table, report, {options.output, options.report});
+    finish_summary(table, report,
+                   {options.tiles ? options.tile_path("ROW", "COLUMN") : options.output, options.report});
     return ExitCode::done;
 }
 
@@ -134,6 +177,19 @@ void add_terrain_command(CLI::App& app, Command& chosen) {
         ->type_name("H")
         ->check(number_check("a height from 0 on", [](double value) { return value >= 0; }));
     command->add_flag("--y-up", options->y_up, "y is the height and z runs south, as in engines; else z is the height");
+    command->add_flag("--normals", options->normals, "Write vertex normals: the means of the triangles around");
+    command
+        ->add_option_function<std::string>(
+            "--tiles",
+            [options](const std::string& text) {
+                constexpr int k_most = 4096;  // along a side: files enough
+                options->tiles = parse_counts(text, k_most);
+                if (!options->tiles)
+                    throw CLI::ValidationError("--tiles", text + " is no pair of counts such as 4x3 (1 to 4096 each)");
+            },
+            "Cut into so many tiles across and down: files OUT_ROW_COLUMN without gaps between them, 0_0 in the "
+            "north-west")
+        ->type_name("CxR");
     options->run.add_threads(*command);
     options->run.add_max_memory(*command);
     command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
@@ -142,7 +198,8 @@ void add_terrain_command(CLI::App& app, Command& chosen) {
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer(
         "x = column * spacing and y = -row * spacing, from the file's origin if it has one.\n"
-        "Example:\n  tetrakis terrain data/island.png --scale 0.1 --spacing 10 --max-error 5 -o island.glb");
+        "Example:\n  tetrakis terrain data/island.png --scale 0.1 --spacing 10 --max-error 5 -o island.glb\n"
+        "  tetrakis terrain data/island.png --scale 0.1 --spacing 10 --max-error 5 --tiles 4x4 --normals -o tile.glb");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 

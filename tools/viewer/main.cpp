@@ -1,13 +1,12 @@
-#include "../tetrakis/camera_path.hpp"
 #include "../tetrakis/console.hpp"
 #include "../tetrakis/files.hpp"
-#include "../tetrakis/height_input.hpp"
+#include "../tetrakis/lod_scene.hpp"
 #include "../tetrakis/run_options.hpp"
 #include "gpu_terrain.hpp"
 #include "window.hpp"
 
 #include "../../eval/io/png.hpp"
-#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/surface.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../hier/base/error.hpp"
 
@@ -30,7 +29,7 @@ namespace tetrakis::viewer {
 namespace {
 
 struct ViewerOptions {
-    cli::HeightInput heights;
+    cli::LodInput input;
     std::filesystem::path path, screenshot;
     std::uint32_t leaves = 200'000, frames = 120;
     double pixels = 1;
@@ -38,27 +37,32 @@ struct ViewerOptions {
     RenderOptions size;
     cli::RunOptions run;
 
-    std::vector<cli::CameraPlace> flight(const HeightGrid& grid) const {
-        return path.empty() ? circle(grid, frames, cli::Circle::fly) : cli::read_camera_path(path, frames);
+    std::vector<cli::CameraPlace> flight(const cli::LodScene& scene) const {
+        return path.empty() ? circle(scene, frames, true) : cli::cameras_of(path, frames);
     }
-    lod::Camera camera(const cli::CameraPlace& place) const {
-        return place.lod_camera(static_cast<std::uint32_t>(size.width), static_cast<std::uint32_t>(size.height));
-    }
+    lod::Camera camera(const cli::CameraPlace& place) const { return place.lod_camera(size.width, size.height); }
 };
 
-/// A terrain, its view, and the view's buffers on the graphics card.
-class Scene {
+/// Where up is, and how high above the ground a place is.
+Vec3d up_at(const cli::LodScene& scene, const Vec3d& place) {
+    return scene.is_round ? glm::normalize(place - scene.middle) : scene.up;
+}
+double height_at(const cli::LodScene& scene, const Vec3d& place) {
+    return glm::dot(up_at(scene, place), place - (scene.is_round ? scene.middle : Vec3d(0))) - scene.low(place);
+}
+
+/// A view of a scene, and the view's buffers on the graphics card.
+class Drawing {
   public:
-    Scene(const lod::TerrainSurface& surface, std::uint32_t max_leaves)
-        : surface_(surface), view_(surface, {.max_leaves = max_leaves}), gpu_(view_) {
-        const HeightGrid& grid = surface.grid();
-        const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
-        box_.add(Vec3d(grid.origin, *low));
-        box_.add(Vec3d(grid.origin + Vec2d(grid.columns - 1, 1.0 - grid.rows) * grid.spacing, *high));
+    Drawing(const cli::LodScene& scene, std::uint32_t max_leaves, const Vec3d& eye)
+        : scene_(scene), view_(*scene.surface, {.max_leaves = max_leaves}), gpu_(view_) {
+        constexpr std::uint32_t k_places = 10'000;
+        box_ = bounding_box(lod::random_places(*scene.surface, k_places));
+        view_.set_origin(eye);
     }
 
     void update(const lod::Camera& camera, const lod::Budget& budget) {
-        if (glm::length(camera.eye - view_.origin()) > k_origin_reach * surface_.grid().spacing.x)
+        if (glm::length(camera.eye - view_.origin()) > k_origin_reach * clearance(camera.eye))
             view_.set_origin(camera.eye);
         const cli::Stopwatch watch;
         last = view_.update(camera, budget);
@@ -67,7 +71,7 @@ class Scene {
     }
     void draw(const lod::Camera& camera, const Lights& lights, bool wireframe) const {
         const double farthest =
-            glm::length(glm::max(glm::abs(box_.lower - camera.eye), glm::abs(box_.upper - camera.eye)));
+            k_box_margin * glm::length(glm::max(glm::abs(box_.lower - camera.eye), glm::abs(box_.upper - camera.eye)));
         const double nearest = std::max(k_nearest_clearance * clearance(camera.eye), k_least_depth_ratio * farthest);
         gpu_.draw({camera, nearest, farthest, lights, wireframe});
     }
@@ -78,51 +82,59 @@ class Scene {
     std::uint64_t bytes = 0;
 
   private:
-    // In samples: floats are then exact to 2^-14 of a sample's distance to the next one.
-    static constexpr double k_origin_reach = 1024;
-    // The nearest depth drawn, of the height above the ground: slopes up to 80 degrees are then farther away.
+    // Of the clearance: what floats round is then 6e-5 of the distance to the ground, a tenth of a pixel.
+    static constexpr double k_origin_reach = 1000;
+    // The nearest depth drawn, of the clearance: slopes up to 80 degrees are then farther away.
     static constexpr double k_nearest_clearance = 0.1;
     // Below this, a depth buffer of 24 bits does not tell what is far away apart.
     static constexpr double k_least_depth_ratio = 1e-5;
+    static constexpr double k_box_margin = 1.2;       // the box is that of some places
+    static constexpr double k_mesh_clearance = 1e-3;  // of a mesh's diameter, inside its box
 
+    /// How far away the ground is, about.
     double clearance(const Vec3d& eye) const {
-        if (const auto ground = surface_.at({eye.x, eye.y})) return std::abs(eye.z - ground->height);
-        return glm::length(glm::max(glm::max(box_.lower - eye, eye - box_.upper), 0.0));
+        const double to_box = glm::length(glm::max(glm::max(box_.lower - eye, eye - box_.upper), 0.0));
+        return std::max(to_box, scene_.low ? std::abs(height_at(scene_, eye)) : k_mesh_clearance * scene_.size);
     }
 
-    const lod::TerrainSurface& surface_;
+    const cli::LodScene& scene_;
     Box3d box_;
     lod::View view_;
     GpuTerrain gpu_;
 };
 
 /// Turns the camera with the mouse and moves it by the keys, for as long as the last frame took. It stays above ground.
-void fly(GLFWwindow* window, const lod::TerrainSurface& surface, double& speed, lod::Camera& camera) {
-    constexpr double k_turn = 0.003, k_wheel = 1.2;           // radians a pixel; a step of the wheel
-    constexpr double k_steepest = 1.5, k_least_height = 0.3;  // radians; samples
+void fly(GLFWwindow* window, const cli::LodScene& scene, double& speed, lod::Camera& camera) {
+    constexpr double k_turn = 0.003, k_wheel = 1.2;            // radians a pixel; a step of the wheel
+    constexpr double k_steepest = 1.5, k_least_height = 1e-4;  // radians; of the scene's size
     const ImGuiIO& io = ImGui::GetIO();
-    const Vec3d ahead = glm::normalize(camera.direction);
-    double heading = std::atan2(ahead.y, ahead.x), pitch = std::asin(std::clamp(ahead.z, -1.0, 1.0));
+    const Vec3d up = up_at(scene, camera.eye), ahead = glm::normalize(camera.direction);
+    double pitch = std::asin(std::clamp(glm::dot(ahead, up), -1.0, 1.0)), turn = 0;
     if (!io.WantCaptureMouse) {
         if (ImGui::IsMouseDown(0)) {
-            heading -= k_turn * double{io.MouseDelta.x};
+            turn = k_turn * double{io.MouseDelta.x};
             pitch -= k_turn * double{io.MouseDelta.y};
         }
         speed *= std::pow(k_wheel, double{io.MouseWheel});
     }
     pitch = std::clamp(pitch, -k_steepest, k_steepest);
-    camera.direction = {std::cos(pitch) * std::cos(heading), std::cos(pitch) * std::sin(heading), std::sin(pitch)};
-    camera.up = {0, 0, 1};
-    const Vec3d right = glm::normalize(glm::cross(camera.direction, camera.up));
+    Vec3d right = glm::cross(ahead, up);
+    if (glm::length(right) == 0) right = glm::cross(Vec3d(up.y, up.z, up.x), up);
+    right = glm::normalize(right);
+    const Vec3d level = std::cos(turn) * glm::cross(up, right) + std::sin(turn) * right;
+    right = glm::cross(level, up);
+    camera.direction = std::cos(pitch) * level + std::sin(pitch) * up;
+    camera.up = up;
     const auto held = [&](int forth, int back) {
         if (io.WantCaptureKeyboard) return 0.0;
         return double(glfwGetKey(window, forth) == GLFW_PRESS) - double(glfwGetKey(window, back) == GLFW_PRESS);
     };
     camera.eye += speed * double{io.DeltaTime} *
                   (held(GLFW_KEY_W, GLFW_KEY_S) * camera.direction + held(GLFW_KEY_D, GLFW_KEY_A) * right +
-                   held(GLFW_KEY_E, GLFW_KEY_Q) * camera.up);
-    if (const auto ground = surface.at({camera.eye.x, camera.eye.y}))
-        camera.eye.z = std::max(camera.eye.z, ground->height + k_least_height * surface.grid().spacing.x);
+                   held(GLFW_KEY_E, GLFW_KEY_Q) * up);
+    if (scene.low)
+        camera.eye +=
+            std::max(0.0, k_least_height * scene.size - height_at(scene, camera.eye)) * up_at(scene, camera.eye);
 }
 
 /// What the panel sets.
@@ -132,7 +144,7 @@ struct Settings {
     bool wireframe = false, frozen = false, along_path = false;
 };
 
-void show_panel(const Scene& scene, double speed, int max_leaves, Settings& settings) {
+void show_panel(const Drawing& drawing, double speed, int max_leaves, Settings& settings) {
     // Else numbers typed in (Ctrl and a click) may be out of range.
     constexpr ImGuiSliderFlags k_slider = ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp;
     ImGui::Begin("tetrakis", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
@@ -144,10 +156,10 @@ void show_panel(const Scene& scene, double speed, int max_leaves, Settings& sett
     ImGui::SameLine();
     ImGui::Checkbox("along the path", &settings.along_path);
     ImGui::Separator();
-    const lod::Update& last = scene.last;
+    const lod::Update& last = drawing.last;
     ImGui::Text("%u triangles, %u splits, %u merges", last.leaves, last.splits, last.merges);
-    ImGui::Text("%.3f ms an update, %llu bytes uploaded", scene.milliseconds,
-                static_cast<unsigned long long>(scene.bytes));
+    ImGui::Text("%.3f ms an update, %llu bytes uploaded", drawing.milliseconds,
+                static_cast<unsigned long long>(drawing.bytes));
     ImGui::Text(last.complete ? "errors up to %.2f pixels" : "more to do than an update's time", last.pixel_error);
     ImGui::Text("%.0f frames a second, speed %.3g", double{ImGui::GetIO().Framerate}, speed);
     ImGui::TextDisabled("drag: look; W A S D E Q: move; wheel: speed");
@@ -182,18 +194,17 @@ class Panels {
     }
 };
 
-void show(const ViewerOptions& options, const lod::TerrainSurface& surface) {
+void show(const ViewerOptions& options, const cli::LodScene& scene) {
     constexpr double k_milliseconds = 4;    // of an update
     constexpr double k_crossing_time = 20;  // seconds, at the speed of the start
-    const HeightGrid& grid = surface.grid();
-    const std::vector<cli::CameraPlace> path = options.flight(grid);
+    const std::vector<cli::CameraPlace> path = options.flight(scene);
     const Window window(options.size.width, options.size.height, Window::Shown::yes);
     const Panels panels(window);
-    Scene scene(surface, options.leaves);
+    Drawing drawing(scene, options.leaves, path.front().eye);
     Settings settings{static_cast<float>(options.pixels), static_cast<int>(options.leaves), options.wireframe};
     lod::Camera camera = options.camera(path.front());
     const Lights lights = lights_of(camera);
-    double speed = grid.columns * grid.spacing.x / k_crossing_time;
+    double speed = scene.size / k_crossing_time;
     std::size_t frame = 0;
     while (glfwWindowShouldClose(window) == GLFW_FALSE) {
         glfwPollEvents();
@@ -207,50 +218,50 @@ void show(const ViewerOptions& options, const lod::TerrainSurface& surface) {
         if (settings.along_path)
             camera = options.camera(path[++frame % path.size()]);
         else
-            fly(window, surface, speed, camera);
+            fly(window, scene, speed, camera);
         camera.width = static_cast<std::uint32_t>(width);
         camera.height = static_cast<std::uint32_t>(height);
         if (!settings.frozen)
-            scene.update(camera, {.pixel_error = double{settings.pixels},
-                                  .leaves = static_cast<std::uint32_t>(settings.leaves),
-                                  .milliseconds = k_milliseconds});
-        show_panel(scene, speed, static_cast<int>(options.leaves), settings);
-        scene.draw(camera, lights, settings.wireframe);
+            drawing.update(camera, {.pixel_error = double{settings.pixels},
+                                    .leaves = static_cast<std::uint32_t>(settings.leaves),
+                                    .milliseconds = k_milliseconds});
+        show_panel(drawing, speed, static_cast<int>(options.leaves), settings);
+        drawing.draw(camera, lights, settings.wireframe);
         Panels::draw();
         glfwSwapBuffers(window);
     }
 }
 
-void take_screenshot(const ViewerOptions& options, const lod::TerrainSurface& surface) {
-    const std::vector<cli::CameraPlace> path = options.flight(surface.grid());
+void take_screenshot(const ViewerOptions& options, const cli::LodScene& scene) {
+    const std::vector<cli::CameraPlace> path = options.flight(scene);
     const Window window(options.size.width, options.size.height, Window::Shown::no);
-    Scene scene(surface, options.leaves);
+    Drawing drawing(scene, options.leaves, path.front().eye);
     for (const cli::CameraPlace& place : path)
-        scene.update(options.camera(place), {.pixel_error = options.pixels, .leaves = options.leaves});
+        drawing.update(options.camera(place), {.pixel_error = options.pixels, .leaves = options.leaves});
     const lod::Camera camera = options.camera(path.back());
     write_png(options.screenshot, picture_of(options.size.width, options.size.height,
-                                             [&] { scene.draw(camera, lights_of(camera), options.wireframe); }));
+                                             [&] { drawing.draw(camera, lights_of(camera), options.wireframe); }));
 }
 
 void run(const ViewerOptions& options) {
     cli::OutputFiles outputs;
     outputs.add(cli::OutputFiles::Kind::picture, "--screenshot", options.screenshot);
-    outputs.check({options.heights.path, options.path});
+    outputs.check({options.input.heights.path, options.path});
     cli::Run process(options.run);
     std::vector<std::string> warnings;
-    const lod::TerrainSurface surface(options.heights.load(process, warnings), process.context());
+    const cli::LodScene scene = options.input.load(process, warnings);
     process.end_progress();
     cli::print_warnings(warnings);
     if (options.screenshot.empty())
-        show(options, surface);
+        show(options, scene);
     else
-        take_screenshot(options, surface);
+        take_screenshot(options, scene);
 }
 
 void add_options(CLI::App& app, ViewerOptions& options) {
     options.size.width = 1280;
     options.size.height = 720;
-    options.heights.add(app);
+    options.input.add(app);
     app.add_option("--pixels", options.pixels, "Triangles whose error looks larger are split (1)")
         ->type_name("E")
         ->check(cli::number_check("a positive number", [](double value) { return value > 0; }));
@@ -276,7 +287,8 @@ void add_options(CLI::App& app, ViewerOptions& options) {
 
 int main(int argc, char** argv) {
     using namespace tetrakis;
-    CLI::App app("tetrakis_viewer: flies over a height grid with view-dependent LOD", "tetrakis_viewer");
+    CLI::App app("tetrakis_viewer: flies over a terrain, a planet or a subdivision surface with view-dependent LOD",
+                 "tetrakis_viewer");
     viewer::ViewerOptions options;
     viewer::add_options(app, options);
     cli::ExitCode code = cli::ExitCode::failure;

@@ -1,0 +1,154 @@
+#include "planet_surface.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "cube_roots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+namespace tetrakis::lod {
+
+namespace {
+
+constexpr int k_finest_level = 12;  // unless it is asked for
+
+/// Radians between samples where they are nearest to each other.
+double step_of(const std::vector<HeightGrid>& grids) {
+    for (const HeightGrid& grid : grids) {
+        detail::check_surface(grid);
+        if (grids.size() == 1) break;
+        if (grid.columns != grid.rows || grid.columns != grids[0].columns)
+            throw Error(
+                ErrorCode::invalid_input,
+                fmt::format("the faces of a planet have to be squares of one size; one has {} columns and {} rows, "
+                            "the first one {} columns",
+                            grid.columns, grid.rows, grids[0].columns));
+    }
+    return grids.size() == 1 ? std::min(2 * M_PI / grids[0].columns, M_PI / grids[0].rows)
+                             : 2.0 / (grids[0].columns - 1);
+}
+
+int level_of(const std::vector<HeightGrid>& grids, const PlanetOptions& options) {
+    if (!(options.radius > 0 && std::isfinite(options.radius)))
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("a planet's radius of {}; it has to be positive", options.radius));
+    const double step = step_of(grids);
+    if (options.level != 0) return options.level;
+    return std::clamp(static_cast<int>(std::ceil(-std::log2(step) - 1e-9)), 1, k_finest_level);
+}
+
+double mixed(const HeightGrid& grid, std::uint32_t west, std::uint32_t east, std::uint32_t north, std::uint32_t south,
+             double x, double y) {
+    const auto at = [&](std::uint32_t column, std::uint32_t row) { return double{grid.at(column, row)}; };
+    return std::lerp(std::lerp(at(west, north), at(east, north), x), std::lerp(at(west, south), at(east, south), x), y);
+}
+
+/// @param x, y  in samples; the last column is beside the first one
+double around_the_globe(const HeightGrid& grid, double x, double y) {
+    x -= grid.columns * std::floor(x / grid.columns);
+    y = std::clamp(y, 0.0, grid.rows - 1.0);
+    const auto column = static_cast<std::uint32_t>(x) % grid.columns,
+               row = std::min(static_cast<std::uint32_t>(y), grid.rows - 2);
+    return mixed(grid, column, (column + 1) % grid.columns, row, row + 1, x - std::floor(x), y - row);
+}
+
+double within(const HeightGrid& grid, double x, double y) {
+    const auto column = std::min(static_cast<std::uint32_t>(std::max(x, 0.0)), grid.columns - 2),
+               row = std::min(static_cast<std::uint32_t>(std::max(y, 0.0)), grid.rows - 2);
+    return mixed(grid, column, column + 1, row, row + 1, x - column, y - row);
+}
+
+std::vector<HeightGrid> list(HeightGrid grid) {
+    std::vector<HeightGrid> grids;
+    grids.push_back(std::move(grid));
+    return grids;
+}
+
+}  // namespace
+
+PlanetSurface::PlanetSurface(HeightGrid longitudes_latitudes, const PlanetOptions& options)
+    : PlanetSurface(list(std::move(longitudes_latitudes)), options) {}
+
+PlanetSurface::PlanetSurface(std::array<HeightGrid, 6> faces, const PlanetOptions& options)
+    : PlanetSurface(
+          std::vector<HeightGrid>(std::make_move_iterator(faces.begin()), std::make_move_iterator(faces.end())),
+          options) {}
+
+PlanetSurface::PlanetSurface(std::vector<HeightGrid> grids, const PlanetOptions& options)
+    : SampledSurface(detail::cube_roots(options.radius), level_of(grids, options)),
+      grids_(std::move(grids)),
+      radius_(options.radius),
+      step_(step_of(grids_)) {
+    for (const HeightGrid& grid : grids_)
+        if (const double low = double{*std::ranges::min_element(grid.heights)}; !(radius_ + low > 0))
+            throw Error(ErrorCode::invalid_input,
+                        fmt::format("a height of {} is as deep as the planet, whose radius is {}", low, radius_));
+    set_bounds(options.context);
+}
+
+std::uint64_t PlanetSurface::memory_bytes() const {
+    std::uint64_t bytes = SampledSurface::memory_bytes();
+    for (const HeightGrid& grid : grids_) bytes += grid.heights.capacity() * sizeof(float);
+    return bytes;
+}
+
+double PlanetSurface::height(const Vec3d& direction) const {
+    if (grids_.size() == 1) {
+        const Vec2d at = detail::longitude_latitude(direction);
+        return around_the_globe(grids_[0], at.x * grids_[0].columns - 0.5, at.y * grids_[0].rows - 0.5);
+    }
+    const Vec3d size = glm::abs(direction);
+    std::size_t face;
+    Vec2d at;
+    double ahead;
+    if (size.x >= size.y && size.x >= size.z) {
+        face = direction.x > 0 ? 0 : 1;
+        at = {direction.x > 0 ? -direction.z : direction.z, -direction.y};
+        ahead = size.x;
+    } else if (size.y >= size.z) {
+        face = direction.y > 0 ? 2 : 3;
+        at = {direction.x, direction.y > 0 ? direction.z : -direction.z};
+        ahead = size.y;
+    } else {
+        face = direction.z > 0 ? 4 : 5;
+        at = {direction.z > 0 ? direction.x : -direction.x, -direction.y};
+        ahead = size.z;
+    }
+    const double last = grids_[face].columns - 1.0;
+    return within(grids_[face], (at.x / ahead + 1) / 2 * last, (at.y / ahead + 1) / 2 * last);
+}
+
+Vec3d PlanetSurface::normal(const Vec3d& direction) const {
+    const Vec3d up = glm::normalize(direction);
+    const Vec3d east = glm::normalize(glm::cross(std::abs(up.z) < 0.9 ? Vec3d(0, 0, 1) : Vec3d(1, 0, 0), up)),
+                north = glm::cross(up, east);
+    const auto ground = [&](const Vec3d& aside) {
+        const Vec3d at = glm::normalize(up + step_ * aside);
+        return (radius_ + height(at)) * at;
+    };
+    return glm::normalize(glm::cross(ground(east) - ground(-east), ground(north) - ground(-north)));
+}
+
+Vec3d PlanetSurface::direction(const Site& site) const { return glm::normalize(detail::on_flat_roots(roots(), site)); }
+
+void PlanetSurface::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        const Vec3d up = direction(sites[i]);
+        positions[i] = (radius_ + height(up)) * up;
+    }
+}
+
+void PlanetSurface::shade(std::span<const Site> sites, std::span<Place> places) const {
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        const Vec3d up = direction(sites[i]);
+        places[i].normal = normal(up);
+        places[i].uv = detail::longitude_latitude(up);
+    }
+}
+
+}  // namespace tetrakis::lod

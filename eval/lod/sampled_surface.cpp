@@ -1,0 +1,323 @@
+#include "sampled_surface.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/corner_cell.hpp"
+#include "../triangles/point_triangle.hpp"
+#include "lattice_diamond.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace tetrakis::lod {
+
+namespace {
+
+using detail::LatticeDiamond;
+using detail::LatticePlace;
+
+/// From several threads; the result does not depend on their order.
+void raise(std::uint8_t& code, std::uint8_t to) {
+    std::atomic_ref<std::uint8_t> shared(code);
+    std::uint8_t now = shared.load(std::memory_order_relaxed);
+    while (now < to && !shared.compare_exchange_weak(now, to, std::memory_order_relaxed)) {
+    }
+}
+
+double twice_area(const LatticePlace& a, const LatticePlace& b, const LatticePlace& c) {
+    return double(b.x - a.x) * (c.y - a.y) - double(b.y - a.y) * (c.x - a.x);
+}
+
+/// Calls visit(y, first x, last x) for the rows of a triangle of the lattice, whose sides run along its lines and
+/// diagonals.
+template <class Visit>
+void for_each_row(const std::array<LatticePlace, 3>& t, Visit&& visit) {
+    const auto [y0, y1] = std::minmax({t[0].y, t[1].y, t[2].y});
+    for (std::int32_t y = y0; y <= y1; ++y) {
+        std::int32_t first = std::numeric_limits<std::int32_t>::max(), last = -1;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const LatticePlace &a = t[k], &b = t[(k + 1) % 3];
+            if (y < std::min(a.y, b.y) || y > std::max(a.y, b.y)) continue;
+            const bool level = a.y == b.y;
+            const std::int32_t x = level ? a.x : a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y);
+            first = std::min({first, x, level ? b.x : x});
+            last = std::max({last, x, level ? b.x : x});
+        }
+        visit(y, first, last);
+    }
+}
+
+/// A triangle from which many points' distances are asked for.
+class Triangle3 {
+  public:
+    Triangle3(const Vec3d& a, const Vec3d& b, const Vec3d& c) : a_(a), b_(b), c_(c) {
+        const Vec3d ab = b - a, ac = c - a, normal = glm::cross(ab, ac);
+        const double squared = glm::dot(normal, normal);
+        if (!(squared > 1e-8 * glm::dot(ab, ab) * glm::dot(ac, ac))) return;  // a sliver
+        normal_ = normal / std::sqrt(squared);
+        u_ = glm::cross(ac, normal) / squared;
+        v_ = glm::cross(normal, ab) / squared;
+    }
+    double distance(const Vec3d& p) const {
+        const Vec3d off = p - a_;
+        const double u = glm::dot(u_, off), v = glm::dot(v_, off);
+        // Over the triangle, and not a sliver, whose u and v are 0.
+        if (u > 0 && v > 0 && u + v < 1) return std::abs(glm::dot(normal_, off));
+        return std::sqrt(detail::nearest_on_triangle(p, a_, b_, c_).squared_distance);
+    }
+
+  private:
+    Vec3d a_, b_, c_, normal_{}, u_{}, v_{};
+};
+
+}  // namespace
+
+SampledSurface::SampledSurface(ControlMesh roots, int level) : roots_(std::move(roots)), level_(level) {
+    if (level < 1 || level > k_max_level)
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("a surface of {} levels; they have to be 1 to {}", level, k_max_level));
+    cell_of_.assign(roots_.halfedge_count(), 0);
+    for (std::uint32_t h = 0; h < roots_.halfedge_count(); ++h) {
+        if (roots_.is_hole(roots_.face(HalfedgeId(h)))) continue;
+        cell_of_[h] = static_cast<std::uint32_t>(cells_.size());
+        cells_.push_back(HalfedgeId(h));
+    }
+}
+
+std::uint64_t SampledSurface::memory_bytes() const {
+    return errors_.capacity() + radii_.capacity() + cells_.capacity() * sizeof(HalfedgeId) +
+           cell_of_.capacity() * sizeof(std::uint32_t);
+}
+
+void SampledSurface::finest_errors(HalfedgeId, std::span<float> errors) const { std::ranges::fill(errors, 0.0f); }
+
+Site SampledSurface::site_at(HalfedgeId cell, std::int64_t x, std::int64_t y) const {
+    const std::int64_t n = std::int64_t{1} << level_;
+    CellPoint p{cell, x, y};
+    for (;;) {
+        if (p.y < 0)
+            p = cross(roots_, p, CellSide::edge, n);
+        else if (p.x < 0)
+            p = cross(roots_, p, CellSide::prev_edge, n);
+        else if (p.x > n)
+            p = cross(roots_, p, CellSide::next_cell, n);
+        else if (p.y > n)
+            p = cross(roots_, p, CellSide::prev_cell, n);
+        else
+            break;
+        if (!p.root.valid()) return {};
+    }
+    const Site site = canonical(roots_, {p.root,
+                                         {static_cast<std::uint32_t>(p.x), static_cast<std::uint32_t>(p.y)},
+                                         static_cast<std::uint8_t>(level_)});
+    return roots_.is_hole(roots_.face(site.root)) ? Site{} : site;
+}
+
+std::vector<Site> SampledSurface::sites_of(HalfedgeId cell) const {
+    const std::uint32_t n = 1u << level_;
+    std::vector<Site> sites;
+    sites.reserve((std::size_t{n} + 1) * (n + 1));
+    for (std::uint32_t y = 0; y <= n; ++y)
+        for (std::uint32_t x = 0; x <= n; ++x)
+            sites.push_back(canonical(roots_, {cell, {x, y}, static_cast<std::uint8_t>(level_)}));
+    return sites;
+}
+
+void SampledSurface::set_bounds(const RunContext& context) {
+    std::vector<Site> corners;
+    for (const HalfedgeId cell : cells_)
+        for (const std::int64_t at : {std::int64_t{0}, std::int64_t{1} << level_})
+            corners.push_back(site_at(cell, at, at));
+    std::vector<Vec3d> points(corners.size());
+    positions(corners, points);
+    Box3d box;
+    for (const Vec3d& p : points) box.add(p);
+    constexpr double k_more = 64;  // than the corners of roots are apart
+    lengths_ = detail::ByteLengths(k_more * box.diagonal(), std::numeric_limits<double>::infinity());
+    errors_.assign(point_count(), 0);
+    radii_.assign(point_count(), 0);
+    const auto cells = static_cast<std::uint32_t>(cells_.size());
+    with_threads(context, [&] {
+        std::atomic<std::uint32_t> done = 0;
+        for_each_index(
+            cells,
+            [&](std::uint32_t i) {
+                measure_cell(cells_[i]);
+                const std::uint32_t number = ++done;
+                if (number % 8 == 0) context.report("errors", static_cast<double>(number) / cells);
+            },
+            1);
+        // Where there are many cells, one alone is little work.
+        const std::uint32_t grain = std::max(1u, 4096u >> (2 * level_));
+        for (std::int32_t step = 1; step <= 1 << level_; step *= 2)
+            for (const bool centres : {false, true})
+                for_each_index(
+                    cells, [&](std::uint32_t i) { nest(cells_[i], step, centres); }, grain);
+    });
+}
+
+/// What a cell says of its triangles' diamonds: how far its points are from the triangles, and how far it is from a
+/// diamond's middle to those of the diamonds that its split makes possible.
+void SampledSurface::measure_cell(HalfedgeId cell) {
+    const std::int32_t n = 1 << level_;
+    const std::vector<Site> sites = sites_of(cell);
+    std::vector<Vec3d> points(sites.size());
+    positions(sites, points);
+    const auto number = [&](std::int32_t x, std::int32_t y) {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(n + 1) + static_cast<std::size_t>(x);
+    };
+    const auto point = [&](const LatticePlace& p) -> const Vec3d& { return points[number(p.x, p.y)]; };
+    // By point: the largest in the squares around it. Distances from a triangle are convex, so no point of a finest
+    // triangle is farther from a larger one than the farthest of its corners.
+    std::vector<float> squares(static_cast<std::size_t>(n) * static_cast<std::size_t>(n)), around(points.size(), 0.0f);
+    finest_errors(cell, squares);
+    for (std::int32_t y = 0; y < n; ++y)
+        for (std::int32_t x = 0; x < n; ++x)
+            for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
+                float& most = around[number(x + dx, y + dy)];
+                most = std::max(
+                    most,
+                    squares[static_cast<std::size_t>(y) * static_cast<std::size_t>(n) + static_cast<std::size_t>(x)]);
+            }
+    for (std::int32_t y = 0; y <= n; ++y)
+        for (std::int32_t x = 0; x <= n; ++x) {
+            // The cell's corners halve no edge, or, on the control mesh's edges, one that reaches beyond the cell.
+            if ((x == 0 || x == n) && (y == 0 || y == n)) continue;
+            const LatticeDiamond diamond({x, y});
+            const std::size_t at = index(sites[number(x, y)]);
+            const Vec3d& middle = point(diamond.middle);
+            for (const LatticePlace& apex : diamond.apexes) {
+                if (apex.x < 0 || apex.y < 0 || apex.x > n || apex.y > n) continue;
+                const std::array<LatticePlace, 3> corners{diamond.ends[0], diamond.ends[1], apex};
+                const Vec3d &a = point(corners[0]), &b = point(corners[1]), &c = point(corners[2]);
+                double error = 0, reach = 0;
+                // Where a point's parameters are in the triangle is never nearer to it than the triangle is.
+                const auto at_parameters = [&](std::int32_t px, std::int32_t py) {
+                    const double area = twice_area(corners[0], corners[1], apex),
+                                 u = twice_area(corners[0], {px, py}, apex) / area,
+                                 v = twice_area(corners[0], corners[1], {px, py}) / area;
+                    return a + u * (b - a) + v * (c - a);
+                };
+                const Triangle3 triangle(a, b, c);
+                error = triangle.distance(middle) + double{around[number(x, y)]};
+                const Vec3d step = at_parameters(1, 0) - at_parameters(0, 0);
+                for_each_row(corners, [&](std::int32_t row, std::int32_t first, std::int32_t last) {
+                    Vec3d same = at_parameters(first, row);
+                    std::size_t i = number(first, row);
+                    for (std::int32_t column = first; column <= last; ++column, ++i, same += step) {
+                        const double left = error - double{around[i]};
+                        const Vec3d off = points[i] - same;
+                        if (left >= 0 && glm::dot(off, off) <= left * left) continue;
+                        error = std::max(error, triangle.distance(points[i]) + double{around[i]});
+                    }
+                });
+                if (diamond.step == 1 && !diamond.is_centre) {
+                    for (const Vec3d& corner : {a, b, c}) reach = std::max(reach, glm::length(corner - middle));
+                    reach += error;
+                } else {
+                    for (std::size_t k = 0; k < 2; ++k) {
+                        const LatticePlace leg{(corners[k].x + apex.x) / 2, (corners[k].y + apex.y) / 2};
+                        reach = std::max(reach, glm::length(point(leg) - middle));
+                    }
+                }
+                raise(errors_[at], lengths_.code(error));
+                raise(radii_[at], lengths_.code(reach));
+            }
+        }
+}
+
+/// Makes the bounds of a cell's own diamonds of one size contain those of the next smaller ones.
+void SampledSurface::nest(HalfedgeId cell, std::int32_t step, bool centres) {
+    const std::int32_t n = 1 << level_;
+    if (!centres && step == 1) return;
+    if (centres && step == n) return;
+    const auto set = [&](std::int32_t x, std::int32_t y) {
+        const Site site = site_at(cell, x, y);
+        if (site.root != cell) return;  // on a side, and the other cell's
+        const LatticeDiamond diamond({x, y});
+        double error = 0, reach = 0, way = 0;
+        for (const LatticePlace& child : diamond.children()) {
+            const Site below = site_at(cell, child.x, child.y);
+            if (!below.root.valid()) continue;
+            const std::size_t i = index(below);
+            error = std::max(error, lengths_.length(errors_[i]));
+            reach = std::max(reach, lengths_.length(radii_[i]));
+        }
+        const std::size_t at = index(site);
+        double own = lengths_.length(errors_[at]);
+        way = lengths_.length(radii_[at]);
+        if (step == n) {
+            // A root. Its points are in two cells, so that it was not measured: it is nowhere farther from the surface
+            // than its halves are, and these from it.
+            const std::array<Site, 3> ends{site, site_at(cell, diamond.ends[0].x, diamond.ends[0].y),
+                                           site_at(cell, diamond.ends[1].x, diamond.ends[1].y)};
+            std::array<Vec3d, 3> p;
+            positions(ends, p);
+            own = error + glm::length(p[0] - 0.5 * (p[1] + p[2]));
+            for (const LatticePlace& child : diamond.children()) {
+                const std::array below{site_at(cell, child.x, child.y)};
+                if (!below[0].root.valid()) continue;
+                std::array<Vec3d, 1> q;
+                positions(below, q);
+                way = std::max(way, glm::length(q[0] - p[0]));
+            }
+        }
+        errors_[at] = lengths_.code(std::max(own, k_error_ratio * error));
+        radii_[at] = lengths_.code(way + reach);
+    };
+    if (centres) {
+        for (std::int32_t y = step; y < n; y += 2 * step)
+            for (std::int32_t x = step; x < n; x += 2 * step) set(x, y);
+        return;
+    }
+    for (std::int32_t y = 0; y <= n; y += step)
+        for (std::int32_t x = (y / step) % 2 == 0 ? step : 0; x <= n; x += 2 * step) set(x, y);
+}
+
+void SampledSurface::places(std::span<const Site> sites, std::span<Place> places) const {
+    const std::int64_t n = std::int64_t{1} << level_;
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        const int shift = level_ - sites[i].level;
+        const auto x = static_cast<std::int32_t>(sites[i].at.x << shift),
+                   y = static_cast<std::int32_t>(sites[i].at.y << shift);
+        std::array<Site, 3> around{sites[i], {}, {}};
+        std::array<Vec3d, 3> p;
+        const bool fixed = (x == 0 && y == 0) || (x == n && y == n);
+        if (!fixed) {
+            const LatticeDiamond diamond({x, y});
+            for (std::size_t k = 0; k < 2; ++k)
+                around[k + 1] = site_at(sites[i].root, diamond.ends[k].x, diamond.ends[k].y);
+        }
+        positions(std::span(around).first(fixed ? 1 : 3), std::span(p).first(fixed ? 1 : 3));
+        places[i].position = places[i].on_edge = p[0];
+        if (fixed) continue;
+        const Vec3d along = p[2] - p[1];
+        places[i].on_edge = p[1] + detail::nearest_on_segment(along, p[0] - p[1]) * along;
+    }
+    shade(sites, places);
+}
+
+void SampledSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
+    constexpr std::size_t k_batch = 32;
+    std::array<Vec3d, k_batch> centers;
+    for (std::size_t begin = 0; begin < sites.size(); begin += k_batch) {
+        const std::span batch = sites.subspan(begin, std::min(k_batch, sites.size() - begin));
+        for (const Site& site : batch) {
+            __builtin_prefetch(errors_.data() + index(site));
+            __builtin_prefetch(radii_.data() + index(site));
+        }
+        positions(batch, std::span(centers).first(batch.size()));
+        for (std::size_t i = 0; i < batch.size(); ++i) {
+            const std::size_t at = index(batch[i]);
+            bounds[begin + i] = {centers[i], Vec3d(lengths_.length(radii_[at])), lengths_.length(errors_[at])};
+        }
+    }
+}
+
+}  // namespace tetrakis::lod

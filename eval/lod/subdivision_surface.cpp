@@ -1,0 +1,268 @@
+#include "subdivision_surface.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/corner_cell.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "../bounds/quad_bounder.hpp"
+#include "../distance/surface_family.hpp"
+#include "../estimate/linear_bound.hpp"
+#include "../estimate/mask_norm_bound.hpp"
+#include "../patches/limit_surface.hpp"
+#include "../tessellate/tessellate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+namespace tetrakis::lod {
+
+namespace {
+
+/// A point of a corner cell of a triangle as one of the triangle: linear on both sides of the way from the corner to
+/// the centre, as 4-8 triangles are cut.
+Vec2d in_triangle(const ControlMesh& mesh, HalfedgeId cell, double x, double y) {
+    constexpr std::array<Vec2d, 3> k_corners{Vec2d(0, 0), Vec2d(1, 0), Vec2d(0, 1)};
+    const std::uint32_t first = mesh.face_halfedge(mesh.face(cell)).value, k = cell.value - first;
+    const Vec2d v = k_corners[k], next = k_corners[(k + 1) % 3], prev = k_corners[(k + 2) % 3];
+    const Vec2d centre(1.0 / 3, 1.0 / 3);
+    const double in = std::min(x, y);
+    return v + in * (centre - v) + (x - in) * 0.5 * (next - v) + (y - in) * 0.5 * (prev - v);
+}
+
+/// Errors below this, as a part of the control mesh's diagonal, are not told apart.
+constexpr double k_no_error = 0x1p-20;
+
+/// The most that a point loses as three floats.
+double float_rounding(const ControlMesh& mesh) {
+    const Box3d box = mesh.bounding_box();
+    return glm::length(glm::max(glm::abs(box.lower), glm::abs(box.upper))) * 0x1p-24;
+}
+
+Vec2d in_cell(const Site& site) { return {std::ldexp(site.at.x, -site.level), std::ldexp(site.at.y, -site.level)}; }
+
+}  // namespace
+
+/// What a surface's points and finest triangles are made by.
+class SubdivisionSurface::Limits {
+  public:
+    virtual ~Limits() = default;
+    /// @param normals  as many, or none
+    virtual void points(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals) const = 0;
+    struct Part {
+        HalfedgeId cell;
+        int level;
+        std::array<LatticePoint, 3> corners;
+        std::array<Vec3d, 3> positions, middles;
+
+        /// An error that is about there, with whatever slides.
+        double least() const {
+            double most = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                most = std::max(most, glm::length(middles[k] - 0.5 * (positions[k] + positions[(k + 1) % 3])));
+            return most;
+        }
+    };
+    virtual void bound(std::span<const Part> parts, std::span<double> errors) const = 0;
+};
+
+template <class Family>
+class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
+    static constexpr bool k_quads = std::is_same_v<Family, QuadFamily>;
+
+  public:
+    LimitsOf(const ControlMesh& mesh, const SchemeChoice& scheme, const SubdivisionSurfaceOptions& options)
+        : mesh_(mesh), rules_(options.rules) {
+        const SchemeInfo& info = scheme.info();
+        if (scheme_support(mesh, scheme, options.rules).patches)
+            patches_.emplace(mesh, k_quads ? SchemeKind::catmull_clark : SchemeKind::loop, options.context);
+        points_.emplace(make_hierarchy(mesh, info, {.rules = options.rules, .context = options.context}));
+        if (k_quads ? points_->family() != "bisection" : !patches_)
+            throw Error(ErrorCode::unsupported,
+                        fmt::format("LOD takes Loop by its plain rules and schemes whose faces become quads, not {}",
+                                    scheme.name()));
+        if (info.is_linear())
+            linear_.emplace(mesh, info);
+        else if (k_quads && patches_)
+            quads_.emplace(mesh, options.context);
+        else if (MaskNormBound<Family>::has(info, options.rules, mesh))
+            bound_.emplace(*points_, info, rules_, 0);
+        else
+            throw Error(ErrorCode::unsupported,
+                        fmt::format("{} has no certified bound over this mesh, whose semi-sharp tags last too long or "
+                                    "of whose edges too many meet",
+                                    scheme.name()),
+                        mesh.data().source);
+    }
+
+    void points(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals) const override {
+        if constexpr (!k_quads) {
+            for (std::size_t i = 0; i < sites.size(); ++i) {
+                const Vec2d at = in_triangle(mesh_, sites[i].root, in_cell(sites[i]).x, in_cell(sites[i]).y);
+                const SurfacePoint point =
+                    patches_->evaluate(mesh_.face_halfedge(mesh_.face(sites[i].root)), at.x, at.y);
+                positions[i] = point.position;
+                if (!normals.empty()) normals[i] = point.normal;
+            }
+        } else if (patches_) {
+            if (normals.empty()) return patches_->positions(sites, positions);
+            for (std::size_t i = 0; i < sites.size(); ++i) {
+                const SurfacePoint point = patches_->vertex(sites[i]);
+                positions[i] = point.position;
+                normals[i] = point.normal;
+            }
+        } else {
+            points_->limit_positions(sites, positions);
+            if (!normals.empty()) points_->normals(sites, normals);
+        }
+    }
+
+    void bound(std::span<const Part> parts, std::span<double> errors) const override {
+        const double floor = k_no_error * mesh_.bounding_box().diagonal();
+        if (linear_ || quads_) {
+            std::vector<CellTriangle> triangles;
+            for (const Part& part : parts)
+                triangles.push_back({part.cell, static_cast<std::uint8_t>(part.level), part.corners});
+            if (linear_) {
+                linear_->estimate(triangles, errors);
+            } else {
+                QuadBounder bounder(*quads_);
+                for (std::size_t i = 0; i < parts.size(); ++i)
+                    errors[i] =
+                        bounder.leaf_error(triangles[i], std::max(floor, 2 * parts[i].least()), {}, false).upper;
+            }
+            // Of the corners, which are kept as floats.
+            for (double& error : errors) error += float_rounding(mesh_);
+            return;
+        }
+        std::vector<SurfacePart> pieces;
+        for (const Part& part : parts) {
+            SurfacePart piece{part.cell, part.level, {}, SlidTriangle(part.positions, part.middles)};
+            for (std::size_t k = 0; k < 3; ++k) {
+                Vec2d at = in_cell({part.cell, part.corners[k], static_cast<std::uint8_t>(part.level)});
+                if constexpr (!k_quads) at = in_triangle(mesh_, part.cell, at.x, at.y);
+                piece.at[k] = {at.x, at.y};
+            }
+            if constexpr (!k_quads) piece.cell = mesh_.face_halfedge(mesh_.face(part.cell));
+            pieces.push_back(piece);
+        }
+        bound_->estimate_parts(pieces, floor, errors);
+    }
+
+  private:
+    const ControlMesh& mesh_;
+    RuleOptions rules_;
+    std::optional<LimitSurface> patches_;
+    std::optional<QuadPatches> quads_;
+    std::optional<Hierarchy> points_;
+    std::optional<LinearBound> linear_;
+    std::optional<MaskNormBound<Family>> bound_;
+};
+
+SubdivisionSurface::SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
+                                       const SubdivisionSurfaceOptions& options)
+    : SampledSurface(mesh, options.level), by_triangles_(scheme.info().family == MeshFamily::triangles) {
+    std::unique_ptr<Limits> limits;
+    if (by_triangles_) {
+        limits = std::make_unique<LimitsOf<LoopFamily>>(roots(), scheme, options);
+    } else {
+        limits = std::make_unique<LimitsOf<QuadFamily>>(roots(), scheme, options);
+    }
+    limits_ = limits.get();
+    positions_.resize(point_count());
+    normals_.resize(point_count());
+    with_threads(options.context, [&] {
+        const auto count = static_cast<std::uint32_t>(cells().size());
+        for_each_index(
+            count,
+            [&](std::uint32_t i) {
+                options.context.report("points", static_cast<double>(i) / count);
+                std::vector<Site> own;
+                for (const Site& site : sites_of(cells()[i]))
+                    if (site.root == cells()[i]) own.push_back(site);
+                std::vector<Vec3d> positions(own.size()), normals(own.size());
+                limits_->points(own, positions, normals);
+                for (std::size_t k = 0; k < own.size(); ++k) {
+                    if (options.displacement) {
+                        Place place{.position = positions[k], .normal = normals[k], .on_edge = positions[k]};
+                        shade({&own[k], 1}, {&place, 1});
+                        place.normal = normals[k];
+                        positions[k] += options.displacement(place) * normals[k];
+                    }
+                    positions_[index(own[k])] = positions[k];
+                    normals_[index(own[k])] = normals[k];
+                }
+            },
+            1);
+    });
+    if (options.displacement) limits_ = nullptr;  // the finest triangles are the surface
+    set_bounds(options.context);
+    limits_ = nullptr;
+}
+
+std::uint64_t SubdivisionSurface::memory_bytes() const {
+    return SampledSurface::memory_bytes() + (positions_.capacity() + normals_.capacity()) * sizeof(Vec3f);
+}
+
+void SubdivisionSurface::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {
+    for (std::size_t i = 0; i < sites.size(); ++i) positions[i] = positions_[index(sites[i])];
+}
+
+void SubdivisionSurface::shade(std::span<const Site> sites, std::span<Place> places) const {
+    const ControlMesh& mesh = roots();
+    const auto corner = [&](HalfedgeId h) { return mesh.data().uvs[mesh.uv_index(h)]; };
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        const HalfedgeId cell = sites[i].root;
+        places[i].normal = normals_[index(sites[i])];
+        places[i].uv = {};
+        if (!mesh.has_uvs()) continue;
+        const Vec2d at = in_cell(sites[i]);
+        const Vec2d in = by_triangles_ ? in_triangle(mesh, cell, at.x, at.y) : at;
+        places[i].uv = by_triangles_ ? LoopFamily::linear(mesh, mesh.face_halfedge(mesh.face(cell)), in.x, in.y, corner)
+                                     : QuadFamily::linear(mesh, cell, in.x, in.y, corner);
+    }
+}
+
+void SubdivisionSurface::finest_errors(HalfedgeId cell, std::span<float> errors) const {
+    if (!limits_) return SampledSurface::finest_errors(cell, errors);
+    // Middles of sides are points of the next level.
+    const auto n = static_cast<std::uint32_t>(1u << level());
+    const std::size_t side = 2 * std::size_t{n} + 1;
+    std::vector<Site> sites;
+    for (std::uint32_t y = 0; y <= 2 * n; ++y)
+        for (std::uint32_t x = 0; x <= 2 * n; ++x)
+            sites.push_back(canonical(roots(), {cell, {x, y}, static_cast<std::uint8_t>(level() + 1)}));
+    std::vector<Vec3d> points(sites.size());
+    limits_->points(sites, points, {});
+    const auto point = [&](std::uint32_t x, std::uint32_t y) -> Vec3d& { return points[y * side + x]; };
+    for (std::uint32_t y = 0; y <= 2 * n; y += 2)
+        for (std::uint32_t x = 0; x <= 2 * n; x += 2) point(x, y) = positions_[index(sites[y * side + x])];
+    std::vector<Limits::Part> parts;
+    for (std::uint32_t y = 0; y < n; ++y)
+        for (std::uint32_t x = 0; x < n; ++x) {
+            const std::array<LatticePoint, 4> around{{{x, y}, {x + 1, y}, {x + 1, y + 1}, {x, y + 1}}};
+            const std::size_t turn = (x + y) % 2;  // diagonals run through points with two even coordinates
+            for (const std::size_t first : {turn, turn + 2}) {
+                Limits::Part part{cell, level(), {}, {}, {}};
+                for (std::size_t k = 0; k < 3; ++k) part.corners[k] = around[(first + k) % 4];
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const LatticePoint &a = part.corners[k], &b = part.corners[(k + 1) % 3];
+                    part.positions[k] = point(2 * a.x, 2 * a.y);
+                    part.middles[k] = point(a.x + b.x, a.y + b.y);
+                }
+                parts.push_back(part);
+            }
+        }
+    std::vector<double> found(parts.size());
+    limits_->bound(parts, found);
+    for (std::size_t i = 0; i < errors.size(); ++i)
+        errors[i] = std::nextafter(static_cast<float>(std::max(found[2 * i], found[2 * i + 1])),
+                                   std::numeric_limits<float>::infinity());
+}
+
+}  // namespace tetrakis::lod

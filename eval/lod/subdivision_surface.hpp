@@ -1,0 +1,53 @@
+#pragma once
+
+#include "../surface/scheme_choice.hpp"
+#include "sampled_surface.hpp"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace tetrakis::lod {
+
+struct SubdivisionSurfaceOptions {
+    /// Triangles lie over a lattice of 2^(level + 1) steps to an edge of the control mesh. From 1 to
+    /// SampledSurface::k_max_level.
+    int level = 5;
+    RuleOptions rules{};
+    /// Moves each point of the lattice along its normal by what this returns. Called by several threads; on_edge of
+    /// the place is not known. The surface is then the finest triangles.
+    std::function<double(const Place&)> displacement{};
+    RunContext context{};
+};
+
+/// The limit surface of a scheme on quads, or of Loop. Bounds are proven: they hold for every point of the limit
+/// surface, beyond the lattice, too. Positions are kept as floats, which the bounds take into account. uv: linear
+/// between those of a face's corners, of one of the faces around where these differ.
+class SubdivisionSurface final : public SampledSurface {
+  public:
+    /// @throws Error  invalid_input: a mesh that the scheme cannot take, a level out of range; unsupported: a scheme
+    ///                of another kind, a mesh for which the scheme has no bound (tessellate.hpp, certified); cancelled
+    /// Cost: some microseconds for each point of the lattice, by all threads; 18 bytes for each
+    SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
+                       const SubdivisionSurfaceOptions& options = {});
+
+    std::uint64_t memory_bytes() const override;
+
+  private:
+    class Limits;
+    template <class Family>
+    class LimitsOf;
+
+    void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override;
+    void shade(std::span<const Site> sites, std::span<Place> places) const override;
+    void finest_errors(HalfedgeId cell, std::span<float> errors) const override;
+    void displace(const std::function<double(const Place&)>& displacement);
+
+    bool by_triangles_;
+    const Limits* limits_ = nullptr;  // while bounds are being found
+    // By point.
+    std::vector<Vec3f> positions_, normals_;
+};
+
+}  // namespace tetrakis::lod

@@ -1,0 +1,108 @@
+#include "surface.hpp"
+
+#include "../../hier/forest/bisection_path.hpp"
+#include "../../hier/forest/corner_cell.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace tetrakis::lod {
+
+namespace {
+
+/// Looks for a ray's first hit among the finest triangles below others.
+class RaySearch {
+  public:
+    RaySearch(const Surface& surface, const Vec3d& origin, const Vec3d& direction, double farthest)
+        : surface_(surface), origin_(origin), direction_(direction), first_(farthest) {}
+
+    void search(HalfedgeId cell, const BisectionShape& shape, int depth) {
+        const ControlMesh& roots = surface_.roots();
+        const auto site = [&](const LatticePoint& p, int level) {
+            return canonical(roots, {cell, p, static_cast<std::uint8_t>(level)});
+        };
+        if (depth == surface_.max_depth()) {
+            const int level = lattice_level(depth);
+            const std::array sites{site(shape.a(), level), site(shape.b(), level), site(shape.apex, level)};
+            std::array<Place, 3> places;
+            surface_.places(sites, places);
+            meet(places[0].position, places[1].position, places[2].position);
+            return;
+        }
+        const std::array middle{site(shape.middle(depth), lattice_level(depth + 1))};
+        std::array<DiamondBounds, 1> bounds;
+        surface_.bounds(middle, bounds);
+        if (!enters(bounds[0])) return;
+        for (const int bit : {0, 1})
+            search(depth == 0 && bit == 1 ? roots.next(cell) : cell, shape.child(depth, bit), depth + 1);
+    }
+    std::optional<double> result() const { return found_ ? std::optional(first_) : std::nullopt; }
+
+  private:
+    bool enters(const DiamondBounds& bounds) const {
+        double begin = 0, end = first_;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double off = bounds.center[axis] - origin_[axis], half = bounds.half_sides[axis];
+            if (direction_[axis] == 0) {
+                if (std::abs(off) > half) return false;
+                continue;
+            }
+            const double a = (off - half) / direction_[axis], b = (off + half) / direction_[axis];
+            begin = std::max(begin, std::min(a, b));
+            end = std::min(end, std::max(a, b));
+        }
+        return begin <= end;
+    }
+    void meet(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+        // Which side of each edge the ray passes on; on an edge both triangles are met.
+        const Vec3d pa = a - origin_, pb = b - origin_, pc = c - origin_;
+        const double u = glm::dot(direction_, glm::cross(pb, pc)), v = glm::dot(direction_, glm::cross(pc, pa)),
+                     w = glm::dot(direction_, glm::cross(pa, pb)), sum = u + v + w;
+        if (sum == 0 || std::min({u, v, w}) * std::max({u, v, w}) < 0) return;
+        const double t = glm::dot(u * pa + v * pb + w * pc, direction_) / (sum * glm::dot(direction_, direction_));
+        if (!(t >= 0 && t <= first_)) return;
+        first_ = t;
+        found_ = true;
+    }
+
+    const Surface& surface_;
+    Vec3d origin_, direction_;
+    double first_;
+    bool found_ = false;
+};
+
+}  // namespace
+
+std::optional<double> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
+    RaySearch search(*this, origin, direction, farthest);
+    for (std::uint32_t h = 0; h < roots().halfedge_count(); ++h)
+        if (!roots().is_hole(roots().face(HalfedgeId(h)))) search.search(HalfedgeId(h), BisectionShape::root(), 0);
+    return search.result();
+}
+
+std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, std::uint64_t seed) {
+    const ControlMesh& roots = surface.roots();
+    const int level = surface.max_depth() / 2;
+    std::vector<HalfedgeId> cells;
+    for (std::uint32_t h = 0; h < roots.halfedge_count(); ++h)
+        if (!roots.is_hole(roots.face(HalfedgeId(h)))) cells.push_back(HalfedgeId(h));
+    std::mt19937_64 random(seed);
+    std::vector<Site> sites;
+    for (std::uint32_t i = 0; i < count && !cells.empty(); ++i) {
+        const auto up_to_side = [&] {
+            return static_cast<std::uint32_t>(random() % ((std::uint64_t{1} << level) + 1));
+        };
+        const HalfedgeId cell = cells[random() % cells.size()];
+        const std::uint32_t x = up_to_side();
+        sites.push_back(canonical(roots, {cell, {x, up_to_side()}, static_cast<std::uint8_t>(level)}));
+    }
+    std::vector<Place> places(sites.size());
+    surface.places(sites, places);
+    std::vector<Vec3d> positions;
+    for (const Place& place : places) positions.push_back(place.position);
+    return positions;
+}
+
+}  // namespace tetrakis::lod

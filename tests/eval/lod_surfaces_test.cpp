@@ -1,0 +1,449 @@
+#include "../../eval/distance/triangle_bvh.hpp"
+#include "../../eval/lod/planet_surface.hpp"
+#include "../../eval/lod/procedural_surface.hpp"
+#include "../../eval/lod/subdivision_surface.hpp"
+#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod/view.hpp"
+#include "../../eval/patches/limit_surface.hpp"
+#include "../../hier/base/error.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/forest/check.hpp"
+#include "../../hier/forest/corner_cell.hpp"
+#include "../../hier/obj/obj_reader.hpp"
+
+#include "../kit/height_grids.hpp"
+#include "../kit/lod_views.hpp"
+#include "../kit/meshes.hpp"
+#include "../kit/surface_topology.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace tetrakis;
+using test::Copied;
+using test::grid_of;
+using test::Sight;
+using test::SurfaceTopology;
+using test::topology;
+using test::used;
+
+namespace {
+
+constexpr const char* k_box =
+    "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1.5\nf 4 3 2 1\nf 5 6 7 8\n"
+    "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+constexpr const char* k_octahedron =
+    "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1.3\nv 0 0 -1\nf 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\n"
+    "f 4 2 6\nf 1 4 6\n";
+constexpr const char* k_open =
+    "v 0 0 0\nv 1 0 0.4\nv 2 0 0\nv 0 1 0\nv 1 1 1\nv 2 1 0\nv 0 2 0.5\nv 1 2 0\nf 1 2 5 4\n"
+    "f 2 3 6 5\nf 4 5 8 7\n";
+
+ControlMesh control_mesh(const char* text) { return ControlMesh::build(parse_obj(text, "test.obj")); }
+
+/// A torus about the z-axis.
+class Torus final : public lod::SampledSurface {
+  public:
+    Torus() : SampledSurface(ControlMesh::build(test::grid(6, false, true)), 3) {
+        // Vertex v of the grid is at column v % 6, row v / 6.
+        set_bounds({});
+    }
+    static constexpr double k_large = 3, k_small = 1;
+
+  private:
+    Vec2d parameters(const Site& site) const {
+        const auto at = [&](HalfedgeId h) {
+            const std::uint32_t v = roots().origin(h).value;
+            return Vec2d(v % 6, v / 6);
+        };
+        const auto near = [](double a, double b) { return b + std::remainder(a - b, 6.0); };
+        const Vec2d v = at(site.root), next = at(roots().next(site.root)), prev = at(roots().prev(site.root));
+        const double x = std::ldexp(site.at.x, -site.level - 1), y = std::ldexp(site.at.y, -site.level - 1);
+        const Vec2d ahead(near(next.x, v.x) - v.x, near(next.y, v.y) - v.y),
+            aside(near(prev.x, v.x) - v.x, near(prev.y, v.y) - v.y);
+        return (v + x * ahead + y * aside) * (2 * M_PI / 6);
+    }
+    static Vec3d out(const Vec2d& p) {
+        return {std::cos(p.x) * std::cos(p.y), std::sin(p.x) * std::cos(p.y), std::sin(p.y)};
+    }
+    void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override {
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const Vec2d p = parameters(sites[i]);
+            positions[i] = k_large * Vec3d(std::cos(p.x), std::sin(p.x), 0) + k_small * out(p);
+        }
+    }
+    void shade(std::span<const Site> sites, std::span<lod::Place> places) const override {
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            places[i].normal = out(parameters(sites[i]));
+            places[i].uv = parameters(sites[i]) / (2 * M_PI);
+        }
+    }
+    void finest_errors(HalfedgeId, std::span<float> errors) const override {
+        // Half the largest second derivative times the square of half the longest side.
+        const double step = 2 * M_PI / 6 / 16;
+        std::ranges::fill(errors, static_cast<float>(0.5 * (k_large + 2 * k_small) * step * step / 2));
+    }
+};
+
+HeightGrid waves(std::uint32_t columns, std::uint32_t rows, double height) {
+    return grid_of(columns, rows, [&](double c, double r) {
+        return height * std::sin(6 * M_PI * (c + 0.5) / columns) * std::sin(2 * M_PI * r / rows) +
+               0.2 * height * std::sin(20 * M_PI * (c + 0.5) / columns + r);
+    });
+}
+
+std::array<HeightGrid, 6> cube_faces(std::uint32_t side) {
+    std::array<HeightGrid, 6> faces;
+    for (std::size_t f = 0; f < 6; ++f)
+        faces[f] = grid_of(side, side, [&](double c, double r) {
+            // Zero at the edges, where faces meet.
+            return 0.3 * std::sin(M_PI * c / (side - 1)) * std::sin(M_PI * r / (side - 1)) * std::sin(c * r + f);
+        });
+    return faces;
+}
+
+struct Example {
+    std::string name;
+    std::shared_ptr<const lod::Surface> surface;
+    Vec3d middle;
+    double size;
+    std::int64_t euler;
+};
+
+std::vector<Example> examples() {
+    std::vector<Example> all;
+    const auto add = [&](const char* name, std::shared_ptr<const lod::Surface> surface, const Vec3d& middle,
+                         double size, std::int64_t euler) {
+        all.push_back({name, std::move(surface), middle, size, euler});
+    };
+    add("terrain", std::make_shared<lod::TerrainSurface>(test::rough(65, 40, 3)), {32, -20, 0}, 30, 1);
+    add("torus", std::make_shared<Torus>(), {0, 0, 0}, 4, 0);
+    add("planet", std::make_shared<lod::PlanetSurface>(waves(64, 32, 0.4), lod::PlanetOptions{.radius = 10}), {0, 0, 0},
+        10, 2);
+    add("planet of faces", std::make_shared<lod::PlanetSurface>(cube_faces(17), lod::PlanetOptions{.radius = 5}),
+        {0, 0, 0}, 5, 2);
+    const ControlMesh box = control_mesh(k_box), open = control_mesh(k_open), octahedron = control_mesh(k_octahedron);
+    for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear"}) {
+        add(scheme, std::make_shared<lod::SubdivisionSurface>(box, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
+            {0, 0, 0}, 1.5, 2);
+        add(scheme, std::make_shared<lod::SubdivisionSurface>(open, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
+            {1, 1, 0}, 1.5, 1);
+    }
+    add("loop",
+        std::make_shared<lod::SubdivisionSurface>(octahedron, "loop", lod::SubdivisionSurfaceOptions{.level = 3}),
+        {0, 0, 0}, 1, 2);
+    add("displaced",
+        std::make_shared<lod::SubdivisionSurface>(
+            box, "catmull-clark",
+            lod::SubdivisionSurfaceOptions{
+                .level = 3,
+                .displacement = [](const lod::Place& p) { return 0.05 * std::sin(9 * p.position.x + p.position.y); }}),
+        {0, 0, 0}, 1.5, 2);
+    add("fractal plane",
+        std::make_shared<lod::ProceduralSurface>(lod::ProceduralSurface::plane(100, 1, lod::fractal_heights(5, 60, 3))),
+        {0, 0, 0}, 50, 1);
+    add("fractal ball",
+        std::make_shared<lod::ProceduralSurface>(lod::ProceduralSurface::ball(50, 2, lod::fractal_heights(2, 60, 3))),
+        {0, 0, 0}, 50, 2);
+    return all;
+}
+
+/// A camera that comes and goes around the middle of an example, and jumps now and then.
+lod::Camera wander(const Example& example, std::mt19937& random, int frame, double& turn, double& away) {
+    std::uniform_real_distribution<double> one(0, 1);
+    if (frame % 25 == 0) {
+        turn = 6.28 * one(random);
+        away = example.size * (1.2 + 3 * one(random));
+    }
+    turn += 0.05;
+    away = std::max(1.1 * example.size, away * (0.9 + 0.2 * one(random)));
+    lod::Camera camera;
+    const Vec3d out(std::cos(turn), std::sin(turn), 0.5 * std::sin(2 * turn) + 0.2);
+    camera.eye = example.middle + away * glm::normalize(out);
+    camera.direction = -out + 0.3 * Vec3d(one(random), one(random), one(random));
+    camera.width = 640;
+    camera.height = 480;
+    return camera;
+}
+
+/// The leaves of a view as a forest that was made for them.
+std::vector<std::array<Site, 3>> from_scratch(const BisectionForest& forest) {
+    std::vector<std::array<Site, 3>> leaves;
+    for (std::uint32_t i = 0; i < forest.leaf_slots(); ++i) {
+        if (!forest.is_leaf(LeafId(i))) continue;
+        const auto& v = forest.leaf(LeafId(i)).vertex;
+        leaves.push_back({forest.point_site(v[0]), forest.point_site(v[1]), forest.point_site(v[2])});
+    }
+    return leaves;
+}
+
+void split_to(BisectionForest& forest, const std::set<Site>& points, std::uint32_t leaves) {
+    forest.reserve(leaves + 8);
+    for (bool again = true; again;) {
+        again = false;
+        for (std::uint32_t i = 0; i < forest.leaf_slots(); ++i) {
+            const LeafId id(i);
+            if (!forest.is_leaf(id)) continue;
+            const BisectionLeaf& leaf = forest.leaf(id);
+            const Site middle =
+                canonical(forest.mesh(), {leaf.cell, leaf.shape().middle(leaf.depth), lattice_level(leaf.depth + 1)});
+            if (!points.contains(middle)) continue;
+            REQUIRE(forest.split_diamond(id, [](const Diamond&) {}));
+            again = true;
+        }
+    }
+}
+
+/// The largest error in pixels of places of the full surface against a mesh, of those that the camera sees.
+double judged_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, const lod::Camera& camera) {
+    const TriangleBvh bvh(mesh);
+    const Sight sight(camera);
+    double largest = 0;
+    for (const Vec3d& place : places)
+        if (sight.sees(place))
+            largest = std::max(largest, bvh.closest(place).distance * sight.pixels / glm::length(place - camera.eye));
+    return largest;
+}
+
+}  // namespace
+
+TEST_CASE("lod: after every frame of a walk over any surface the mesh is whole, restricted, in budget and in promise") {
+    for (const Example& example : examples()) {
+        CAPTURE(example.name);
+        lod::View view(*example.surface, {.max_leaves = 20'000, .max_ranges = 100});
+        // All that there is.
+        lod::View full(*example.surface, {.max_leaves = 400'000});
+        lod::Camera above;
+        above.eye = example.middle + Vec3d(0, 0, example.size);
+        above.direction = {0, 0, -1};
+        full.update(above, {.pixel_error = 1e-9});
+        const std::vector<Vec3d> places = full.mesh().positions;
+        REQUIRE(full.leaf_count() < 400'000);
+        Copied copied;
+        std::mt19937 random(11);
+        double turn = 0, away = 1, largest = 0;
+        std::uint32_t changes = 0;
+        for (int frame = 0; frame < 60; ++frame) {
+            const lod::Camera camera = wander(example, random, frame, turn, away);
+            lod::Budget budget{.pixel_error = 1.5};
+            if (frame % 10 > 7) budget.leaves = 300;
+            const lod::Update update = view.update(camera, budget);
+            changes += update.splits + update.merges;
+            copied.take(view, update);
+            REQUIRE(copied.equals(view));
+            REQUIRE(update.complete);
+            REQUIRE(update.leaves == view.leaf_count());
+            REQUIRE(update.leaves <= std::max(budget.leaves, example.surface->roots().halfedge_count()));
+            const auto triangles = used(view);
+            REQUIRE(triangles.size() == update.leaves);
+            const SurfaceTopology whole = topology(triangles);
+            REQUIRE(whole.fault.empty());
+            REQUIRE(whole.euler == example.euler);
+            auto leaves = view.leaves();
+            std::set<Site> points;
+            for (const auto& leaf : leaves) points.insert(leaf.begin(), leaf.end());
+            BisectionForest forest(example.surface->roots());
+            split_to(forest, points, update.leaves);
+            REQUIRE(check_forest(forest).value_or("") == "");
+            auto same = from_scratch(forest);
+            std::sort(leaves.begin(), leaves.end());
+            std::sort(same.begin(), same.end());
+            REQUIRE(leaves == same);
+            if (frame % 10 != 0) continue;
+            const double pixels = judged_pixels(view.mesh(), places, camera);
+            REQUIRE(pixels <= update.pixel_error + 1e-3);
+            largest = std::max(largest, pixels / update.pixel_error);
+        }
+        CHECK(changes > 100);
+        // The promise is worth something.
+        CHECK(largest > 0.15);
+    }
+}
+
+TEST_CASE("lod: bounds are nested and hold, on every surface") {
+    for (const Example& example : examples()) {
+        CAPTURE(example.name);
+        // The smallest and the largest triangles around each diamond that can be split.
+        const ControlMesh& roots = example.surface->roots();
+        BisectionForest forest(roots);
+        forest.reserve(200'000);
+        std::mt19937 random(5);
+        std::size_t diamonds = 0;
+        for (int step = 0; step < 3'000; ++step) {
+            const LeafId id(static_cast<std::uint32_t>(random() % forest.leaf_slots()));
+            if (!forest.is_leaf(id) || forest.depth(id) + 1 >= example.surface->max_depth()) continue;
+            const auto site_of = [&](LeafId of) {
+                const BisectionLeaf& leaf = forest.leaf(of);
+                return canonical(roots, {leaf.cell, leaf.shape().middle(leaf.depth), lattice_level(leaf.depth + 1)});
+            };
+            const auto bounds_of = [&](const Site& site) {
+                lod::DiamondBounds bounds;
+                example.surface->bounds({&site, 1}, {&bounds, 1});
+                return bounds;
+            };
+            REQUIRE(forest.split_diamond(id, [&](const Diamond& diamond) {
+                const lod::DiamondBounds own = bounds_of(forest.point_site(diamond.midpoint));
+                for (const auto& siblings : diamond.siblings())
+                    for (const LeafId child : siblings) {
+                        const lod::DiamondBounds below = bounds_of(site_of(child));
+                        REQUIRE(own.error >= lod::k_error_ratio * below.error * (1 - 1e-6));
+                        const Vec3d off = glm::abs(below.center - own.center) + below.half_sides - own.half_sides;
+                        REQUIRE(std::max({off.x, off.y, off.z}) <= 1e-6 * glm::length(own.half_sides));
+                        ++diamonds;
+                    }
+            }));
+        }
+        CHECK(diamonds > 500);
+    }
+}
+
+TEST_CASE("lod: rays meet every surface where they meet all of its triangles") {
+    for (const Example& example : examples()) {
+        CAPTURE(example.name);
+        lod::View full(*example.surface, {.max_leaves = 400'000});
+        lod::Camera above;
+        above.eye = example.middle + Vec3d(0, 0, example.size);
+        above.direction = {0, 0, -1};
+        full.update(above, {.pixel_error = 1e-9});
+        const TriangleMesh mesh = full.mesh();
+        const TriangleBvh bvh(mesh);
+        std::mt19937 random(9);
+        std::uniform_real_distribution<double> one(-1, 1);
+        int hits = 0;
+        for (int i = 0; i < 300; ++i) {
+            const Vec3d origin = example.middle + 2.5 * example.size * Vec3d(one(random), one(random), one(random)),
+                        target = example.middle + 0.7 * example.size * Vec3d(one(random), one(random), one(random));
+            const RayHit expected = bvh.intersect(origin, target - origin);
+            const std::optional<double> found = example.surface->hit(origin, target - origin);
+            REQUIRE(found.has_value() == expected.found());
+            if (!found) continue;
+            ++hits;
+            REQUIRE(*found == doctest::Approx(expected.t).epsilon(1e-9));
+            REQUIRE(!example.surface->hit(origin, target - origin, 0.99 * *found));
+        }
+        CHECK(hits > 40);
+    }
+}
+
+TEST_CASE("lod: a subdivision surface's errors hold between its points, too") {
+    const ControlMesh box = control_mesh(k_box), octahedron = control_mesh(k_octahedron);
+    for (const bool loop : {false, true}) {
+        CAPTURE(loop);
+        const ControlMesh& mesh = loop ? octahedron : box;
+        const SchemeKind kind = loop ? SchemeKind::loop : SchemeKind::catmull_clark;
+        const LimitSurface limit(mesh, kind);
+        const lod::SubdivisionSurface coarse(mesh, kind, {.level = 2});
+        std::vector<Vec3d> places;
+        std::mt19937 random(2);
+        std::uniform_real_distribution<double> one(0, 1);
+        for (int i = 0; i < 4000; ++i) {
+            HalfedgeId h(static_cast<std::uint32_t>(random() % mesh.halfedge_count()));
+            double x = one(random), y = one(random);
+            if (loop) {
+                h = mesh.face_halfedge(mesh.face(h));
+                if (x + y > 1) x = 1 - x, y = 1 - y;
+            }
+            places.push_back(limit.evaluate(h, x, y).position);
+        }
+        lod::View view(coarse);
+        for (const double far : {30.0, 8.0, 3.0, 1.5}) {
+            lod::Camera camera;
+            camera.eye = {far, 0.3 * far, 0.2 * far};
+            camera.direction = -camera.eye;
+            const lod::Update update = view.update(camera);
+            REQUIRE(update.complete);
+            // At the finest level it is what it is; its bound says so.
+            const double finest = 0.04 * Sight(camera).pixels / (far - 1);
+            const double pixels = judged_pixels(view.mesh(), places, camera);
+            if (update.leaves < 2 * 16 * mesh.halfedge_count()) CHECK(pixels <= 1 + 1e-3);
+            CHECK(pixels <= std::max(1.0, finest));
+        }
+    }
+}
+
+TEST_CASE("lod: surfaces are the same for any number of threads") {
+    const auto bounds = [&](int threads) {
+        RunContext context;
+        context.threads = threads;
+        const lod::PlanetSurface planet(waves(64, 32, 0.4), {.radius = 10, .context = context});
+        const lod::SubdivisionSurface sub(control_mesh(k_box), "catmull-clark", {.level = 3, .context = context});
+        std::vector<std::array<Site, 3>> leaves;
+        for (const lod::Surface* surface :
+             {static_cast<const lod::Surface*>(&planet), static_cast<const lod::Surface*>(&sub)}) {
+            lod::View view(*surface);
+            lod::Camera camera;
+            camera.eye = {0, -30, 3};
+            view.update(camera, {.pixel_error = 0.5});
+            const auto own = view.leaves();
+            leaves.insert(leaves.end(), own.begin(), own.end());
+        }
+        return leaves;
+    };
+    const auto one = bounds(1);
+    CHECK(one.size() > 1000);
+    for (const int threads : {2, 3, 4}) CHECK(bounds(threads) == one);
+}
+
+TEST_CASE("lod: a planet's heights are where they belong") {
+    // One high sample in the row of the equator, where longitude is 90 degrees: towards +y.
+    HeightGrid map = grid_of(360, 181, [](double c, double r) { return c == 270 && r == 90 ? 1.0 : 0.0; });
+    const lod::PlanetSurface planet(map, {.radius = 100, .level = 5});
+    CHECK(planet.height({-std::sin(M_PI / 360), std::cos(M_PI / 360), 0}) == doctest::Approx(1));
+    CHECK(planet.height({1, 0, 0}) == doctest::Approx(0));
+    // The same longitude from both sides of the antimeridian.
+    HeightGrid east = grid_of(8, 4, [](double c, double) { return c; });
+    const lod::PlanetSurface seam(east, {.radius = 100, .level = 2});
+    CHECK(seam.height({-1, 1e-9, 0}) == doctest::Approx(3.5).epsilon(1e-6));
+    CHECK(seam.height({-1, -1e-9, 0}) == doctest::Approx(3.5).epsilon(1e-6));
+    // Faces of a cube: towards +x, columns run to -z and rows to -y (OpenGL 4.6, table 8.19).
+    std::array<HeightGrid, 6> faces;
+    for (std::size_t f = 0; f < 6; ++f)
+        faces[f] = grid_of(3, 3, [&](double c, double r) { return 10.0 * f + c + 3 * r; });
+    const lod::PlanetSurface cube(faces, {.radius = 100, .level = 2});
+    CHECK(cube.height({1, 0, 0}) == doctest::Approx(4));
+    CHECK(cube.height({1, 0, -0.999999}) == doctest::Approx(5).epsilon(1e-5));
+    CHECK(cube.height({1, -0.999999, 0}) == doctest::Approx(7).epsilon(1e-5));
+    CHECK(cube.height({-1, 0, 0.999999}) == doctest::Approx(15).epsilon(1e-5));
+    CHECK(cube.height({0.999999, 1, 0}) == doctest::Approx(25).epsilon(1e-5));
+    CHECK(cube.height({0, 0, -1}) == doctest::Approx(54));
+    CHECK(glm::dot(cube.normal({0, 1, 0}), Vec3d(0, 1, 0)) > 0.9);
+}
+
+TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
+    const HeightGrid map = waves(16, 8, 1);
+    CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 0}), doctest::Contains("radius of 0"), Error);
+    CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 0.1}), doctest::Contains("as deep as the planet"), Error);
+    CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 10, .level = 20}), doctest::Contains("20 levels"), Error);
+    CHECK_THROWS_AS(lod::PlanetSurface(HeightGrid{}), Error);
+    HeightGrid hole = map;
+    hole.heights[3] = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_WITH_AS(lod::PlanetSurface{hole}, doctest::Contains("is missing"), Error);
+    std::array<HeightGrid, 6> faces = cube_faces(5);
+    faces[4] = waves(5, 4, 1);
+    CHECK_THROWS_WITH_AS(lod::PlanetSurface{faces}, doctest::Contains("5 columns and 4 rows"), Error);
+
+    const ControlMesh box = control_mesh(k_box);
+    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(box, "doo-sabin"), doctest::Contains("not doo-sabin"), Error);
+    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(control_mesh(k_octahedron), "butterfly"),
+                         doctest::Contains("not butterfly"), Error);
+    CHECK_THROWS_AS(lod::SubdivisionSurface(box, "loop"), Error);
+    CHECK_THROWS_AS(lod::SubdivisionSurface(box, "catmull-clark", {.level = 0}), Error);
+
+    CHECK_THROWS_AS(lod::fractal_heights(1, 0, 3), Error);
+    CHECK_THROWS_AS(lod::fractal_heights(1, 1, 0), Error);
+    const lod::ProceduralHeights heights = lod::fractal_heights(1, 10, 3);
+    CHECK_THROWS_AS(lod::ProceduralSurface::plane(0, 1, heights), Error);
+    CHECK_THROWS_AS(lod::ProceduralSurface::plane(10, 0, heights), Error);
+    CHECK_THROWS_AS(lod::ProceduralSurface::ball(1, 1, heights), Error);
+    CHECK_THROWS_WITH_AS(lod::ProceduralSurface::plane(1e9, 1e-3, heights), doctest::Contains("too small"), Error);
+}

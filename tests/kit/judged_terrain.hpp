@@ -1,0 +1,53 @@
+#pragma once
+
+#include "../../eval/lod/height_grid.hpp"
+#include "../../eval/surface/triangle_mesh.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tetrakis::test {
+
+/// What a mesh is of a grid, found without anything of the library's.
+struct Judged {
+    double largest_error = 0, area = 0;
+    std::size_t unseen = 0;  ///< samples that no triangle lies over
+    std::size_t turned = 0;  ///< triangles that are clockwise or have no area
+};
+inline Judged judge(const TriangleMesh& mesh, const HeightGrid& grid) {
+    Judged judged;
+    std::vector<char> seen(grid.heights.size(), 0);
+    for (const auto& triangle : mesh.triangles) {
+        std::array<Vec3d, 3> p;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3d& at = mesh.positions[triangle[k]];
+            p[k] = {(at.x - grid.origin.x) / grid.spacing.x, (grid.origin.y - at.y) / grid.spacing.y, at.z};
+        }
+        const auto twice = [](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+            return (c.x - a.x) * (b.y - a.y) - (b.x - a.x) * (c.y - a.y);  // y is to the south
+        };
+        const double area = twice(p[0], p[1], p[2]);
+        judged.area += area / 2;
+        if (!(area > 0)) ++judged.turned;
+        const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
+        const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
+        for (double y = std::ceil(y0); y <= y1; ++y)
+            for (double x = std::ceil(x0); x <= x1; ++x) {
+                const Vec3d at(x, y, 0);
+                const double a = twice(at, p[1], p[2]), b = twice(p[0], at, p[2]), c = area - a - b;
+                if (a < 0 || b < 0 || c < 0) continue;
+                const auto column = static_cast<std::uint32_t>(x), row = static_cast<std::uint32_t>(y);
+                seen[row * std::size_t{grid.columns} + column] = 1;
+                const double height = (a * p[0].z + b * p[1].z + c * p[2].z) / area;
+                judged.largest_error = std::max(judged.largest_error, std::abs(height - double{grid.at(column, row)}));
+            }
+    }
+    judged.unseen = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 0));
+    return judged;
+}
+
+}  // namespace tetrakis::test

@@ -1,0 +1,200 @@
+#include "lod_scene.hpp"
+
+#include "console.hpp"
+#include "files.hpp"
+#include "report.hpp"
+#include "scheme_option.hpp"
+
+#include "../../eval/lod/planet_surface.hpp"
+#include "../../eval/lod/subdivision_surface.hpp"
+#include "../../eval/lod/terrain_surface.hpp"
+#include "../../hier/base/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+namespace tetrakis::cli {
+
+namespace {
+
+bool is_mesh(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    return extension == ".obj";
+}
+
+LodScene terrain_scene(HeightGrid grid, const Run& process) {
+    LodScene scene;
+    const double width = (grid.columns - 1) * grid.spacing.x, height = (grid.rows - 1) * grid.spacing.y;
+    const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
+    scene.size = std::min(width, height);
+    scene.middle = {grid.origin.x + width / 2, grid.origin.y - height / 2,
+                    double{*low} + 0.3 * (double{*high} - double{*low})};
+    scene.description = fmt::format("{} x {} samples", grid.columns, grid.rows);
+    auto surface = std::make_unique<lod::TerrainSurface>(std::move(grid), process.context());
+    scene.surface_bytes = surface->memory_bytes();
+    scene.low = [terrain = surface.get()](const Vec3d& p) {
+        const HeightGrid& heights = terrain->grid();
+        const double x = heights.origin.x, y = heights.origin.y;
+        const Vec2d inside(std::clamp(p.x, x, x + (heights.columns - 1) * heights.spacing.x),
+                           std::clamp(p.y, y - (heights.rows - 1) * heights.spacing.y, y));
+        return terrain->at(inside).value_or(lod::TerrainSurface::GroundPoint{}).height;
+    };
+    scene.surface = std::move(surface);
+    return scene;
+}
+
+}  // namespace
+
+void LodInput::add(CLI::App& command) {
+    heights.add(command, "Heights, as `tetrakis terrain` reads them, or a control mesh (.obj)");
+    command
+        .add_option("--planet", planet_radius, "Heights are over longitudes and latitudes of a planet of this radius")
+        ->type_name("R")
+        ->check(number_check("a positive number", [](double value) { return value > 0; }));
+    command.add_option("--scheme", scheme, "Of a control mesh: loop, or one on quads (catmull-clark)")
+        ->type_name("NAME");
+    command.add_option("--level", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
+        ->type_name("N")
+        ->check(CLI::Range(1, lod::SampledSurface::k_max_level).description(""));
+    add_read_options(command, read_mesh);
+}
+
+LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) const {
+    const bool mesh = is_mesh(heights.path);
+    if (mesh && planet_radius > 0) throw UsageError("--planet takes heights, not a control mesh");
+    if (!mesh && !scheme.empty()) throw UsageError("--scheme takes a control mesh (.obj)");
+    if (!mesh && planet_radius == 0) {
+        if (level != 0) throw UsageError("--level is about planets and control meshes");
+        return terrain_scene(heights.load(process, warnings), process);
+    }
+    LodScene scene;
+    scene.is_round = planet_radius > 0;
+    if (scene.is_round) {
+        HeightGrid grid = heights.load(process, warnings);
+        scene.description = fmt::format("{} x {} samples around a planet", grid.columns, grid.rows);
+        auto surface = std::make_unique<lod::PlanetSurface>(
+            std::move(grid), lod::PlanetOptions{planet_radius, level, process.context()});
+        scene.surface_bytes = surface->memory_bytes();
+        scene.size = 2 * planet_radius;
+        scene.low = [planet = surface.get()](const Vec3d& p) { return planet->radius() + planet->height(p); };
+        scene.surface = std::move(surface);
+        return scene;
+    }
+    LoadedModel model = load_model(heights.path, read_mesh, process.context());
+    const SchemeInfo& chosen = chosen_scheme(scheme.empty() ? std::string(name(SchemeKind::catmull_clark)) : scheme);
+    prepare_for(chosen, model.mesh, process.context());
+    const Box3d box = model.mesh.bounding_box();
+    scene.middle = 0.5 * (box.lower + box.upper);
+    scene.size = box.diagonal();
+    scene.up = {0, 1, 0};
+    scene.description = fmt::format("{} faces, {}", format_count(model.mesh.face_count()), chosen.title);
+    lod::SubdivisionSurfaceOptions options;
+    if (level != 0) options.level = level;
+    options.context = process.context();
+    std::unique_ptr<lod::SubdivisionSurface> surface;
+    try {
+        surface = std::make_unique<lod::SubdivisionSurface>(model.mesh, chosen, options);
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::unsupported) throw;
+        throw UsageError(fmt::format("--scheme: {}", error.what()));
+    }
+    scene.surface_bytes = surface->memory_bytes();
+    scene.surface = std::move(surface);
+    return scene;
+}
+
+lod::Camera CameraPlace::lod_camera(int width, int height) const {
+    return {.eye = eye,
+            .direction = forward(),
+            .up = up(),
+            .vertical_fov = fov_degrees * M_PI / 180,
+            .width = static_cast<std::uint32_t>(width),
+            .height = static_cast<std::uint32_t>(height)};
+}
+
+std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint32_t frames) {
+    std::ifstream file(path);
+    if (!file) throw InputError(fmt::format("{}: cannot be read", path.string()));
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    std::vector<CameraPlace> given;
+    try {
+        for (const Json& entry : Json::parse(text)) {
+            const auto vec = [&](const char* key) {
+                const auto v = entry.at(key).get<std::array<double, 3>>();
+                return Vec3d(v[0], v[1], v[2]);
+            };
+            given.push_back({vec("eye"), vec("target"), entry.value("fov_degrees", 60.0)});
+        }
+    } catch (const nlohmann::json::exception& error) {
+        const std::string reason = error.what();  // "[json.exception.type_error.304] cannot ..."
+        throw InputError(
+            fmt::format("{}: camera {}: {}; a camera path is a list of {{\"eye\": [x, y, z], \"target\": "
+                        "[x, y, z], \"fov_degrees\": a}}",
+                        path.string(), given.size(), reason.substr(reason.find("] ") + 2)));
+    }
+    for (std::size_t i = 0; i < given.size(); ++i)
+        if (!(glm::length(given[i].target - given[i].eye) > 0 && given[i].fov_degrees > 0 &&
+              given[i].fov_degrees < 180))
+            throw InputError(
+                fmt::format("{}: camera {} looks nowhere: its target is its eye, or its opening is not "
+                            "between 0 and 180 degrees",
+                            path.string(), i));
+    if (given.empty()) throw InputError(fmt::format("{}: a camera path without cameras", path.string()));
+    std::vector<CameraPlace> cameras;
+    for (std::uint32_t i = 0; i < frames; ++i) {
+        const double at = frames == 1 ? 0 : static_cast<double>(i) * (given.size() - 1.0) / (frames - 1.0);
+        const auto k = static_cast<std::size_t>(at);
+        const CameraPlace &a = given[k], &b = given[std::min(k + 1, given.size() - 1)];
+        const double t = at - std::floor(at);
+        cameras.push_back(
+            {glm::mix(a.eye, b.eye, t), glm::mix(a.target, b.target, t), glm::mix(a.fov_degrees, b.fov_degrees, t)});
+    }
+    return cameras;
+}
+
+std::vector<CameraPlace> circle(const LodScene& scene, std::uint32_t frames, bool fly) {
+    const double size = scene.size;
+    std::vector<CameraPlace> cameras;
+    double above = 0;
+    for (std::uint32_t i = 0; i < frames; ++i) {
+        const double turn = 2 * M_PI * i / frames;
+        const Vec3d z = scene.up, x(1, 0, 0), y = glm::cross(z, x);
+        const Vec3d out = std::cos(turn) * x + std::sin(turn) * y, ahead = glm::cross(z, out);
+        CameraPlace camera;
+        camera.about_up = z;
+        if (!fly || !scene.low) {
+            // From 1.2 diameters away; a flight over a mesh is a closer one.
+            camera.eye = scene.middle + (fly ? 0.8 : 1.2) * size * out +
+                         (scene.is_round ? 0.2
+                          : fly          ? 0.3
+                                         : 0.7) *
+                             size * z;
+            camera.target = scene.middle;
+        } else if (scene.is_round) {
+            // Along the equator, as high as the ground asks for.
+            const double ground = std::max(scene.low(out), scene.low(out + 0.1 * ahead));
+            above = std::max(above, ground + 0.02 * size);
+            camera.eye = above * out;
+            camera.target = camera.eye + size * (ahead - 0.35 * out + 0.2 * z);
+            camera.about_up = out;
+        } else {
+            camera.eye = scene.middle + 0.42 * size * out;
+            // Without jumps.
+            const double ground = scene.low(camera.eye),
+                         wanted = std::max(ground, scene.low(camera.eye + 0.1 * size * ahead)) + 0.12 * size;
+            above = i == 0 ? wanted : above + 0.2 * (wanted - above);
+            camera.eye.z = std::max(above, ground + 0.03 * size);
+            camera.target = camera.eye + size * (ahead - 0.8 * out) - 0.2 * size * z;
+        }
+        cameras.push_back(camera);
+    }
+    return cameras;
+}
+
+}  // namespace tetrakis::cli
