@@ -22,8 +22,8 @@ struct Place {
     Vec3d eye, target;
 };
 
-// It comes from so far away that the viewer moves its origin on the way.
-const std::vector<Place> k_flight = {{{2560, -2e6, 40000}, {2560, -2560, 0}},
+// It comes from so far away that floats about the first eye would not do: the viewer moves its origin on the way.
+const std::vector<Place> k_flight = {{{-2e9, -2560, 4e7}, {2560, -2560, 0}},
                                      {{2560, -9000, 1500}, {2560, -2560, 0}},
                                      {{1800, -5600, 600}, {2560, -2560, 100}},
                                      {{3500, -5900, 1100}, {2500, -2560, 100}}};
