@@ -1,6 +1,6 @@
 """The layer rule: no include points up, between layers or between the folders of one (README.md of each layer).
 
-Programs that stand for users (tools/tetrakis, tools/examples, tests/contract) include public headers only, but for
+Programs that stand for users (tools/tetrakis, tools/examples, tools/viewer, tests/contract) include public headers only, but for
 tools/tetrakis/schemes, which draws what schemes are made of. Above schemes/ nobody asks which scheme it is: what differs
 is a field of SchemeInfo.
 Usage: layers.py SOURCE_DIR; prints every arrow that points up, and fails if there is one.
@@ -19,7 +19,7 @@ LAYERS = {
 }
 KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}
 KNOWS["eval"] = KNOWS["refine"] + ["eval"]
-USERS = ["tools/tetrakis", "tools/capi", "tools/examples", "tests/contract"]
+USERS = ["tools/tetrakis", "tools/capi", "tools/examples", "tools/viewer", "tests/contract"]
 INSIDERS = ["tools/tetrakis/schemes"]
 
 

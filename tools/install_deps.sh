@@ -3,22 +3,26 @@
 #   tools/install_deps.sh            library, program and tests
 #   tools/install_deps.sh --bench    also the peers of the benchmarks
 #   tools/install_deps.sh --figures  also what tools/figures.sh draws with
+#   tools/install_deps.sh --viewer   also what tools/viewer and its test need
 #   tools/install_deps.sh --ci       also what the checks of .ci/run need
 # Does nothing, in a fraction of a second, where everything is there.
 set -eu
 
 required="g++ cmake ninja-build libglm-dev libtinyobjloader-dev libembree-dev libtbb-dev libfmt-dev libeigen3-dev \
 libcli11-dev nlohmann-json3-dev libstb-dev libtinygltf-dev doctest-dev zlib1g-dev python3"
-# Without these the build works and says what it leaves out: the comparison with OpenSubdiv, a faster rebuild.
+# Without these the build works and says what it leaves out: the comparison with OpenSubdiv, a faster rebuild, the viewer.
 optional="libosd-dev ccache"
+# xvfb-run asks for xauth, which Debian only recommends.
+viewer="pkg-config libglfw3-dev libepoxy-dev libimgui-dev xvfb xauth libgl1-mesa-dri"
 figures="python3-pil fonts-dejavu-core libmeshoptimizer-dev"
 for argument in "$@"; do
     case "$argument" in
         --bench) optional="$optional libcgal-dev libopenmesh-dev libmeshoptimizer-dev libbenchmark-dev libp4est-dev \
 libopenmpi-dev openmpi-bin" ;;
         --figures) required="$required $figures" ;;
-        --ci) required="$required clang-format $figures" ;;
-        *) echo "usage: $0 [--bench] [--figures] [--ci]" >&2; exit 2 ;;
+        --viewer) optional="$optional $viewer" ;;
+        --ci) required="$required clang-format $figures"; optional="$optional $viewer" ;;
+        *) echo "usage: $0 [--bench] [--figures] [--viewer] [--ci]" >&2; exit 2 ;;
     esac
 done
 

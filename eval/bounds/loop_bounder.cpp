@@ -155,6 +155,21 @@ LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     start(decide_at, true);
     Piece piece{{}, {}, {0, 1, 2}};
     Level& level = locate(leaf, piece.at);
+    return error_in(level, piece, sliding);
+}
+
+LeafError LoopBounder::part_error(HalfedgeId root, const std::array<Vec2d, 3>& corners, double decide_at) {
+    start(decide_at, false);
+    Piece piece{{}, {}, {0, 1, 2}};
+    Level& level = locate({root, 0, {LatticePoint{0, 0}, {1, 0}, {0, 1}}}, piece.at);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec2d& p = corners[i];
+        piece.at[i] = detail::turned({1 - p.x - p.y, p.x, p.y}, level.cell.turn);
+    }
+    return error_in(level, piece, {});
+}
+
+LeafError LoopBounder::error_in(Level& level, Piece& piece, const EdgeSliding& sliding) {
     std::array<Vec3d, 3>& corner = piece.linear;
     if (level.cell.kind != LoopCell::Kind::regular) {
         for (std::size_t i = 0; i < 3; ++i) corner[i] = position(level.cell, piece.at[i]);

@@ -27,6 +27,9 @@ class LoopBounder : private detail::PatchBounder<> {
     /// @param sliding  at edges where there is some, the error is that of EdgeSliding
     LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding = {});
 
+    /// The same of any triangle of a root's parameters, with its corners on the surface. It is not rejected.
+    LeafError part_error(HalfedgeId root, const std::array<Vec2d, 3>& corners, double decide_at);
+
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points in the order
     /// corner 2 first, rows parallel to the edge corner 0 - corner 1. Positions and (unnormalised) normals of the limit
     /// surface.
@@ -50,6 +53,7 @@ class LoopBounder : private detail::PatchBounder<> {
         Edges edge;
     };
 
+    LeafError error_in(Level& level, Piece& piece, const EdgeSliding& sliding);
     Level& locate(const CellTriangle& leaf, Corners& at);
     Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
     void bound_cell(const detail::LoopCell& cell, const Piece& piece, int depth);

@@ -56,6 +56,7 @@ class Candidates {
 
     Kind kind(std::uint32_t node) const { return nodes_[node].kind; }
     std::uint32_t owner(std::uint32_t node) const { return nodes_[node].owner; }
+    void set_owner(std::uint32_t node, std::uint32_t owner) { nodes_[node].owner = owner; }
     int bucket(std::uint32_t node) const { return nodes_[node].bucket; }
     /// Whether its own bucket was told since the last call of begin_round().
     bool is_known(std::uint32_t node) const { return nodes_[node].round == round_; }

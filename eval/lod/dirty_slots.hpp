@@ -29,12 +29,13 @@ class DirtySlots {
             for (std::uint64_t word = words_[w]; word != 0; word &= word - 1)
                 visit(static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(word)));
     }
-    /// All of them in at most so many ranges, between which the gaps are the largest; none is dirty afterwards.
-    void take_ranges(std::uint32_t most, std::vector<lod::Update::Range>& ranges) {
+    /// Those below `slots` in at most so many ranges, between which the gaps are the largest; none is dirty afterwards.
+    void take_ranges(std::uint32_t slots, std::uint32_t most, std::vector<lod::Update::Range>& ranges) {
         // A gap of a few slots costs less than another range.
         constexpr std::uint32_t k_gap = 3;
         ranges.clear();
         for_each([&](std::uint32_t slot) {
+            if (slot >= slots) return;
             if (!ranges.empty() && slot <= ranges.back().first + ranges.back().count + k_gap)
                 ranges.back().count = slot + 1 - ranges.back().first;
             else

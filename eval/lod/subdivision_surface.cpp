@@ -4,7 +4,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "../bounds/quad_bounder.hpp"
 #include "../distance/surface_family.hpp"
 #include "../estimate/linear_bound.hpp"
 #include "../estimate/mask_norm_bound.hpp"
@@ -88,8 +87,8 @@ class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
                                     scheme.name()));
         if (info.is_linear())
             linear_.emplace(mesh, info);
-        else if (k_quads && patches_)
-            quads_.emplace(mesh, options.context);
+        else if (patches_)
+            bounded_.emplace(mesh, options.context);
         else if (MaskNormBound<Family>::has(info, options.rules, mesh))
             bound_.emplace(*points_, info, rules_, 0);
         else
@@ -124,41 +123,49 @@ class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
 
     void bound(std::span<const Part> parts, std::span<double> errors) const override {
         const double floor = k_no_error * mesh_.bounding_box().diagonal();
-        if (linear_ || quads_) {
-            std::vector<CellTriangle> triangles;
-            for (const Part& part : parts)
-                triangles.push_back({part.cell, static_cast<std::uint8_t>(part.level), part.corners});
-            if (linear_) {
-                linear_->estimate(triangles, errors);
-            } else {
-                QuadBounder bounder(*quads_);
-                for (std::size_t i = 0; i < parts.size(); ++i)
-                    errors[i] =
-                        bounder.leaf_error(triangles[i], std::max(floor, 2 * parts[i].least()), {}, false).upper;
+        if (linear_ || bounded_) {
+            std::optional<typename Family::Bounder> bounder;
+            if (bounded_) bounder.emplace(*bounded_);
+            for (std::size_t i = 0; i < parts.size(); ++i) {
+                const Part& part = parts[i];
+                const CellTriangle triangle{part.cell, static_cast<std::uint8_t>(part.level), part.corners};
+                const double decide_at = std::max(floor, 2 * part.least());
+                if (linear_)
+                    errors[i] = linear_->bound(triangle);
+                else if constexpr (k_quads)
+                    errors[i] = bounder->leaf_error(triangle, decide_at, {}, false).upper;
+                else
+                    errors[i] = bounder->part_error(root_of(part.cell), places(part), decide_at).upper;
+                errors[i] += float_rounding(mesh_);  // of the corners
             }
-            // Of the corners, which are kept as floats.
-            for (double& error : errors) error += float_rounding(mesh_);
             return;
         }
         std::vector<SurfacePart> pieces;
         for (const Part& part : parts) {
-            SurfacePart piece{part.cell, part.level, {}, SlidTriangle(part.positions, part.middles)};
-            for (std::size_t k = 0; k < 3; ++k) {
-                Vec2d at = in_cell({part.cell, part.corners[k], static_cast<std::uint8_t>(part.level)});
-                if constexpr (!k_quads) at = in_triangle(mesh_, part.cell, at.x, at.y);
-                piece.at[k] = {at.x, at.y};
-            }
-            if constexpr (!k_quads) piece.cell = mesh_.face_halfedge(mesh_.face(part.cell));
+            SurfacePart piece{root_of(part.cell), part.level, {}, SlidTriangle(part.positions, part.middles)};
+            const auto at = places(part);
+            for (std::size_t k = 0; k < 3; ++k) piece.at[k] = {at[k].x, at[k].y};
             pieces.push_back(piece);
         }
         bound_->estimate_parts(pieces, floor, errors);
     }
 
   private:
+    /// Where the corners are in the root's parameters.
+    std::array<Vec2d, 3> places(const Part& part) const {
+        std::array<Vec2d, 3> at;
+        for (std::size_t k = 0; k < 3; ++k) {
+            at[k] = in_cell({part.cell, part.corners[k], static_cast<std::uint8_t>(part.level)});
+            if (!k_quads) at[k] = in_triangle(mesh_, part.cell, at[k].x, at[k].y);
+        }
+        return at;
+    }
+    HalfedgeId root_of(HalfedgeId cell) const { return k_quads ? cell : mesh_.face_halfedge(mesh_.face(cell)); }
+
     const ControlMesh& mesh_;
     RuleOptions rules_;
     std::optional<LimitSurface> patches_;
-    std::optional<QuadPatches> quads_;
+    std::optional<typename Family::Patches> bounded_;
     std::optional<Hierarchy> points_;
     std::optional<LinearBound> linear_;
     std::optional<MaskNormBound<Family>> bound_;

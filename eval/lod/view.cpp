@@ -141,11 +141,14 @@ class View::Impl {
             after_merge(diamond);
             ++merges;
         };
+        const auto is_over = [&](std::uint32_t steps) {
+            return budget.milliseconds > 0 && steps % 16 == 0 &&
+                   std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > budget.milliseconds;
+        };
         Update update;
         for (std::uint32_t steps = 1;; ++steps) {
             const bool too_many = forest_.leaf_count() > most;
-            if (budget.milliseconds > 0 && steps % 16 == 0 && !too_many &&
-                std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > budget.milliseconds) {
+            if (!too_many && is_over(steps)) {
                 update.complete = false;
                 break;
             }
@@ -173,6 +176,7 @@ class View::Impl {
             if (look(node) > merge) continue;
             forest_.merge_diamond(LeafId(candidates_.owner(node)), changed_merge);
         }
+        close_up(is_over);
         const int left = candidates_.highest(Kind::split);
         const double over = update.complete && left >= k_limit_bucket ? edge_of(left + 1)
                             : update.complete                         ? 1
@@ -187,8 +191,8 @@ class View::Impl {
         update.leaves = forest_.leaf_count();
         update.waiting = candidates_.unknown_count();
         write_vertices();
-        dirty_triangles_.take_ranges(options_.max_ranges, triangle_ranges_);
-        dirty_vertices_.take_ranges(options_.max_ranges, vertex_ranges_);
+        dirty_triangles_.take_ranges(forest_.leaf_slots(), options_.max_ranges, triangle_ranges_);
+        dirty_vertices_.take_ranges(forest_.point_slots(), options_.max_ranges, vertex_ranges_);
         update.triangles = triangle_ranges_;
         update.vertices = vertex_ranges_;
         return update;
@@ -439,6 +443,27 @@ class View::Impl {
             std::uint32_t& candidate = point_candidate_[above.midpoint.value];
             if (candidate == Candidates::k_none) candidate = candidates_.add(Kind::merge, above.pairs[0][0].value);
         }
+    }
+
+    /// Moves the last triangles to free slots where a third of the slots is free, until it is a fifth.
+    template <class IsOver>
+    void close_up(const IsOver& is_over) {
+        constexpr std::uint32_t k_few = 256;
+        const std::uint32_t leaves = forest_.leaf_count();
+        if (forest_.leaf_slots() < leaves + leaves / 2 + k_few) return;
+        const auto moved = [&](LeafId from, LeafId to) {
+            std::uint32_t& candidate = leaf_candidate_[from.value];
+            leaf_candidate_[to.value] = std::exchange(candidate, Candidates::k_none);
+            if (leaf_candidate_[to.value] != Candidates::k_none)
+                candidates_.set_owner(leaf_candidate_[to.value], to.value);
+            // It may have stood for its diamond.
+            const std::uint32_t above = point_candidate_[forest_.leaf(to).vertex[2].value];
+            if (above != Candidates::k_none && candidates_.owner(above) == from.value)
+                candidates_.set_owner(above, to.value);
+            show(to);
+        };
+        for (std::uint32_t steps = 1; forest_.leaf_slots() > leaves + leaves / 4 + k_few && !is_over(steps); ++steps)
+            if (!forest_.move_last_leaf(moved)) return;
     }
 
     void mark_vertices() {

@@ -84,7 +84,8 @@ struct Update {
 /// camera's way asks for it. A diamond is looked at again when the camera has moved so far that the decision about it
 /// may be another: a camera that stands still costs nothing, and a moving one as much as changes.
 ///
-/// A triangle is at the place of its leaf's slot: it stays there while the leaf does. A leaf is split where its
+/// A triangle is at the place of its leaf's slot: it stays there while the leaf does, but that the last ones move where
+/// a third of the slots is not in use. A leaf is split where its
 /// diamond's error, seen from the nearest point of the diamond's box, is more than the budget's pixels; where the
 /// leaves do not suffice the largest errors come first. As bounds are nested, what is split depends on the camera
 /// alone, but for hysteresis.
@@ -118,8 +119,9 @@ class View {
     std::span<const Vertex> vertices() const;     ///< not all of them are in use
     std::span<const Triangle> triangles() const;  ///< not all of them are in use
     std::uint32_t leaf_count() const;
-    std::uint32_t max_leaves() const;       ///< options.max_leaves, or what max_bytes let
-    std::uint32_t vertex_capacity() const;  ///< vertices() and triangles() are never longer than these
+    std::uint32_t max_leaves() const;  ///< options.max_leaves, or what max_bytes let
+    /// vertices() and triangles() are never longer than these. Triangles beyond triangles().size() are not to be drawn.
+    std::uint32_t vertex_capacity() const;
     std::uint32_t triangle_capacity() const;
     std::uint64_t memory_bytes() const;
 

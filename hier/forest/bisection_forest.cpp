@@ -96,7 +96,37 @@ LeafId BisectionForest::take_leaf() {
         leaves_.resize(leaves_.size() + 1);
         return LeafId(leaf_slots() - 1);
     }
-    return std::exchange(free_leaf_, leaves_[free_leaf_.value].neighbour[0]);
+    const LeafId slot = free_leaf_;
+    take_free_leaf(slot);
+    return slot;
+}
+
+void BisectionForest::free_leaf(LeafId slot) {
+    leaves_[slot.value].neighbour = {free_leaf_, LeafId{}, LeafId{}};
+    if (free_leaf_.valid()) leaves_[free_leaf_.value].neighbour[1] = slot;
+    free_leaf_ = slot;
+}
+
+void BisectionForest::take_free_leaf(LeafId slot) {
+    const auto [before, after, none] = leaves_[slot.value].neighbour;
+    if (before.valid()) leaves_[before.value].neighbour[1] = after;
+    (after.valid() ? leaves_[after.value].neighbour[0] : free_leaf_) = before;
+}
+
+void BisectionForest::move_leaf(LeafId from, LeafId to) {
+    take_free_leaf(to);
+    leaves_[to.value] = leaves_[from.value];
+    for (const LeafId beside : leaves_[to.value].neighbour)
+        if (beside.valid()) std::ranges::replace(leaves_[beside.value].neighbour, from, to);
+    leaves_[from.value].depth = k_dead;
+    leaves_.resize(from.value);
+}
+
+void BisectionForest::drop_last_slots() {
+    while (leaf_slots() > mesh_->halfedge_count() && leaves_[leaf_slots() - 1].depth == k_dead) {
+        take_free_leaf(LeafId(leaf_slots() - 1));
+        leaves_.resize(leaf_slots() - 1);
+    }
 }
 
 PointId BisectionForest::take_point(const Site& site) {
@@ -177,10 +207,7 @@ void BisectionForest::fold_diamond(const Diamond& diamond) {
 }
 
 void BisectionForest::free_folded(const Diamond& diamond) {
-    for (std::uint32_t i = diamond.pair_count; i-- > 0;) {
-        const LeafId slot1 = diamond.pairs[i][1];
-        leaves_[slot1.value].neighbour[0] = std::exchange(free_leaf_, slot1);
-    }
+    for (std::uint32_t i = diamond.pair_count; i-- > 0;) free_leaf(diamond.pairs[i][1]);
     Site& site = sites_[diamond.midpoint.value];
     site = {};
     site.at.x = std::exchange(free_point_, diamond.midpoint).value;

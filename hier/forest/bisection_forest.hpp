@@ -139,6 +139,21 @@ class BisectionForest {
         return true;
     }
 
+    /// Moves the leaf in the last slot to a free one, and gives up the slots beyond those in use: leaf_slots() falls.
+    /// The slots of roots' first leaves stay. O(1) and what has been freed at the end; allocates nothing.
+    /// @param moved  moved(from, to) is called afterwards
+    /// @return       false: no slot was free
+    template <class Moved>
+    bool move_last_leaf(Moved&& moved) {
+        drop_last_slots();
+        if (!free_leaf_.valid()) return false;
+        const LeafId from(leaf_slots() - 1), to = free_leaf_;
+        move_leaf(from, to);
+        drop_last_slots();
+        moved(from, to);
+        return true;
+    }
+
     /// merge_diamond() in two steps, for threads that merge apart from each other. The first writes the diamond's
     /// leaves and those across its four sides, at which no other thread may look; the second gives back the slots, and
     /// is for one thread.
@@ -228,6 +243,10 @@ class BisectionForest {
     }
     Diamond bisect(LeafId id);
     LeafId take_leaf();
+    void free_leaf(LeafId slot);
+    void take_free_leaf(LeafId slot);
+    void move_leaf(LeafId from, LeafId to);
+    void drop_last_slots();
     PointId take_point(const Site& site);
     void relink(LeafId leaf, LeafId from, LeafId to);
     void clear_marks();
@@ -243,7 +262,7 @@ class BisectionForest {
     std::uint32_t midpoint_count_ = 0, midpoint_capacity_ = 0;
     detail::PodArray<BisectionLeaf> leaves_;
     detail::PodArray<Site> sites_;  // per point, canonical; no root: not in use
-    LeafId free_leaf_;              // the slot freed last; its neighbour[0] is the one freed before it
+    LeafId free_leaf_;              // the slot freed last; neighbour[0] is the one freed before it, [1] the one after
     PointId free_point_;            // the same; the one before it is at.x of its site
 };
 

@@ -186,6 +186,13 @@ class Replay {
         }
         for (const auto& [child0, child1] : d.siblings()) add(child0);
     }
+    void move(LeafId from, LeafId to) {
+        CHECK(to < from);
+        auto leaf = leaves_.extract(from.value);
+        REQUIRE(!leaf.empty());
+        leaf.key() = to.value;
+        CHECK(leaves_.insert(std::move(leaf)).inserted);
+    }
     void check() const {
         CHECK(nodes_of(*forest_) == leaves_);
         CHECK(points_of(*forest_) == points_);
@@ -224,6 +231,7 @@ BisectionForest random_forest(const ControlMesh& mesh, Random& random) {
 TEST_SUITE_BEGIN("hier");
 
 TEST_CASE("[inv2] random diamonds one by one give what batches give, and are reported leaf by leaf") {
+    std::uint32_t moved = 0;
     for (std::uint64_t seed : test::seeds(8)) {
         CAPTURE(seed);
         const ControlMesh mesh = small_mesh(seed);
@@ -271,6 +279,16 @@ TEST_CASE("[inv2] random diamonds one by one give what batches give, and are rep
                     check_sound(single);
                 }
             }
+            // All of them, or some.
+            const std::uint32_t slots = single.leaf_slots();
+            std::uint32_t moves = 0;
+            while ((step % 2 == 0 || moves < 5) &&
+                   single.move_last_leaf([&](LeafId from, LeafId to) { replay.move(from, to); })) {
+                ++moves;
+                check_sound(single);
+            }
+            CHECK(single.leaf_slots() <= slots - moves);
+            moved += moves;
             replay.check();
             split ? batch.refine(marked, created) : static_cast<void>(batch.coarsen(marked, created));
             check_sound(batch);
@@ -278,6 +296,7 @@ TEST_CASE("[inv2] random diamonds one by one give what batches give, and are rep
         }
         CHECK(single.leaf_count() > mesh.halfedge_count());
     }
+    CHECK(moved > 50);
 }
 
 TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back every slot, link and point") {

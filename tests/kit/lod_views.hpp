@@ -16,8 +16,8 @@ struct Copied {
     std::vector<lod::Triangle> triangles;
 
     void take(const lod::View& view, const lod::Update& update) {
-        vertices.resize(std::max(vertices.size(), view.vertices().size()));
-        triangles.resize(std::max(triangles.size(), view.triangles().size()));
+        vertices.resize(view.vertices().size());
+        triangles.resize(view.triangles().size());
         for (const auto& [first, count] : update.vertices)
             std::memcpy(&vertices[first], &view.vertices()[first], count * sizeof(lod::Vertex));
         for (const auto& [first, count] : update.triangles)

@@ -197,7 +197,7 @@ TETRAKIS_API tetrakis_status tetrakis_update_view(tetrakis_view* view, const tet
                                                   const tetrakis_budget* budget, tetrakis_update* update);
 
 /* The buffers: the view's own, until its next call. Triangles are three vertex numbers; those not in use are all zero.
- * Counts only grow, up to the capacities, which are fixed. */
+ * Counts are never above the capacities, which are fixed; what is beyond a count is not drawn. */
 TETRAKIS_API const tetrakis_vertex* tetrakis_view_vertices(const tetrakis_view* view, uint32_t* count,
                                                            uint32_t* capacity);
 TETRAKIS_API const uint32_t* tetrakis_view_triangles(const tetrakis_view* view, uint32_t* count, uint32_t* capacity);

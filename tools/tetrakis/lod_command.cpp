@@ -184,13 +184,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
     for (std::uint32_t frame = 0; frame < cameras.size(); ++frame) {
         process.context().report("frames", static_cast<double>(frame) / static_cast<double>(cameras.size()));
         const CameraPlace& at = cameras[frame];
-        lod::Camera camera;
-        camera.eye = at.eye;
-        camera.direction = at.forward();
-        camera.up = at.up();
-        camera.vertical_fov = at.fov_degrees * M_PI / 180;
-        camera.width = static_cast<std::uint32_t>(options.render.width);
-        camera.height = static_cast<std::uint32_t>(options.render.height);
+        const lod::Camera camera = at.lod_camera(options.render.width, options.render.height);
         lod::Update update;
         std::uint32_t splits = 0, merges = 0;
         std::uint64_t upload = 0;

@@ -149,6 +149,15 @@ LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) 
     return scene;
 }
 
+lod::Camera CameraPlace::lod_camera(int width, int height) const {
+    return {.eye = eye,
+            .direction = forward(),
+            .up = up(),
+            .vertical_fov = fov_degrees * M_PI / 180,
+            .width = static_cast<std::uint32_t>(width),
+            .height = static_cast<std::uint32_t>(height)};
+}
+
 std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint32_t frames) {
     std::ifstream file(path);
     if (!file) throw InputError(fmt::format("{}: cannot be read", path.string()));

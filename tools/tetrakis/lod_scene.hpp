@@ -2,14 +2,18 @@
 
 #include "../../eval/lod/surface.hpp"
 #include "../../eval/lod/tiled_terrain.hpp"
+#include "../../eval/lod/view.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "height_input.hpp"
 #include "run_options.hpp"
 
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,6 +31,7 @@ struct CameraPlace {
     Vec3d up() const {
         return std::abs(glm::dot(forward(), about_up)) < 0.999 ? about_up : Vec3d(about_up.y, about_up.z, about_up.x);
     }
+    lod::Camera lod_camera(int width, int height) const;
 };
 
 /// What `tetrakis lod` flies over.
