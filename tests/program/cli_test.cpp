@@ -329,8 +329,7 @@ TEST_CASE("tiles: a raw file is cut, and lod flies over it, waiting for what has
     std::string numbers;
     for (int r = 0; r < 700; ++r)
         for (int c = 0; c < 600; ++c) {
-            const auto height =
-                static_cast<unsigned>(2000 + 900 * std::sin(0.05 * c) * std::cos(0.04 * r) + r * c % 8);
+            const auto height = static_cast<unsigned>(2000 + 900 * std::sin(0.05 * c) * std::cos(0.04 * r) + r * c % 8);
             numbers += {static_cast<char>(height & 255), static_cast<char>(height >> 8)};
         }
     spill(scratch / "h.r16", numbers);
