@@ -2,8 +2,8 @@
 
 #include "../../hier/base/ids.hpp"
 #include "../../hier/base/vec.hpp"
+#include "../lod_surfaces/surface.hpp"
 #include "../surface/triangle_mesh.hpp"
-#include "surface.hpp"
 
 #include <array>
 #include <cstdint>

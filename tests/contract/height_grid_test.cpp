@@ -1,4 +1,4 @@
-#include "../../eval/lod/height_grid.hpp"
+#include "../../eval/terrain/height_grid.hpp"
 #include "../../eval/io/png.hpp"
 #include "../../hier/base/error.hpp"
 

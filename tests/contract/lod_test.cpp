@@ -1,5 +1,5 @@
-#include "../../eval/lod/terrain_surface.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../hier/base/error.hpp"
 
 #include "../kit/height_grids.hpp"

@@ -1,8 +1,8 @@
-#include "../../eval/lod/height_source.hpp"
-#include "../../eval/lod/terrain_surface.hpp"
-#include "../../eval/lod/terrain_tiles.hpp"
-#include "../../eval/lod/tiled_terrain.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/terrain_surface.hpp"
+#include "../../eval/lod_surfaces/terrain_tiles.hpp"
+#include "../../eval/lod_surfaces/tiled_terrain.hpp"
+#include "../../eval/terrain/height_source.hpp"
 #include "../../hier/base/error.hpp"
 
 #include "../kit/height_grids.hpp"

@@ -1,5 +1,5 @@
-#include "../../eval/lod/height_grid.hpp"
-#include "../../eval/lod/terrain_mesh.hpp"
+#include "../../eval/terrain/height_grid.hpp"
+#include "../../eval/terrain/terrain_mesh.hpp"
 #include "../../hier/base/error.hpp"
 
 #include "../kit/height_grids.hpp"

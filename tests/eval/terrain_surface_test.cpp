@@ -1,8 +1,8 @@
-#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../eval/distance/triangle_bvh.hpp"
-#include "../../eval/lod/terrain_tiles.hpp"
-#include "../../eval/lod/tiled_terrain.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/terrain_tiles.hpp"
+#include "../../eval/lod_surfaces/tiled_terrain.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../eval/lod/height_grid.hpp"
+#include "../../eval/terrain/height_grid.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../../eval/lod/height_grid.hpp"
 #include "../../eval/surface/triangle_mesh.hpp"
+#include "../../eval/terrain/height_grid.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../../eval/lod/height_grid.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/terrain/height_grid.hpp"
 
 #include "lod_views.hpp"
 

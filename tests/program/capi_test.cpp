@@ -1,5 +1,5 @@
-#include "../../eval/lod/terrain_surface.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../tools/capi/tetrakis_c.h"
 
 #include "../kit/cli.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../eval/lod/height_source.hpp"
+#include "../../eval/terrain/height_source.hpp"
 #include "run_options.hpp"
 
 #include <CLI/CLI.hpp>

@@ -5,9 +5,9 @@
 #include "report.hpp"
 #include "scheme_option.hpp"
 
-#include "../../eval/lod/planet_surface.hpp"
-#include "../../eval/lod/subdivision_surface.hpp"
-#include "../../eval/lod/terrain_surface.hpp"
+#include "../../eval/lod_surfaces/planet_surface.hpp"
+#include "../../eval/lod_surfaces/subdivision_surface.hpp"
+#include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../hier/base/error.hpp"
 
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "../../eval/lod/surface.hpp"
-#include "../../eval/lod/tiled_terrain.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/surface.hpp"
+#include "../../eval/lod_surfaces/tiled_terrain.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/obj/obj_reader.hpp"
 #include "height_input.hpp"

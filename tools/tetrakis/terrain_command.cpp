@@ -6,8 +6,8 @@
 #include "run_options.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
-#include "../../eval/lod/height_grid.hpp"
-#include "../../eval/lod/terrain_mesh.hpp"
+#include "../../eval/terrain/height_grid.hpp"
+#include "../../eval/terrain/terrain_mesh.hpp"
 #include "../../hier/base/files.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/version.hpp"

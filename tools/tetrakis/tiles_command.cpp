@@ -5,8 +5,8 @@
 #include "report.hpp"
 #include "run_options.hpp"
 
-#include "../../eval/lod/height_source.hpp"
-#include "../../eval/lod/terrain_tiles.hpp"
+#include "../../eval/lod_surfaces/terrain_tiles.hpp"
+#include "../../eval/terrain/height_source.hpp"
 #include "../../hier/base/memory.hpp"
 
 #include <fmt/format.h>

@@ -6,8 +6,8 @@
 #include "window.hpp"
 
 #include "../../eval/io/png.hpp"
-#include "../../eval/lod/surface.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/surface.hpp"
 #include "../../hier/base/error.hpp"
 
 #define GLFW_INCLUDE_NONE

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "grid_triangle.hpp"
+#include "../terrain/grid_triangle.hpp"
 
 #include <algorithm>
 #include <bit>

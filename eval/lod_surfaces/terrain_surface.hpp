@@ -1,8 +1,8 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
+#include "../terrain/height_grid.hpp"
 #include "byte_lengths.hpp"
-#include "height_grid.hpp"
 #include "lattice_diamond.hpp"
 #include "surface.hpp"
 #include "terrain_lattice.hpp"

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "grid_triangle.hpp"
+#include "../terrain/grid_triangle.hpp"
 #include "surface.hpp"
 #include "tile_file.hpp"
 

@@ -1,7 +1,7 @@
 #include "tiled_terrain.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "grid_triangle.hpp"
+#include "../terrain/grid_triangle.hpp"
 #include "tile_file.hpp"
 
 #include <fmt/format.h>

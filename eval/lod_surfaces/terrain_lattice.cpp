@@ -1,6 +1,6 @@
 #include "terrain_lattice.hpp"
 
-#include "grid_triangle.hpp"
+#include "../terrain/grid_triangle.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "height_grid.hpp"
+#include "../terrain/height_grid.hpp"
 #include "terrain_lattice.hpp"
 
 #include <algorithm>

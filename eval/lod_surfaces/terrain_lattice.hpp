@@ -3,7 +3,7 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/forest/site.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
-#include "height_grid.hpp"
+#include "../terrain/height_grid.hpp"
 #include "lattice_diamond.hpp"
 
 #include <array>

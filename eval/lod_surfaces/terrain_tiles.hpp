@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "height_source.hpp"
+#include "../terrain/height_source.hpp"
 
 #include <cstdint>
 #include <filesystem>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "height_grid.hpp"
+#include "../terrain/height_grid.hpp"
 #include "surface.hpp"
 
 #include <array>
