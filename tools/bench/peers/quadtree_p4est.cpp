@@ -1,3 +1,4 @@
+#include "moving_target.hpp"
 #include "quadtree_pattern.hpp"
 
 #include <mpi.h>
@@ -53,10 +54,12 @@ struct Session {
     }
 };
 
+void start_session() { static const Session session; }
+
 }  // namespace
 
 QuadtreeRun run_p4est(const CubePattern& pattern, bool neighbours) {
-    static const Session session;
+    start_session();
     p4est_connectivity_t* cube = p4est_connectivity_new_cubed();
     Asked asked{pattern, {}};
     for (const SquareFrame& frame : tree_frames(*cube)) asked.wanted.push_back(pattern.in(frame));
@@ -75,5 +78,66 @@ QuadtreeRun run_p4est(const CubePattern& pattern, bool neighbours) {
     p4est_connectivity_destroy(cube);
     return run;
 }
+
+class MovingTargetP4est::Impl {
+  public:
+    Impl()
+        : square_(p4est_connectivity_new_unitsquare()),
+          forest_(p4est_new_ext(MPI_COMM_WORLD, square_, 0, 0, 1, 0, nullptr, this)) {}
+    ~Impl() {
+        p4est_destroy(forest_);
+        p4est_connectivity_destroy(square_);
+    }
+    std::int64_t move(const TargetPoint& target) {
+        target_ = target;
+        families_ = 0;
+        const int recursive = forest_->global_num_quadrants == 1;
+        p4est_coarsen(forest_, 0, merges, nullptr);
+        p4est_refine(forest_, recursive, splits, nullptr);
+        const std::int64_t wanted = forest_->global_num_quadrants;
+        p4est_balance(forest_, P4EST_CONNECT_FACE, nullptr);
+        p4est_partition(forest_, 0, nullptr);
+        return families_ + (forest_->global_num_quadrants - wanted) / 3;
+    }
+    p4est_t* forest() const { return forest_; }
+
+  private:
+    /// Whether its side is larger than k_size times the distance of its centre.
+    bool wants(const p4est_quadrant_t& q) const {
+        constexpr double k_size = 0.0059;  // a million squares
+        if (q.level >= k_finest_level) return false;
+        const double side = P4EST_QUADRANT_LEN(q.level), x = q.x + side / 2 - P4EST_ROOT_LEN * target_.x,
+                     y = q.y + side / 2 - P4EST_ROOT_LEN * target_.y;
+        return side * side > k_size * k_size * (x * x + y * y);
+    }
+    bool count(bool change) {
+        families_ += change;
+        return change;
+    }
+    static int splits(p4est_t* forest, p4est_topidx_t, p4est_quadrant_t* q) {
+        Impl& self = *static_cast<Impl*>(forest->user_pointer);
+        return self.count(self.wants(*q));
+    }
+    static int merges(p4est_t* forest, p4est_topidx_t, p4est_quadrant_t* family[]) {
+        Impl& self = *static_cast<Impl*>(forest->user_pointer);
+        p4est_quadrant_t parent;
+        p4est_quadrant_parent(family[0], &parent);
+        return self.count(!self.wants(parent));
+    }
+
+    p4est_connectivity_t* square_;
+    p4est_t* forest_;
+    TargetPoint target_;
+    std::int64_t families_ = 0;
+};
+
+MovingTargetP4est::MovingTargetP4est() {
+    start_session();
+    impl_ = std::make_unique<Impl>();
+}
+MovingTargetP4est::~MovingTargetP4est() = default;
+std::int64_t MovingTargetP4est::move(const TargetPoint& target) { return impl_->move(target); }
+std::int64_t MovingTargetP4est::leaf_count() const { return impl_->forest()->global_num_quadrants; }
+bool MovingTargetP4est::is_balanced() const { return p4est_is_balanced(impl_->forest(), P4EST_CONNECT_FACE) != 0; }
 
 }  // namespace tetrakis::bench

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+
+// The same moving target for views and for p4est.
+namespace tetrakis::bench {
+
+inline constexpr int k_finest_level = 12;  // of a quadtree on the unit square
+
+struct TargetPoint {
+    double x = 0, y = 0;
+};
+
+/// On a circle in the unit square.
+struct MovingTarget {
+    double step = 0;  ///< length of the way from one frame to the next
+    double angle = 0;
+    TargetPoint next() {
+        constexpr double k_radius = 0.25;
+        angle += step / k_radius;
+        return {0.5 + k_radius * std::cos(angle), 0.5 + k_radius * std::sin(angle)};
+    }
+};
+
+#ifdef TETRAKIS_BENCH_P4EST
+/// A quadtree on one rank, with squares as large as they are far from the target, balanced across sides.
+class MovingTargetP4est {
+  public:
+    MovingTargetP4est();
+    ~MovingTargetP4est();
+    MovingTargetP4est(const MovingTargetP4est&) = delete;
+    MovingTargetP4est& operator=(const MovingTargetP4est&) = delete;
+
+    /// Coarsens and refines by one level, balances, partitions. The first call refines from the root.
+    /// @return  families of four that were made or merged
+    std::int64_t move(const TargetPoint& target);
+    std::int64_t leaf_count() const;
+    bool is_balanced() const;
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
+#endif
+
+}  // namespace tetrakis::bench
