@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -107,6 +108,11 @@ class Candidates {
         // that one is due or to be sorted anew.
         for (std::size_t i = 0; i <= highest; ++i)
             if (auto& list = due_[odometer * k_digits + i]; !list.empty()) ripe_.push_back(std::exchange(list, {}));
+    }
+    /// Readings begin anew, and everything has to be looked at again. O(candidates).
+    void restart(double reading) {
+        std::fill_n(now_.begin(), k_odometers, reading);
+        advance_all();
     }
     /// Everything has to be looked at again. O(candidates).
     void advance_all() {

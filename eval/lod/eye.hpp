@@ -15,7 +15,7 @@ struct Eye {
     std::array<Vec3d, 4> planes{};  ///< the frustum's sides: inward, of length one
     double pixels = 0;              ///< of something of length 1 at distance 1
 
-    explicit Eye(const lod::Camera& camera) : at(camera.eye), forward(glm::normalize(camera.direction)) {
+    explicit Eye(const lod::Camera& camera) : at(camera.eye), forward(unit(camera.direction)) {
         right = glm::cross(forward, camera.up);
         if (!(glm::length(right) > 1e-9 * glm::length(camera.up)))
             right = glm::cross(forward, std::abs(forward.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0));
@@ -25,6 +25,10 @@ struct Eye {
         pixels = camera.height / (2 * y);
         planes = {glm::normalize(x * forward + right), glm::normalize(x * forward - right),
                   glm::normalize(y * forward + up), glm::normalize(y * forward - up)};
+    }
+    /// Of any length, as large or small as it may be.
+    static Vec3d unit(const Vec3d& v) {
+        return glm::normalize(v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
     }
     /// The angle between two of them.
     double turn_to(const Eye& other) const {

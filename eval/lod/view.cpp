@@ -42,7 +42,12 @@ bool is_finite(const Vec3d& v) { return std::isfinite(v.x) && std::isfinite(v.y)
 void check(const Camera& camera, const Budget& budget) {
     if (!is_finite(camera.eye) || !is_finite(camera.direction) || !is_finite(camera.up))
         refuse("the camera's eye, direction or up is not finite");
-    if (!(glm::length(camera.direction) > 0)) refuse("the camera's direction has no length");
+    if (camera.direction == Vec3d(0)) refuse("the camera's direction has no length");
+    // Distances have squares, and so have those of control meshes.
+    constexpr double k_farthest = 1e60;
+    for (int axis = 0; axis < 3; ++axis)
+        if (std::abs(camera.eye[axis]) > k_farthest)
+            refuse(fmt::format("a camera at {}; {} is the farthest", camera.eye[axis], k_farthest));
     if (!(camera.vertical_fov > 0 && camera.vertical_fov < M_PI))
         refuse(fmt::format("a vertical field of view of {}; it has to be between 0 and pi", camera.vertical_fov));
     if (camera.width == 0 || camera.height == 0)
@@ -115,7 +120,7 @@ class View::Impl {
         mark_vertices();
         for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
-        const double extent = surface.roots().bounding_box().diagonal();
+        const double extent = extent_ = surface.roots().bounding_box().diagonal();
         for (std::size_t i = 1; i < turn_lengths_.size(); ++i)
             turn_lengths_[i] = extent * std::exp2(0.5 * static_cast<double>(i) - 14);
         // From here on readings have equal exponents for long: candidates are sorted by the digits that they differ in.
@@ -236,7 +241,7 @@ class View::Impl {
 
   private:
     // 98 in buffers and the forest; 32 for each candidate, of which there are fewer than leaves, and where it waits.
-    static constexpr std::uint64_t k_bytes_a_leaf = 144, k_bytes = 64 << 10;
+    static constexpr std::uint64_t k_bytes_a_leaf = 144, k_bytes = 256 << 10;
     static constexpr double k_odometer_start = 16;  // extents
     static constexpr std::size_t k_together = 16;   // candidates that are looked at: they wait for memory together
     /// How a diamond's error looks from the eye.
@@ -260,6 +265,12 @@ class View::Impl {
         eye_ = eye;
         scale_ = scale;
         opening_ = opening;
+        // Beyond that readings have no digits left for short ways.
+        constexpr double k_odometer_end = 1 << 24;  // extents
+        if (!(moved_.back() + travel < k_odometer_end * extent_)) {
+            moved_.fill(k_odometer_start * extent_);
+            return candidates_.restart(moved_.back());
+        }
         for (std::size_t i = 0; i < Candidates::k_odometers; ++i) {
             moved_[i] += travel + turn_lengths_[i] * turn;
             candidates_.advance(i, moved_[i]);
@@ -466,9 +477,11 @@ class View::Impl {
             if (!forest_.move_last_leaf(moved)) return;
     }
 
+    /// Vertices and centres of holes are points of the forest, but not of the surface.
+    bool is_beside(const Site& site) const { return forest_.mesh().is_hole(forest_.mesh().face(site.root)); }
     void mark_vertices() {
         for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
-            if (forest_.is_point(PointId(p))) dirty_vertices_.mark(p);
+            if (forest_.is_point(PointId(p)) && !is_beside(forest_.point_site(PointId(p)))) dirty_vertices_.mark(p);
     }
     void write_vertices() {
         constexpr std::size_t k_batch = 256;
@@ -511,6 +524,7 @@ class View::Impl {
     std::vector<Update::Range> triangle_ranges_, vertex_ranges_;
     std::vector<Region> regions_;
     Eye eye_{Camera{}};
+    double extent_ = 0;
     double scale_ = 0;  // pixels of length 1 at distance 1, in multiples of those allowed
     Vec3d opening_{};
     /// How far the camera has moved: its travel, and its turns as travel of what is as far away as turn_lengths_. What

@@ -40,10 +40,12 @@ struct Budget {
 };
 
 struct ViewOptions {
-    std::uint32_t max_leaves = 200'000;  ///< room for so many triangles is made at once, and never more
-    std::uint64_t max_bytes = 0;         ///< fewer leaves if these would take more; 0: no limit
-    std::uint32_t max_ranges = 4096;     ///< of one buffer in one update; the nearest ones are joined
-    double outside_weight = 0.25;        ///< errors out of sight count this much; from 0 to 1
+    /// Room for so many triangles is made at once, and never more, and for as many vertices as they have where a
+    /// boundary is not much finer than the rest.
+    std::uint32_t max_leaves = 200'000;
+    std::uint64_t max_bytes = 0;      ///< fewer leaves if these would take more; 0: no limit
+    std::uint32_t max_ranges = 4096;  ///< of one buffer in one update; the nearest ones are joined
+    double outside_weight = 0.25;     ///< errors out of sight count this much; from 0 to 1
     double hysteresis = 0.7;  ///< triangles are merged where the error looks this small a part of the limit; 0.1 to 0.8
 };
 
@@ -70,8 +72,8 @@ struct Update {
     std::span<const Range> vertices, triangles;  ///< ascending; valid until the next update
     std::uint32_t splits = 0, merges = 0;        ///< diamonds
     std::uint32_t leaves = 0;
-    /// No triangle's error looks larger than so many pixels; out of sight, times outside_weight. The budget's, or more
-    /// where its leaves did not suffice; infinite where its time did not.
+    /// No error of a triangle that can be split looks larger than so many pixels; out of sight, times outside_weight.
+    /// The budget's, or more where its leaves did not suffice; infinite where its time did not.
     double pixel_error = 0;
     double morph_scale = 0;  ///< for shaders: length / length
     bool complete = true;    ///< the time did suffice
@@ -84,11 +86,10 @@ struct Update {
 /// camera's way asks for it. A diamond is looked at again when the camera has moved so far that the decision about it
 /// may be another: a camera that stands still costs nothing, and a moving one as much as changes.
 ///
-/// A triangle is at the place of its leaf's slot: it stays there while the leaf does, but that the last ones move where
-/// a third of the slots is not in use. A leaf is split where its
-/// diamond's error, seen from the nearest point of the diamond's box, is more than the budget's pixels; where the
-/// leaves do not suffice the largest errors come first. As bounds are nested, what is split depends on the camera
-/// alone, but for hysteresis.
+/// A triangle is at the place of its leaf's slot, which stays the same while the leaf is there, unless a third of the
+/// slots is free: then the last leaves move to free ones. A leaf is split where its diamond's error, seen from the
+/// nearest point of the diamond's box, is more than the budget's pixels; where the leaves do not suffice the largest
+/// errors come first. As bounds are nested, what is split depends on the camera alone, but for hysteresis.
 ///
 /// Views are for one thread each; any number may share a surface.
 class View {

@@ -17,22 +17,22 @@ class ByteLengths {
     /// @param largest  that is to be told from others
     /// @param beyond   what the last code stands for
     ByteLengths(double largest, double beyond) {
-        for (int i = 1; i < 255; ++i)
-            length_[i] = static_cast<float>(largest * std::exp2(double(i - 254) / k_a_doubling));
-        length_[255] = static_cast<float>(beyond);
+        for (int i = 1; i < 255; ++i) length_[i] = largest * std::exp2(double(i - 254) / k_a_doubling);
+        length_[255] = beyond;
     }
 
-    double length(std::uint8_t code) const { return double{length_[code]}; }
+    double length(std::uint8_t code) const { return length_[code]; }
     std::uint8_t code(double length) const {
-        if (!(length > 0)) return 0;
-        const double steps = 254 + k_a_doubling * std::log2(length / double{length_[254]});
+        if (length <= 0) return 0;
+        if (!(length <= length_[254])) return 255;  // no number, too
+        const double steps = 254 + k_a_doubling * std::log2(length / length_[254]);
         int code = static_cast<int>(std::clamp(std::ceil(steps), 1.0, 255.0));
-        if (code < 255 && double{length_[code]} < length) ++code;  // rounding
+        if (code < 255 && length_[code] < length) ++code;  // rounding
         return static_cast<std::uint8_t>(code);
     }
 
   private:
-    std::array<float, 256> length_{};
+    std::array<double, 256> length_{};
 };
 
 }  // namespace tetrakis::detail

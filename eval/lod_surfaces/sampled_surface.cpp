@@ -88,6 +88,7 @@ SampledSurface::SampledSurface(ControlMesh roots, int level) : roots_(std::move(
         cell_of_[h] = static_cast<std::uint32_t>(cells_.size());
         cells_.push_back(HalfedgeId(h));
     }
+    if (cells_.empty()) throw Error(ErrorCode::invalid_input, "a surface without faces, but for holes");
 }
 
 std::uint64_t SampledSurface::memory_bytes() const {
@@ -136,7 +137,7 @@ void SampledSurface::set_bounds(const RunContext& context) {
             corners.push_back(site_at(cell, at, at));
     std::vector<Vec3d> points(corners.size());
     positions(corners, points);
-    Box3d box;
+    Box3d box = roots_.bounding_box();
     for (const Vec3d& p : points) box.add(p);
     constexpr double k_more = 64;  // than the corners of roots are apart
     lengths_ = detail::ByteLengths(k_more * box.diagonal(), std::numeric_limits<double>::infinity());
@@ -144,21 +145,20 @@ void SampledSurface::set_bounds(const RunContext& context) {
     radii_.assign(point_count(), 0);
     const auto cells = static_cast<std::uint32_t>(cells_.size());
     with_threads(context, [&] {
-        std::atomic<std::uint32_t> done = 0;
-        for_each_index(
-            cells,
-            [&](std::uint32_t i) {
-                measure_cell(cells_[i]);
-                const std::uint32_t number = ++done;
-                if (number % 8 == 0) context.report("errors", static_cast<double>(number) / cells);
-            },
-            1);
+        constexpr std::uint32_t k_together = 8;
+        for (std::uint32_t first = 0; first < cells; first += k_together) {
+            context.report("errors", static_cast<double>(first) / cells);
+            for_each_index(
+                std::min(k_together, cells - first), [&](std::uint32_t i) { measure_cell(cells_[first + i]); }, 1);
+        }
         // Where there are many cells, one alone is little work.
         const std::uint32_t grain = std::max(1u, 4096u >> (2 * level_));
-        for (std::int32_t step = 1; step <= 1 << level_; step *= 2)
+        for (std::int32_t step = 1; step <= 1 << level_; step *= 2) {
+            context.report("errors", 1);
             for (const bool centres : {false, true})
                 for_each_index(
                     cells, [&](std::uint32_t i) { nest(cells_[i], step, centres); }, grain);
+        }
     });
 }
 

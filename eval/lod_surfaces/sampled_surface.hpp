@@ -29,15 +29,16 @@ class SampledSurface : public Surface {
     virtual std::uint64_t memory_bytes() const;
 
   protected:
-    /// @throws Error  invalid_input: a level that is not from 1 to k_max_level
+    /// @throws Error  invalid_input: a level that is not from 1 to k_max_level; all faces are holes
     SampledSurface(ControlMesh roots, int level);
 
     /// Positions of canonical sites of levels up to level(). The same for the same site, from any thread.
     virtual void positions(std::span<const Site> sites, std::span<Vec3d> positions) const = 0;
     /// Normals and uvs of such sites; the places' positions are known.
     virtual void shade(std::span<const Site> sites, std::span<Place> places) const = 0;
-    /// How far the surface over each finest square of a corner cell is at most from its two triangles: 4^level()
-    /// numbers, row by row from (0, 0). Unless it is overridden, the triangles are the surface.
+    /// How far the surface over each of a finest square's two triangles is at most from that triangle, the larger of
+    /// both: 4^level() numbers of a corner cell, row by row from (0, 0). Unless it is overridden, the triangles are the
+    /// surface.
     virtual void finest_errors(HalfedgeId cell, std::span<float> errors) const;
 
     /// To be called once, when the functions above can be.

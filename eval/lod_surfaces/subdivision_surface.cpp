@@ -185,27 +185,32 @@ SubdivisionSurface::SubdivisionSurface(const ControlMesh& mesh, const SchemeChoi
     normals_.resize(point_count());
     with_threads(options.context, [&] {
         const auto count = static_cast<std::uint32_t>(cells().size());
-        for_each_index(
-            count,
-            [&](std::uint32_t i) {
-                options.context.report("points", static_cast<double>(i) / count);
-                std::vector<Site> own;
-                for (const Site& site : sites_of(cells()[i]))
-                    if (site.root == cells()[i]) own.push_back(site);
-                std::vector<Vec3d> positions(own.size()), normals(own.size());
-                limits_->points(own, positions, normals);
-                for (std::size_t k = 0; k < own.size(); ++k) {
-                    if (options.displacement) {
-                        Place place{.position = positions[k], .normal = normals[k], .on_edge = positions[k]};
-                        shade({&own[k], 1}, {&place, 1});
-                        place.normal = normals[k];
-                        positions[k] += options.displacement(place) * normals[k];
-                    }
-                    positions_[index(own[k])] = positions[k];
-                    normals_[index(own[k])] = normals[k];
+        const auto make = [&](std::uint32_t i) {
+            std::vector<Site> own;
+            for (const Site& site : sites_of(cells()[i]))
+                if (site.root == cells()[i]) own.push_back(site);
+            std::vector<Vec3d> positions(own.size()), normals(own.size());
+            limits_->points(own, positions, normals);
+            for (std::size_t k = 0; k < own.size(); ++k) {
+                if (options.displacement) {
+                    Place place{.position = positions[k], .normal = normals[k], .on_edge = positions[k]};
+                    shade({&own[k], 1}, {&place, 1});
+                    place.normal = normals[k];
+                    positions[k] += options.displacement(place) * normals[k];
                 }
-            },
-            1);
+                positions_[index(own[k])] = positions[k];
+                const Vec3d kept = positions_[index(own[k])];
+                if (!(std::isfinite(kept.x) && std::isfinite(kept.y) && std::isfinite(kept.z)))
+                    throw Error(ErrorCode::invalid_input, "a point of the surface is not finite, or no float");
+                normals_[index(own[k])] = normals[k];
+            }
+        };
+        constexpr std::uint32_t k_together = 16;
+        for (std::uint32_t first = 0; first < count; first += k_together) {
+            options.context.report("points", static_cast<double>(first) / count);
+            for_each_index(
+                std::min(k_together, count - first), [&](std::uint32_t i) { make(first + i); }, 1);
+        }
     });
     if (options.displacement) limits_ = nullptr;  // the finest triangles are the surface
     set_bounds(options.context);

@@ -26,9 +26,11 @@ struct SubdivisionSurfaceOptions {
 /// between those of a face's corners, of one of the faces around where these differ.
 class SubdivisionSurface final : public SampledSurface {
   public:
-    /// @throws Error  invalid_input: a mesh that the scheme cannot take, a level out of range; unsupported: a scheme
+    /// @throws Error  invalid_input: a mesh that the scheme cannot take or whose faces are all holes, a level out
+    ///                of range, a point that is displaced to no finite place; unsupported: a scheme
     ///                of another kind, a mesh for which the scheme has no bound (tessellate.hpp, certified); cancelled
-    /// Cost: some microseconds for each point of the lattice, by all threads; 18 bytes for each
+    /// Cost: some microseconds for each point of the lattice, by all threads; 26 bytes for each, and
+    /// on each thread some 700 for each of a corner cell, while bounds are found
     SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
                        const SubdivisionSurfaceOptions& options = {});
 
@@ -42,7 +44,6 @@ class SubdivisionSurface final : public SampledSurface {
     void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override;
     void shade(std::span<const Site> sites, std::span<Place> places) const override;
     void finest_errors(HalfedgeId cell, std::span<float> errors) const override;
-    void displace(const std::function<double(const Place&)>& displacement);
 
     bool by_triangles_;
     const Limits* limits_ = nullptr;  // while bounds are being found

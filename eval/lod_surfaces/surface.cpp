@@ -27,8 +27,9 @@ class RaySearch {
         if (depth < surface_.max_depth())
             surface_.bounds(std::array{site(shape.middle(depth), lattice_level(depth + 1))}, bounds);
         if (depth == surface_.max_depth() || !bounds[0].known) {
-            const int level = lattice_level(depth);
-            const std::array sites{site(shape.a(), level), site(shape.b(), level), site(shape.apex, level)};
+            const CellTriangle triangle = shape.in(cell, depth);
+            std::array<Site, 3> sites;
+            for (std::size_t k = 0; k < 3; ++k) sites[k] = corner_site(roots, triangle, k);
             std::array<Place, 3> places;
             surface_.places(sites, places);
             meet(places[0].position, places[1].position, places[2].position);
@@ -78,6 +79,10 @@ class RaySearch {
 std::optional<double> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     // Corners are the middles of larger triangles.
     const SurfaceUse use(*this);
+    const auto is_finite = [](const Vec3d& v) {
+        return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+    };
+    if (!is_finite(origin) || !is_finite(direction)) return {};
     RaySearch search(*this, origin, direction, farthest);
     for (std::uint32_t h = 0; h < roots().halfedge_count(); ++h)
         if (!roots().is_hole(roots().face(HalfedgeId(h)))) search.search(HalfedgeId(h), BisectionShape::root(), 0);
@@ -98,7 +103,10 @@ std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, st
         };
         const HalfedgeId cell = cells[random() % cells.size()];
         const std::uint32_t x = up_to_side();
-        sites.push_back(canonical(roots, {cell, {x, up_to_side()}, static_cast<std::uint8_t>(level)}));
+        std::uint32_t y = up_to_side();
+        // At even depths triangles' corners are every other point.
+        if (surface.max_depth() % 2 == 0 && (x + y) % 2 != 0) y = y > 0 ? y - 1 : 1;
+        sites.push_back(canonical(roots, {cell, {x, y}, static_cast<std::uint8_t>(level)}));
     }
     std::vector<Place> places(sites.size());
     surface.places(sites, places);

@@ -26,8 +26,10 @@ struct Place {
 struct DiamondBounds {
     Vec3d center{};  ///< of a box that holds the surface under the diamond and under all diamonds that it can become
     Vec3d half_sides{};  ///< of that box, along the axes
-    double error = 0;    ///< the largest distance of the full-resolution surface from the diamond's triangles, or more
-    bool known = true;   ///< false: still to be loaded; nothing else of it means anything
+    /// The largest distance of the full-resolution surface over the diamond from its triangles, or those around it, or
+    /// more.
+    double error = 0;
+    bool known = true;  ///< false: still to be loaded; nothing else of it means anything
 };
 
 /// A diamond's error is at least this many times the error of the four that its split makes possible, so that vertices
@@ -49,7 +51,8 @@ class Surface {
     /// One root (v, w, centre) per half-edge of a face that is no hole. Their positions do not count, but for the size
     /// of their box, which is to be about the surface's.
     virtual const ControlMesh& roots() const = 0;
-    /// Triangles of this depth are not split: the surface is all there. At most k_max_bisection_depth.
+    /// Triangles of this depth are not split: they are the surface, or as near to it as it is known. At most
+    /// k_max_bisection_depth.
     virtual int max_depth() const = 0;
     /// @param sites   canonical sites of vertices, up to those of triangles of depth max_depth()
     /// @param places  as many
@@ -59,7 +62,8 @@ class Surface {
     virtual void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const = 0;
 
     /// Where a ray meets the finest triangles first, of what is known, from either side: at origin + result *
-    /// direction. Nothing if it does not, or farther than `farthest`. About O(max_depth()).
+    /// direction. Nothing if it does not, or farther than `farthest`; nothing either for numbers that are not finite.
+    /// Some hundreds of bounds for a steep ray, thousands for one along the surface.
     /// @param direction  of any length but zero
     virtual std::optional<double> hit(const Vec3d& origin, const Vec3d& direction,
                                       double farthest = std::numeric_limits<double>::infinity()) const;

@@ -292,6 +292,8 @@ void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t si
 }
 
 std::optional<double> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
+    for (int axis = 0; axis < 3; ++axis)
+        if (!std::isfinite(origin[axis]) || !std::isfinite(direction[axis])) return {};
     RaySearch ray{origin, direction, farthest};
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
     search(ray, {0, 0}, 1 << top, 0, 0);

@@ -428,6 +428,17 @@ TEST_CASE("lod: bad input [bad-input]") {
     CHECK_THROWS_AS(view.set_origin({nan, 0, 0}), Error);
     CHECK(view.leaves() == before);
 
+    CHECK_THROWS_WITH_AS(view.update(with([](lod::Camera& c) { c.eye.x = 1e100; })), doctest::Contains("farthest"),
+                         Error);
+    CHECK(view.update(with([](lod::Camera& c) { c.direction = {0, 1e-200, 0}; })).splits == 0);
+    // As far away as that, there and back: the mesh is what it was.
+    view.update(with([](lod::Camera& c) { c.eye.x = 1e50; }));
+    for (int i = 100; i >= 0; --i) view.update(with([&](lod::Camera& c) { c.eye.y -= i; }));
+    lod::View fresh(surface);
+    fresh.update(with([](lod::Camera&) {}));
+    CHECK(view.leaf_count() >= fresh.leaf_count());
+    CHECK(fresh.leaf_count() > 200);
+
     // Absurd, but cameras: in the ground, looking up its own axis, everything behind, no budget but for the roots.
     for (const Vec3d& eye : {Vec3d(16, -16, -500), Vec3d(16, -16, double{grid.at(16, 16)}), Vec3d(1e12, 1e12, 1e12)})
         for (const Vec3d& direction : {Vec3d(0, 0, 1), Vec3d(0, -1, 0)}) {

@@ -419,6 +419,27 @@ TEST_CASE("lod: a planet's heights are where they belong") {
     CHECK(glm::dot(cube.normal({0, 1, 0}), Vec3d(0, 1, 0)) > 0.9);
 }
 
+TEST_CASE("lod: surfaces of any size, and of a single level") {
+    // The same picture.
+    std::vector<std::uint32_t> leaves;
+    for (const double radius : {1e-20, 1.0, 1e37}) {
+        const lod::PlanetSurface planet(grid_of(16, 8, [](double, double) { return 0; }),
+                                        {.radius = radius, .level = 5});
+        lod::View view(planet);
+        lod::Camera camera;
+        camera.eye = {0, -3 * radius, 0};
+        leaves.push_back(view.update(camera, {.pixel_error = 0.5}).leaves);
+    }
+    CHECK(leaves[1] > 500);
+    CHECK(leaves[0] == leaves[1]);
+    CHECK(leaves[2] == leaves[1]);
+    lod::ProceduralHeights flat{.height = [](const Vec3d&) { return 0.0; }, .deviation = [](double) { return 0.0; }};
+    const auto plane = lod::ProceduralSurface::plane(10, 10, flat);
+    CHECK(plane.max_depth() == 0);
+    for (const double x : {-4.0, -1.0, 2.5, 4.9})
+        for (const double y : {-4.5, -2.0, 1.5, 4.0}) CHECK(plane.hit({x, y, 3}, {0, 0, -1}) == doctest::Approx(3));
+}
+
 TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
     const HeightGrid map = waves(16, 8, 1);
     CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 0}), doctest::Contains("radius of 0"), Error);
@@ -438,6 +459,19 @@ TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
                          doctest::Contains("not butterfly"), Error);
     CHECK_THROWS_AS(lod::SubdivisionSurface(box, "loop"), Error);
     CHECK_THROWS_AS(lod::SubdivisionSurface(box, "catmull-clark", {.level = 0}), Error);
+
+    ControlMeshData holes = parse_obj(k_box, "test.obj");
+    holes.holes = {0, 1, 2, 3, 4, 5};
+    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(ControlMesh::build(std::move(holes)), "bilinear"),
+                         doctest::Contains("but for holes"), Error);
+    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(
+                             box, "catmull-clark",
+                             {.level = 2, .displacement = [](const lod::Place& p) { return std::sqrt(p.position.x); }}),
+                         doctest::Contains("not finite"), Error);
+    const lod::PlanetSurface planet(map, {.radius = 10});
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK(!planet.hit({nan, 0, 0}, {1, 0, 0}));
+    CHECK(!planet.hit({20, 0, 0}, {nan, 0, 0}));
 
     CHECK_THROWS_AS(lod::fractal_heights(1, 0, 3), Error);
     CHECK_THROWS_AS(lod::fractal_heights(1, 1, 0), Error);

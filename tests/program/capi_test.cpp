@@ -207,7 +207,16 @@ TEST_CASE("[bad-input] capi: sentences, and nothing that flies") {
     CHECK(tetrakis_update_view(view, &camera, nullptr, &update) == TETRAKIS_INVALID_INPUT);
     camera = TETRAKIS_CAMERA;
     CHECK(tetrakis_update_view(view, &camera, nullptr, nullptr) == TETRAKIS_INVALID_INPUT);
-    CHECK(tetrakis_update_view(view, &camera, nullptr, &update) == TETRAKIS_OK);
+    update.size = 0;
+    CHECK(tetrakis_update_view(view, &camera, nullptr, &update) == TETRAKIS_INVALID_INPUT);
+    update = TETRAKIS_UPDATE;
+    REQUIRE(tetrakis_update_view(view, &camera, nullptr, &update) == TETRAKIS_OK);
+    CHECK(update.vertex_range_count > 0);  // all of it, still: what failed has changed nothing
+    CHECK(tetrakis_surface_at(nullptr, 0, 0, nullptr, nullptr) == 0);
+    CHECK(tetrakis_surface_hit(surface, nullptr, nullptr, 1, nullptr) == 0);
+    CHECK(tetrakis_snapshot_hit(nullptr, nullptr, nullptr, 1, nullptr, nullptr) == 0);
+    CHECK(tetrakis_view_triangles(nullptr, nullptr, nullptr) == nullptr);
+    CHECK(tetrakis_view_vertices(nullptr, nullptr, nullptr) == nullptr);
     tetrakis_free_view(view);
     tetrakis_free_surface(surface);
 }

@@ -365,6 +365,10 @@ TEST_CASE("[bad-input] lod") {
                       island = cli::data("island.png");
     spill(path, "[{\"eye\": [1, 2]}]");
     cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "path.json: camera 0");
+    spill(path, R"({"eye": [1, 2, 3], "target": [1, 2, 4]})");
+    cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "path.json: a camera path is a list");
+    spill(path, R"([{"eye": [0, 0, 0], "target": [1, 0, 0]}, {"eye": [2, 0, 0], "target": [1, 0, 0]}])");
+    cli::check_refused({"lod", island, "--frames", "3", "--path", path, "-o", out}, 3, "path.json: in frame 1");
     spill(path, "[]");
     cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "without cameras");
     spill(path, R"([{"eye": [1, 2, 3], "target": [1, 2, 3]}])");

@@ -1,4 +1,4 @@
-#include "../../eval/lod/surface.hpp"
+#include "../../eval/lod_surfaces/surface.hpp"
 #include "../../eval/lod/view.hpp"
 #include "peers/moving_target.hpp"
 

@@ -84,6 +84,8 @@ tetrakis_status guarded(const Work& work) {
         return failed(TETRAKIS_MEMORY_LIMIT, "out of memory");
     } catch (const std::exception& error) {
         return failed(TETRAKIS_FAILURE, error.what());
+    } catch (...) {
+        return failed(TETRAKIS_FAILURE, "an unknown fault");
     }
 }
 
@@ -102,12 +104,17 @@ Struct taken(const Struct* given, const Struct& defaults, const char* name) {
     known.size = sizeof(Struct);
     return known;
 }
-/// The reverse.
+template <class Struct>
+void require_size(const Struct* receiver, const char* name) {
+    require(receiver, name);
+    if (receiver->size < sizeof(std::size_t))
+        throw Error(ErrorCode::invalid_input, std::string(name) + " does not say its size");
+}
+/// The reverse of taken().
 template <class Struct>
 void give(Struct* receiver, const Struct& result, const char* name) {
-    require(receiver, name);
+    require_size(receiver, name);
     const std::size_t size = receiver->size;
-    if (size < sizeof(std::size_t)) throw Error(ErrorCode::invalid_input, std::string(name) + " does not say its size");
     std::memcpy(receiver, &result, std::min(size, sizeof(Struct)));
     receiver->size = size;
 }
@@ -278,7 +285,7 @@ tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_control_mesh* c
 void tetrakis_free_surface(tetrakis_surface* surface) { delete surface; }
 
 int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, double* height, double normal[3]) {
-    if (surface->terrain == nullptr) return 0;
+    if (surface == nullptr || surface->terrain == nullptr) return 0;
     const auto ground = surface->terrain->at({x, y});
     if (!ground) return 0;
     if (height != nullptr) *height = ground->height;
@@ -288,6 +295,7 @@ int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, dou
 }
 int tetrakis_surface_hit(const tetrakis_surface* surface, const double origin[3], const double direction[3],
                          double farthest, double* t) {
+    if (surface == nullptr || origin == nullptr || direction == nullptr) return 0;
     const auto hit =
         surface->surface->hit({origin[0], origin[1], origin[2]}, {direction[0], direction[1], direction[2]}, farthest);
     if (hit && t != nullptr) *t = *hit;
@@ -316,7 +324,7 @@ tetrakis_status tetrakis_update_view(tetrakis_view* view, const tetrakis_camera*
     return guarded([&] {
         require(view, "view");
         require(camera, "camera");
-        require(update, "update");
+        require_size(update, "update");
         const tetrakis_camera eye = taken(camera, TETRAKIS_CAMERA, "camera");
         const tetrakis_budget known = taken(budget, TETRAKIS_BUDGET, "budget");
         const lod::Update done = view->view.update(
@@ -344,12 +352,14 @@ tetrakis_status tetrakis_update_view(tetrakis_view* view, const tetrakis_camera*
 }
 
 const tetrakis_vertex* tetrakis_view_vertices(const tetrakis_view* view, uint32_t* count, uint32_t* capacity) {
+    if (view == nullptr) return nullptr;
     const auto vertices = view->view.vertices();
     if (count != nullptr) *count = static_cast<std::uint32_t>(vertices.size());
     if (capacity != nullptr) *capacity = view->view.vertex_capacity();
     return reinterpret_cast<const tetrakis_vertex*>(vertices.data());
 }
 const uint32_t* tetrakis_view_triangles(const tetrakis_view* view, uint32_t* count, uint32_t* capacity) {
+    if (view == nullptr) return nullptr;
     const auto triangles = view->view.triangles();
     if (count != nullptr) *count = static_cast<std::uint32_t>(triangles.size());
     if (capacity != nullptr) *capacity = view->view.triangle_capacity();
@@ -365,6 +375,7 @@ tetrakis_status tetrakis_take_snapshot(const tetrakis_view* view, tetrakis_snaps
 void tetrakis_free_snapshot(tetrakis_snapshot* snapshot) { delete snapshot; }
 int tetrakis_snapshot_hit(const tetrakis_snapshot* snapshot, const double origin[3], const double direction[3],
                           double farthest, double* t, double normal[3]) {
+    if (snapshot == nullptr || origin == nullptr || direction == nullptr) return 0;
     const RayHit hit = snapshot->bvh.intersect({origin[0], origin[1], origin[2]},
                                                {direction[0], direction[1], direction[2]}, 0, farthest);
     if (!hit.found()) return 0;

@@ -164,7 +164,9 @@ std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     std::vector<CameraPlace> given;
     try {
-        for (const Json& entry : Json::parse(text)) {
+        const Json list = Json::parse(text);
+        if (!list.is_array()) throw InputError(fmt::format("{}: a camera path is a list", path.string()));
+        for (const Json& entry : list) {
             const auto vec = [&](const char* key) {
                 const auto v = entry.at(key).get<std::array<double, 3>>();
                 return Vec3d(v[0], v[1], v[2]);
@@ -195,6 +197,10 @@ std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint
         cameras.push_back(
             {glm::mix(a.eye, b.eye, t), glm::mix(a.target, b.target, t), glm::mix(a.fov_degrees, b.fov_degrees, t)});
     }
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+        if (const double way = glm::length(cameras[i].target - cameras[i].eye); !(way > 0 && std::isfinite(way)))
+            throw InputError(fmt::format("{}: in frame {} the camera's target is at its eye, or out of all numbers",
+                                         path.string(), i));
     return cameras;
 }
 
