@@ -1,5 +1,5 @@
-#include "../../eval/lod_surfaces/surface.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/surface.hpp"
 #include "peers/moving_target.hpp"
 
 #include <benchmark/benchmark.h>
