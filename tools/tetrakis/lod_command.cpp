@@ -66,10 +66,13 @@ class Sight {
 /// The largest error that is seen, of places all over the surface.
 double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, const Sight& sight,
                        const RunContext& context) {
-    const TriangleBvh closest(mesh, context);
-    double largest = 0;
+    std::vector<Vec3d> seen;
     for (const Vec3d& place : places)
-        if (sight.sees(place)) largest = std::max(largest, sight.pixels(closest.closest(place).distance, place));
+        if (sight.sees(place)) seen.push_back(place);
+    std::vector<double> distances(seen.size());
+    TriangleBvh(mesh, context).distances(seen, distances, context);
+    double largest = 0;
+    for (std::size_t i = 0; i < seen.size(); ++i) largest = std::max(largest, sight.pixels(distances[i], seen[i]));
     return largest;
 }
 
@@ -158,7 +161,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
     const lod::Surface& surface = *scene.surface;
     const std::vector<CameraPlace> cameras =
         options.path.empty() ? circle(scene, options.frames, !options.orbit) : cameras_of(options.path, options.frames);
-    constexpr std::uint32_t k_places = 100'000;
+    constexpr std::uint32_t k_places = 50'000;
     // Of tiles, few are there.
     const std::vector<Vec3d> places =
         scene.tiles == nullptr ? lod::random_places(surface, k_places) : std::vector<Vec3d>();
