@@ -11,7 +11,7 @@ case "${1:-}" in
         model=lod
         shift
         case "${1:-}" in
-            '') set -- data/island.png --scale 0.1 --spacing 40 --pixels 0.5 ;;
+            '') set -- data/island.png --scale 0.1 --spacing 40 --pixels 0.5 --size 640x360 ;;
             /*) ;;
             *) heights=$PWD/$1 && shift && set -- "$heights" "$@" ;;
         esac ;;
@@ -36,7 +36,7 @@ mkdir -p out
 if [ "$model" = lod ]; then
     echo
     echo "== a flight over $1 =="
-    "$tetrakis" lod "$@" --images 24 --size 640x360 -o out/lod --report out/lod.json || [ $? -eq 4 ]
+    "$tetrakis" lod "$@" --images 24 -o out/lod --report out/lod.json || [ $? -eq 4 ]
     echo
     echo "Look at out/lod/flight.png in a browser, which plays it, or at its frames in out/lod/sheet.png;"
     echo "out/lod/frames.csv says what each frame cost, out/lod.json the flight."
