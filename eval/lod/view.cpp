@@ -215,7 +215,10 @@ class View::Impl {
     }
 
     void set_origin(const Vec3d& origin) {
-        if (!is_finite(origin)) refuse("an origin that is not finite");
+        constexpr double k_farthest = 1e30;  // floats have to reach to it
+        if (!is_finite(origin) || std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)}) > k_farthest)
+            refuse(fmt::format("an origin at ({}, {}, {}); coordinates are finite, up to {}", origin.x, origin.y,
+                               origin.z, k_farthest));
         for (Vertex& v : vertices_) {
             v.position = packed(unpacked(v.position) + origin_ - origin);
             v.on_edge = packed(unpacked(v.on_edge) + origin_ - origin);

@@ -16,9 +16,9 @@ namespace tetrakis::lod {
 
 struct Camera {
     Vec3d eye{};
-    Vec3d direction{0, 1, 0};                   ///< of any length but zero
-    Vec3d up{0, 0, 1};                          ///< about; where it is along the direction any other one is taken
-    double vertical_fov = 1;                    ///< radians, between 0 and pi
+    Vec3d direction{0, 1, 0};  ///< of any length but zero
+    Vec3d up{0, 0, 1};         ///< need not be square to the direction; any other one where it is along it
+    double vertical_fov = 1;   ///< radians, between 0 and pi
     std::uint32_t width = 1920, height = 1080;  ///< pixels, not zero
 };
 
@@ -40,8 +40,8 @@ struct Budget {
 };
 
 struct ViewOptions {
-    /// Room for so many triangles is made at once, and never more, and for as many vertices as they have where a
-    /// boundary is not much finer than the rest.
+    /// Room for so many triangles is made at once, and never more, but that the roots have room. Fewer fit where most
+    /// of them are along a boundary, because these have more vertices.
     std::uint32_t max_leaves = 200'000;
     std::uint64_t max_bytes = 0;      ///< fewer leaves if these would take more; 0: no limit
     std::uint32_t max_ranges = 4096;  ///< of one buffer in one update; the nearest ones are joined
@@ -89,7 +89,8 @@ struct Update {
 /// A triangle is at the place of its leaf's slot, which stays the same while the leaf is there, unless a third of the
 /// slots is free: then the last leaves move to free ones. A leaf is split where its diamond's error, seen from the
 /// nearest point of the diamond's box, is more than the budget's pixels; where the leaves do not suffice the largest
-/// errors come first. As bounds are nested, what is split depends on the camera alone, but for hysteresis.
+/// errors come first. As bounds are nested, what is split depends on the camera alone where neither leaves nor time
+/// bind, but for hysteresis.
 ///
 /// Views are for one thread each; any number may share a surface.
 class View {

@@ -28,7 +28,7 @@ struct ProceduralHeights {
 ProceduralHeights fractal_heights(double amplitude, double wavelength, int octaves, std::uint64_t seed = 1);
 
 /// A plane or a ball with procedural heights, down to triangles of a given size: of the earth's radius with details of
-/// a centimetre, if heights have them. Nothing is stored.
+/// 1.2 centimetres, if heights have them. Nothing is stored.
 class ProceduralSurface final : public Surface {
   public:
     /// A square about the origin, heights along z at (x, y, 0). uv: (x, y) from the corner of the lowest ones, in

@@ -90,7 +90,8 @@ void TerrainSurface::set_errors(const RunContext& context) {
     const Heights all = heights_.back().cells[0];
     // Nesting can lead to errors beyond the range of all heights.
     const double largest = double{all.high} - double{all.low};
-    lengths_ = detail::ByteLengths(largest, 2 * largest);
+    lengths_ =
+        detail::ByteLengths(largest * std::pow(k_error_ratio, max_depth()), std::numeric_limits<double>::infinity());
     codes_.assign(lattice_.xs.size() * lattice_.ys.size(), 0);
     const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
     const int nesting = static_cast<int>(std::ceil(std::log2(k_error_ratio) * detail::ByteLengths::k_a_doubling));

@@ -265,7 +265,8 @@ class Writer {
             if (std::isfinite(height)) continue;
             if (!options_.missing_height)
                 throw Error(ErrorCode::invalid_input,
-                            fmt::format("the height at column {}, row {} is missing; say which one to take",
+                            fmt::format("the height at column {}, row {} is missing; TileOptions::missing_height "
+                                        "(--missing) is one to take",
                                         i % band.columns, i / band.columns + static_cast<std::size_t>(first_row_)));
             height = *options_.missing_height;
         }

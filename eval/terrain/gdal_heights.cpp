@@ -11,6 +11,7 @@
 #    include <ogr_srs_api.h>
 
 #    include <algorithm>
+#    include <cctype>
 #    include <cmath>
 #    include <cstdlib>
 #    include <limits>
@@ -38,11 +39,18 @@ struct QuietErrors {
     QuietErrors& operator=(const QuietErrors&) = delete;
 };
 
-/// Metres in a band's unit.
-double metres_in(std::string_view unit) {
+/// Metres in a band's unit, if that is a length's; none is metres.
+std::optional<double> metres_in(std::string_view text) {
+    std::string unit(text);
+    std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (unit.empty() || unit == "m" || unit == "metre" || unit == "meter" || unit == "metres" || unit == "meters")
+        return 1;
+    if (unit == "km" || unit == "kilometre" || unit == "kilometer") return 1000;
+    if (unit == "cm") return 0.01;
+    if (unit == "mm") return 0.001;
     if (unit == "ft" || unit == "foot" || unit == "feet") return 0.3048;
-    if (unit == "us-ft" || unit == "US survey foot") return 1200.0 / 3937;
-    return 1;
+    if (unit == "us-ft" || unit == "us survey foot" || unit == "foot_us" || unit == "ftus") return 1200.0 / 3937;
+    return {};
 }
 
 class GdalSource final : public HeightSource {
@@ -59,9 +67,16 @@ class GdalSource final : public HeightSource {
         int has_none = 0, ignored = 0;
         const double none = GDALGetRasterNoDataValue(band_, &has_none);
         if (has_none != 0) none_ = static_cast<float>(none);
-        const double unit = metres_in(GDALGetRasterUnitType(band_));
-        scale_ = GDALGetRasterScale(band_, &ignored) * unit * options.scale;
-        offset_ = GDALGetRasterOffset(band_, &ignored) * unit * options.scale + options.offset;
+        const char* const unit_name = GDALGetRasterUnitType(band_);
+        const std::optional<double> unit = metres_in(unit_name);
+        if (!unit)
+            throw Error(
+                ErrorCode::unsupported,
+                fmt::format("heights in \"{}\", which is no length known here; gdal_edit.py -units sets another",
+                            unit_name),
+                path);
+        scale_ = GDALGetRasterScale(band_, &ignored) * *unit * options.scale;
+        offset_ = GDALGetRasterOffset(band_, &ignored) * *unit * options.scale + options.offset;
         place();
         if (options.spacing) frame_.spacing = *options.spacing;
     }
@@ -104,7 +119,13 @@ class GdalSource final : public HeightSource {
         if (is_from_south_) north += to_ground[5] * (frame_.rows - 1);
         frame_.origin = {to_ground[0] + to_ground[1] / 2, north};
         const OGRSpatialReferenceH reference = GDALGetSpatialRef(raster_.get());
-        if (reference == nullptr || OSRIsGeographic(reference) == 0) return;
+        if (reference == nullptr) return;
+        if (OSRIsProjected(reference) != 0) {
+            const double metres = OSRGetLinearUnits(reference, nullptr);
+            frame_.spacing *= metres;
+            frame_.origin *= metres;
+        }
+        if (OSRIsGeographic(reference) == 0) return;
         const double middle = north - frame_.spacing.y * (frame_.rows - 1) / 2;
         frame_.spacing *= Vec2d(k_metres_a_degree * std::cos(middle * k_degree), k_metres_a_degree);
         frame_.origin = {0, 0};

@@ -141,6 +141,34 @@ TEST_CASE("height grids: any raster by GDAL") {
         CHECK(grid.at(2, 1) == 6);
         CHECK(grid.spacing == Vec2d(20, 20));
         CHECK(grid.origin == Vec2d(1010, 2030));
+        // The same heights by another file: in feet on a grid of feet, scaled, from the south.
+        const auto other = [&](const std::string& reference, const std::string& transform, const std::string& band) {
+            spill(dir / "h.vrt", "<VRTDataset rasterXSize=\"3\" rasterYSize=\"2\"><SRS>" + reference +
+                                     "</SRS><GeoTransform>" + transform +
+                                     "</GeoTransform><VRTRasterBand dataType=\"Float32\" band=\"1\">" + band +
+                                     "<SimpleSource><SourceFilename relativeToVRT=\"1\">h.asc</SourceFilename>"
+                                     "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>");
+            return load_height_grid(dir / "h.vrt");
+        };
+        const std::string meters =
+            "PROJCS[\"p\",GEOGCS[\"g\",DATUM[\"d\",SPHEROID[\"s\",6378137,298.257]],"
+            "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]],"
+            "PROJECTION[\"Transverse_Mercator\"],UNIT[\"";
+        const HeightGrid feet = other(meters + "foot\",0.3048]]", "0,100,0,0,0,-100",
+                                      "<UnitType>ft</UnitType><Scale>2</Scale><Offset>1</Offset>");
+        CHECK(feet.spacing.x == doctest::Approx(30.48));
+        CHECK(feet.at(0, 1) == doctest::Approx(0.3048 * 9));
+        const HeightGrid south = other(meters + "metre\",1]]", "0,10,0,500,0,10", "<UnitType>km</UnitType>");
+        CHECK(south.at(0, 0) == 4000);
+        CHECK(south.origin.y == doctest::Approx(515));
+        const HeightGrid degrees = other(
+            "GEOGCS[\"g\",DATUM[\"d\",SPHEROID[\"s\",6378137,298.257]],PRIMEM[\"Greenwich\",0],"
+            "UNIT[\"degree\",0.0174532925199433]]",
+            "10,0.5,0,60.5,0,-0.5", "");
+        CHECK(degrees.spacing.y == doctest::Approx(111195 / 2.0).epsilon(1e-4));
+        CHECK(degrees.spacing.x == doctest::Approx(degrees.spacing.y / 2).epsilon(1e-3));
+        CHECK_THROWS_WITH_AS(other(meters + "metre\",1]]", "0,10,0,0,0,-10", "<UnitType>K</UnitType>"),
+                             doctest::Contains("no length"), Error);
     } catch (const Error& error) {
         CHECK(error.code() == ErrorCode::unsupported);
         MESSAGE("SKIPPED: ", error.what());

@@ -426,6 +426,9 @@ TEST_CASE("lod: bad input [bad-input]") {
     CHECK_THROWS_AS(view.update(with([](lod::Camera&) {}), {.milliseconds = -1}), Error);
     CHECK_THROWS_AS(view.set_regions({{.boost = 0.5}}), Error);
     CHECK_THROWS_AS(view.set_origin({nan, 0, 0}), Error);
+    CHECK_THROWS_AS(view.set_origin({1e300, 0, 0}), Error);
+    CHECK_THROWS_AS(view.update(with([&](lod::Camera& c) { c.up.y = nan; })), Error);
+    CHECK_THROWS_AS(view.update(with([&](lod::Camera& c) { c.vertical_fov = nan; })), Error);
     CHECK(view.leaves() == before);
 
     CHECK_THROWS_WITH_AS(view.update(with([](lod::Camera& c) { c.eye.x = 1e100; })), doctest::Contains("farthest"),

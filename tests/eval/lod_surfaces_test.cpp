@@ -127,6 +127,11 @@ std::vector<Example> examples() {
         all.push_back({name, std::move(surface), middle, size, euler});
     };
     add("terrain", std::make_shared<lod::TerrainSurface>(test::rough(65, 40, 3)), {32, -20, 0}, 30, 1);
+    std::mt19937 random(1);
+    add("noise",
+        std::make_shared<lod::TerrainSurface>(
+            grid_of(65, 33, [&](double, double) { return 0.02 * double(random() % 8); })),
+        {32, -16, 0}, 30, 1);
     add("torus", std::make_shared<Torus>(), {0, 0, 0}, 4, 0);
     add("planet", std::make_shared<lod::PlanetSurface>(waves(64, 32, 0.4), lod::PlanetOptions{.radius = 10}), {0, 0, 0},
         10, 2);
@@ -259,6 +264,51 @@ TEST_CASE("lod: after every frame of a walk over any surface the mesh is whole, 
             std::sort(leaves.begin(), leaves.end());
             std::sort(same.begin(), same.end());
             REQUIRE(leaves == same);
+            // The buffers and the export are what the surface says of that forest.
+            std::vector<Site> sites(points.begin(), points.end());
+            std::vector<lod::Place> at(sites.size());
+            example.surface->places(sites, at);
+            using Corners = std::array<std::array<float, 8>, 3>;
+            const auto turned = [](Corners corners) {
+                std::ranges::rotate(corners, std::ranges::min_element(corners));
+                return corners;
+            };
+            std::vector<Corners> expected, shown;
+            for (const auto& leaf : same) {
+                Corners corners;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const lod::Place& p =
+                        at[static_cast<std::size_t>(std::ranges::lower_bound(sites, leaf[k]) - sites.begin())];
+                    for (int i = 0; i < 3; ++i) {
+                        corners[k][static_cast<std::size_t>(i)] = static_cast<float>(p.position[i]);
+                        corners[k][static_cast<std::size_t>(i + 3)] = static_cast<float>(p.on_edge[i]);
+                    }
+                    corners[k][6] = static_cast<float>(p.uv.x);
+                    corners[k][7] = static_cast<float>(p.uv.y);
+                }
+                expected.push_back(turned(corners));
+            }
+            for (const auto& t : triangles) {
+                Corners corners;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const lod::Vertex& v = copied.vertices[t[k]];
+                    std::ranges::copy(v.position, corners[k].begin());
+                    std::ranges::copy(v.on_edge, corners[k].begin() + 3);
+                    std::ranges::copy(v.uv, corners[k].begin() + 6);
+                }
+                shown.push_back(turned(corners));
+            }
+            std::ranges::sort(expected);
+            std::ranges::sort(shown);
+            REQUIRE(shown == expected);
+            const TriangleMesh exported = view.mesh();
+            REQUIRE(exported.triangles.size() == same.size());
+            std::vector<std::array<double, 3>> exported_places, places_there;
+            for (const Vec3d& p : exported.positions) exported_places.push_back({p.x, p.y, p.z});
+            for (const lod::Place& p : at) places_there.push_back({p.position.x, p.position.y, p.position.z});
+            std::ranges::sort(exported_places);
+            std::ranges::sort(places_there);
+            REQUIRE(exported_places == places_there);
             if (frame % 10 != 0) continue;
             const double pixels = judged_pixels(view.mesh(), places, camera);
             REQUIRE(pixels <= update.pixel_error + 1e-3);

@@ -117,6 +117,10 @@ TEST_CASE("capi: planets and subdivision surfaces, and rays that meet what is sh
         budget.pixel_error = 1e-3;  // all that there is
         REQUIRE(tetrakis_update_view(view, &camera, &budget, &update) == TETRAKIS_OK);
         CHECK(update.leaves > 1000);
+        const tetrakis_region everywhere{{0, 0, 0}, 100, 2}, wrong{{0, 0, 0}, 1, 0.5};
+        CHECK(tetrakis_set_view_regions(view, &everywhere, 1) == TETRAKIS_OK);
+        CHECK(tetrakis_set_view_regions(view, &wrong, 1) == TETRAKIS_INVALID_INPUT);
+        CHECK(tetrakis_set_view_regions(view, nullptr, 0) == TETRAKIS_OK);
         tetrakis_snapshot* snapshot = nullptr;
         REQUIRE(tetrakis_take_snapshot(view, &snapshot) == TETRAKIS_OK);
         tetrakis_free_view(view);

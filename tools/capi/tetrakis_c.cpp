@@ -89,6 +89,14 @@ tetrakis_status guarded(const Work& work) {
     }
 }
 
+/// Runs `look` for a function without a status: what it returns, or 0 where it throws.
+template <class Look>
+int looked(const Look& look) {
+    int found = 0;
+    guarded([&] { found = look() ? 1 : 0; });
+    return found;
+}
+
 void require(const void* pointer, const char* name) {
     if (pointer == nullptr) throw Error(ErrorCode::invalid_input, std::string(name) + " is NULL");
 }
@@ -285,21 +293,25 @@ tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_control_mesh* c
 void tetrakis_free_surface(tetrakis_surface* surface) { delete surface; }
 
 int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, double* height, double normal[3]) {
-    if (surface == nullptr || surface->terrain == nullptr) return 0;
-    const auto ground = surface->terrain->at({x, y});
-    if (!ground) return 0;
-    if (height != nullptr) *height = ground->height;
-    if (normal != nullptr)
-        for (int k = 0; k < 3; ++k) normal[k] = ground->normal[k];
-    return 1;
+    return looked([&] {
+        if (surface == nullptr || surface->terrain == nullptr) return false;
+        const auto ground = surface->terrain->at({x, y});
+        if (!ground) return false;
+        if (height != nullptr) *height = ground->height;
+        if (normal != nullptr)
+            for (int k = 0; k < 3; ++k) normal[k] = ground->normal[k];
+        return true;
+    });
 }
 int tetrakis_surface_hit(const tetrakis_surface* surface, const double origin[3], const double direction[3],
                          double farthest, double* t) {
-    if (surface == nullptr || origin == nullptr || direction == nullptr) return 0;
-    const auto hit =
-        surface->surface->hit({origin[0], origin[1], origin[2]}, {direction[0], direction[1], direction[2]}, farthest);
-    if (hit && t != nullptr) *t = *hit;
-    return hit ? 1 : 0;
+    return looked([&] {
+        if (surface == nullptr || origin == nullptr || direction == nullptr) return false;
+        const auto hit = surface->surface->hit({origin[0], origin[1], origin[2]},
+                                               {direction[0], direction[1], direction[2]}, farthest);
+        if (hit && t != nullptr) *t = *hit;
+        return hit.has_value();
+    });
 }
 
 tetrakis_status tetrakis_make_view(const tetrakis_surface* surface, const tetrakis_view_options* options,
@@ -318,6 +330,16 @@ tetrakis_status tetrakis_make_view(const tetrakis_surface* surface, const tetrak
     });
 }
 void tetrakis_free_view(tetrakis_view* view) { delete view; }
+tetrakis_status tetrakis_set_view_regions(tetrakis_view* view, const tetrakis_region* regions, uint32_t count) {
+    return guarded([&] {
+        require(view, "view");
+        if (count > 0) require(regions, "regions");
+        std::vector<lod::Region> list;
+        for (std::uint32_t i = 0; i < count; ++i)
+            list.push_back({vec(regions[i].center), regions[i].radius, regions[i].boost});
+        view->view.set_regions(std::move(list));
+    });
+}
 
 tetrakis_status tetrakis_update_view(tetrakis_view* view, const tetrakis_camera* camera, const tetrakis_budget* budget,
                                      tetrakis_update* update) {

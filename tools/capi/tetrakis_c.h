@@ -8,8 +8,10 @@
  * Structs that callers fill begin with their own size: set it with the initialiser that is named beside each. So
  * programs work with later versions, whose structs are longer.
  *
- * Threads: functions with one handle may be called by one thread at a time for that handle; other handles do not
- * matter. Surfaces do not change: any number of views, of any threads, may use one, and it is freed after all of them.
+ * Threads: control meshes, meshes, surfaces and snapshots do not change: any number of threads may read them at the
+ * same time, and one frees them when none does. A surface is freed after its views. A view is for one thread at a time:
+ * functions that take a `tetrakis_view*`, tetrakis_take_snapshot() too, exclude each other for the same view. What a
+ * function returns pointers to lives as long as the handle, but where its comment says less.
  */
 #ifndef TETRAKIS_C_H
 #define TETRAKIS_C_H
@@ -104,8 +106,8 @@ TETRAKIS_API tetrakis_status tetrakis_load_terrain(const char* path, double spac
 /* Heights row by row from the north, each from the west: columns * rows, copied. Sample (0, 0) is at x = y = 0. */
 TETRAKIS_API tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, uint32_t rows,
                                                    double spacing, tetrakis_surface** surface);
-/* Cuts heights of any size, read as tetrakis_load_terrain() does but not filled, into a file of tiles. Raw files, HGT and
- * GDAL's rasters are not in memory at once. */
+/* Cuts heights of any size, read as tetrakis_load_terrain() does but not filled, into a file of tiles. Raw files, HGT
+ * and GDAL's rasters are not in memory at once. */
 TETRAKIS_API tetrakis_status tetrakis_write_tiles(const char* heights_path, double spacing, double scale, double offset,
                                                   const char* tiles_path);
 /* Such a file as a surface: tiles are loaded by a thread of its own as views ask for them, no call waits, and
@@ -134,7 +136,7 @@ TETRAKIS_API int tetrakis_surface_hit(const tetrakis_surface* surface, const dou
 
 typedef struct tetrakis_view_options {
     size_t size;
-    uint32_t max_leaves;   /* room for so many triangles, and never more */
+    uint32_t max_leaves;   /* room for so many triangles, and never more, or for the roots */
     uint64_t max_bytes;    /* fewer if they would take more; 0: no limit */
     uint32_t max_ranges;   /* of each buffer, an update */
     double outside_weight; /* errors out of sight count this much: 0 to 1 */
@@ -146,6 +148,14 @@ typedef struct tetrakis_view_options {
 TETRAKIS_API tetrakis_status tetrakis_make_view(const tetrakis_surface* surface, const tetrakis_view_options* options,
                                                 tetrakis_view** view);
 TETRAKIS_API void tetrakis_free_view(tetrakis_view* view);
+
+/* A ball in which errors count `boost` times, from 1 on: around a player, or where things collide. */
+typedef struct tetrakis_region {
+    double center[3], radius, boost;
+} tetrakis_region;
+/* Those of a view, in place of the ones before; copied. The next update looks at all triangles. */
+TETRAKIS_API tetrakis_status tetrakis_set_view_regions(tetrakis_view* view, const tetrakis_region* regions,
+                                                       uint32_t count);
 
 typedef struct tetrakis_camera {
     size_t size;
@@ -160,7 +170,8 @@ typedef struct tetrakis_budget {
     size_t size;
     double pixel_error;  /* triangles whose error looks larger are split */
     uint32_t leaves;     /* most triangles */
-    double milliseconds; /* an update ends soon after this, and the next one goes on; 0: no limit */
+    double milliseconds; /* an update ends soon after this, and the next one goes on; 0: no limit. Triangles
+                            beyond `leaves` are merged first, however long that takes */
 } tetrakis_budget;
 #define TETRAKIS_BUDGET \
     { sizeof(tetrakis_budget), 1, UINT32_MAX, 0 }

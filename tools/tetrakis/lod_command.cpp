@@ -99,6 +99,15 @@ class ShownVertices {
             if (!before_.empty() && sight.sees(now[v].at))
                 farthest = std::max(farthest, sight.pixels(glm::length(now[v].at - from), now[v].at));
         }
+        // What a merge has taken away goes to its edge.
+        for (std::size_t v = 0; v < before_.size(); ++v) {
+            const Shown& old = before_[v];
+            const bool stays = v < now.size() && now[v].used && now[v].vertex.position == old.vertex.position;
+            if (!old.used || stays || !sight.sees(old.at)) continue;
+            const auto& edge = old.vertex.on_edge;
+            const Vec3d to = view.origin() + Vec3d(edge[0], edge[1], edge[2]);
+            farthest = std::max(farthest, sight.pixels(glm::length(old.at - to), old.at));
+        }
         before_ = std::move(now);
         return farthest;
     }
@@ -208,8 +217,8 @@ ExitCode run_checked(const LodCommandOptions& options) {
         const Sight sight(at, options.render);
         const double error = places.empty() ? 0 : measured_pixels(view.mesh(), places, sight, process.context()),
                      pop = shown.move_to(view, update, at.eye, sight);
-        csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{:.4g},{:.4g}\n", frame, splits, merges, update.leaves, upload,
-                           took, update.pixel_error, error, pop);
+        csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{},{:.4g}\n", frame, splits, merges, update.leaves, upload,
+                           took, update.pixel_error, places.empty() ? "" : fmt::format("{:.4g}", error), pop);
         kept_promise = kept_promise && error <= update.pixel_error * (1 + 1e-3);
         worst_error = std::max(worst_error, error);
         worst_promise = std::max(worst_promise, update.pixel_error);
