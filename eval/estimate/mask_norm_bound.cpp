@@ -28,7 +28,6 @@ constexpr int k_deepest = 16;
 constexpr std::uint32_t k_most_cells = 256;
 // Beside semi-sharp edges nothing is known before they are smooth: cells as small as that are many along an edge.
 constexpr float k_most_sharp_levels = 6;
-
 // Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
 constexpr double k_no_error = 1e-7;
 // Of levels that are made as a whole, some 10 MB: most cells of small meshes have norms there, whatever is around them.
@@ -229,12 +228,13 @@ bool MaskNormBound<Family>::has(const SchemeInfo& scheme, const RuleOptions& rul
 
 template <class Family>
 MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules,
-                                     double aim)
+                                     double aim, double tight)
     : mesh_(points.mesh()),
       points_(points),
       scheme_(scheme),
       rules_(rules),
       decides_(aim > 0),
+      tight_(tight),
       norms_(scheme, rules),
       scratch_(std::make_unique<oneapi::tbb::enumerable_thread_specific<Scratch>>()) {
     rules_.runner = nullptr;  // a thread must not take up another block amid one
@@ -325,7 +325,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             least[w.piece] = std::max(least[w.piece], off.at_points - apart);
             const double most = off.most + rest, sure = least[w.piece];
             const bool exceeds = sure > wanted.floor;
-            const double floor = exceeds && !wanted.decide ? wanted.tight * sure : wanted.floor;
+            const double floor = exceeds && !wanted.decide ? tight_ * sure : wanted.floor;
             if (most <= floor || level >= piece.level + k_deepest)
                 errors[w.piece] = std::max(errors[w.piece], most + rounding_);
             else if (wanted.decide && exceeds)

@@ -17,14 +17,6 @@ namespace tetrakis {
 /// steps (two at least) among them.
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
 
-/// A flat triangle over a part of a root's cell.
-struct SurfacePart {
-    HalfedgeId cell;
-    int level = 0;                              ///< of cells that are as large as the part
-    std::array<std::array<double, 2>, 3> at{};  ///< its corners, in sides of the cell
-    SlidTriangle triangle{};
-};
-
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
 /// triangles and quads. The mesh of a finer level is compared with the triangle point by point of the parameters, and
 /// how far the limit is from that mesh is known by mask norms (CellNormTable); levels are made around a triangle until
@@ -42,16 +34,13 @@ class MaskNormBound final : public SurfaceBound {
     /// @param points  gives the limit points; lives longer
     /// @param rules   live longer
     /// @param aim     errors above it are lower bounds; 0: there is none, and all are tight
-    MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules, double aim);
+    /// @param tight   bounds are tight where they are within this factor of an error that there is
+    MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules, double aim,
+                  double tight = 1.05);
     ~MaskNormBound() override;
 
     using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
-    /// Bounds of any triangles, whose corners need not be limit points: at most twice an error that there is, or
-    /// `floor`.
-    void estimate_parts(std::span<const SurfacePart> parts, double floor, std::span<double> errors) const {
-        bound(parts, {floor, false, 2}, errors);
-    }
     bool has_fan_bound(FaceId face) const override;
     void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
                        std::span<double> out) const override;
@@ -60,7 +49,13 @@ class MaskNormBound final : public SurfaceBound {
                            double known) const override;
 
   private:
-    using Piece = SurfacePart;
+    /// A flat triangle over a part of a root's cell.
+    struct Piece {
+        HalfedgeId cell;
+        int level = 0;                              ///< of cells that are as large as the piece
+        std::array<std::array<double, 2>, 3> at{};  ///< its corners, in sides of the cell
+        SlidTriangle triangle{};
+    };
     struct Walker;
     class KnownCells;
     struct Level;
@@ -70,9 +65,8 @@ class MaskNormBound final : public SurfaceBound {
 
     /// How well an error is to be known.
     struct Wanted {
-        double floor;         ///< errors up to this need not be tighter
-        bool decide;          ///< errors above it may be lower bounds; else they are tight
-        double tight = 1.05;  ///< bounds are at most this times an error that there is
+        double floor;  ///< errors up to this need not be tighter
+        bool decide;   ///< errors above it may be lower bounds; else they are tight
     };
 
     /// The step to that level, counted from the control mesh.
@@ -89,7 +83,7 @@ class MaskNormBound final : public SurfaceBound {
     const SchemeInfo& scheme_;
     RuleOptions rules_;
     bool decides_;
-    double aim_, rounding_;
+    double aim_, tight_, rounding_;
     detail::CellNormTable norms_;
     Step first_step_ = nullptr;
     std::unique_ptr<oneapi::tbb::enumerable_thread_specific<Scratch>> scratch_;

@@ -37,6 +37,10 @@ Vec2d in_triangle(const ControlMesh& mesh, HalfedgeId cell, double x, double y) 
 /// Errors below this, as a part of the control mesh's diagonal, are not told apart.
 constexpr double k_no_error = 0x1p-20;
 
+/// Bounds by norms of masks are this many times an error that there is, at most: a tighter one takes several times as
+/// long.
+constexpr double k_tight = 2;
+
 /// The most that a point loses as three floats.
 double float_rounding(const ControlMesh& mesh) {
     const Box3d box = mesh.bounding_box();
@@ -51,23 +55,9 @@ Vec2d in_cell(const Site& site) { return {std::ldexp(site.at.x, -site.level), st
 class SubdivisionSurface::Limits {
   public:
     virtual ~Limits() = default;
-    /// @param normals  as many, or none
     virtual void points(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals) const = 0;
-    struct Part {
-        HalfedgeId cell;
-        int level;
-        std::array<LatticePoint, 3> corners;
-        std::array<Vec3d, 3> positions, middles;
-
-        /// An error that is about there, with whatever slides.
-        double least() const {
-            double most = 0;
-            for (std::size_t k = 0; k < 3; ++k)
-                most = std::max(most, glm::length(middles[k] - 0.5 * (positions[k] + positions[(k + 1) % 3])));
-            return most;
-        }
-    };
-    virtual void bound(std::span<const Part> parts, std::span<double> errors) const = 0;
+    /// How far the limit surface is at most from triangles of one corner cell.
+    virtual void bound(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
 };
 
 template <class Family>
@@ -90,7 +80,7 @@ class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
         else if (patches_)
             bounded_.emplace(mesh, options.context);
         else if (MaskNormBound<Family>::has(info, options.rules, mesh))
-            bound_.emplace(*points_, info, rules_, 0);
+            norms_.emplace(*points_, info, rules_, 0, k_tight);
         else
             throw Error(ErrorCode::unsupported,
                         fmt::format("{} has no certified bound over this mesh, whose semi-sharp tags last too long or "
@@ -100,67 +90,49 @@ class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
     }
 
     void points(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals) const override {
-        if constexpr (!k_quads) {
-            for (std::size_t i = 0; i < sites.size(); ++i) {
-                const Vec2d at = in_triangle(mesh_, sites[i].root, in_cell(sites[i]).x, in_cell(sites[i]).y);
-                const SurfacePoint point =
-                    patches_->evaluate(mesh_.face_halfedge(mesh_.face(sites[i].root)), at.x, at.y);
-                positions[i] = point.position;
-                if (!normals.empty()) normals[i] = point.normal;
-            }
-        } else if (patches_) {
-            if (normals.empty()) return patches_->positions(sites, positions);
-            for (std::size_t i = 0; i < sites.size(); ++i) {
-                const SurfacePoint point = patches_->vertex(sites[i]);
-                positions[i] = point.position;
-                normals[i] = point.normal;
-            }
-        } else {
+        if (k_quads && !patches_) {
             points_->limit_positions(sites, positions);
-            if (!normals.empty()) points_->normals(sites, normals);
+            points_->normals(sites, normals);
+            return;
+        }
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const Vec2d p = in_cell(sites[i]), at = k_quads ? p : in_triangle(mesh_, sites[i].root, p.x, p.y);
+            const SurfacePoint point =
+                k_quads ? patches_->vertex(sites[i]) : patches_->evaluate(first_halfedge(sites[i].root), at.x, at.y);
+            positions[i] = point.position;
+            normals[i] = point.normal;
         }
     }
 
-    void bound(std::span<const Part> parts, std::span<double> errors) const override {
-        const double floor = k_no_error * mesh_.bounding_box().diagonal();
-        if (linear_ || bounded_) {
-            std::optional<typename Family::Bounder> bounder;
-            if (bounded_) bounder.emplace(*bounded_);
-            for (std::size_t i = 0; i < parts.size(); ++i) {
-                const Part& part = parts[i];
-                const CellTriangle triangle{part.cell, static_cast<std::uint8_t>(part.level), part.corners};
-                const double decide_at = std::max(floor, 2 * part.least());
-                if (linear_)
-                    errors[i] = linear_->bound(triangle);
-                else if constexpr (k_quads)
-                    errors[i] = bounder->leaf_error(triangle, decide_at, {}, false).upper;
+    void bound(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
+        if (linear_) {
+            linear_->estimate(triangles, errors);
+        } else if (bounded_) {
+            typename Family::Bounder bounder(*bounded_);
+            const double decide_at = k_no_error * mesh_.bounding_box().diagonal();
+            for (std::size_t i = 0; i < triangles.size(); ++i)
+                if constexpr (k_quads)
+                    errors[i] = bounder.leaf_error(triangles[i], decide_at, {}, false).upper;
                 else
-                    errors[i] = bounder->part_error(root_of(part.cell), places(part), decide_at).upper;
-                errors[i] += float_rounding(mesh_);  // of the corners
-            }
-            return;
+                    errors[i] =
+                        bounder.part_error(first_halfedge(triangles[i].root), corners(triangles[i]), decide_at).upper;
+        } else {
+            norms_->estimate(triangles, errors);
         }
-        std::vector<SurfacePart> pieces;
-        for (const Part& part : parts) {
-            SurfacePart piece{root_of(part.cell), part.level, {}, SlidTriangle(part.positions, part.middles)};
-            const auto at = places(part);
-            for (std::size_t k = 0; k < 3; ++k) piece.at[k] = {at[k].x, at[k].y};
-            pieces.push_back(piece);
-        }
-        bound_->estimate_parts(pieces, floor, errors);
+        for (double& error : errors) error += float_rounding(mesh_);  // of the corners
     }
 
   private:
-    /// Where the corners are in the root's parameters.
-    std::array<Vec2d, 3> places(const Part& part) const {
+    HalfedgeId first_halfedge(HalfedgeId cell) const { return mesh_.face_halfedge(mesh_.face(cell)); }
+    /// Of a triangle in a corner cell, as points of the face.
+    std::array<Vec2d, 3> corners(const CellTriangle& triangle) const {
         std::array<Vec2d, 3> at;
         for (std::size_t k = 0; k < 3; ++k) {
-            at[k] = in_cell({part.cell, part.corners[k], static_cast<std::uint8_t>(part.level)});
-            if (!k_quads) at[k] = in_triangle(mesh_, part.cell, at[k].x, at[k].y);
+            const Vec2d p = in_cell({triangle.root, triangle.corner[k], triangle.level});
+            at[k] = in_triangle(mesh_, triangle.root, p.x, p.y);
         }
         return at;
     }
-    HalfedgeId root_of(HalfedgeId cell) const { return k_quads ? cell : mesh_.face_halfedge(mesh_.face(cell)); }
 
     const ControlMesh& mesh_;
     RuleOptions rules_;
@@ -168,7 +140,7 @@ class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
     std::optional<typename Family::Patches> bounded_;
     std::optional<Hierarchy> points_;
     std::optional<LinearBound> linear_;
-    std::optional<MaskNormBound<Family>> bound_;
+    std::optional<MaskNormBound<Family>> norms_;
 };
 
 SubdivisionSurface::SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
@@ -242,36 +214,20 @@ void SubdivisionSurface::shade(std::span<const Site> sites, std::span<Place> pla
 
 void SubdivisionSurface::finest_errors(HalfedgeId cell, std::span<float> errors) const {
     if (!limits_) return SampledSurface::finest_errors(cell, errors);
-    // Middles of sides are points of the next level.
-    const auto n = static_cast<std::uint32_t>(1u << level());
-    const std::size_t side = 2 * std::size_t{n} + 1;
-    std::vector<Site> sites;
-    for (std::uint32_t y = 0; y <= 2 * n; ++y)
-        for (std::uint32_t x = 0; x <= 2 * n; ++x)
-            sites.push_back(canonical(roots(), {cell, {x, y}, static_cast<std::uint8_t>(level() + 1)}));
-    std::vector<Vec3d> points(sites.size());
-    limits_->points(sites, points, {});
-    const auto point = [&](std::uint32_t x, std::uint32_t y) -> Vec3d& { return points[y * side + x]; };
-    for (std::uint32_t y = 0; y <= 2 * n; y += 2)
-        for (std::uint32_t x = 0; x <= 2 * n; x += 2) point(x, y) = positions_[index(sites[y * side + x])];
-    std::vector<Limits::Part> parts;
+    const std::uint32_t n = 1u << level();
+    std::vector<CellTriangle> triangles;
     for (std::uint32_t y = 0; y < n; ++y)
         for (std::uint32_t x = 0; x < n; ++x) {
             const std::array<LatticePoint, 4> around{{{x, y}, {x + 1, y}, {x + 1, y + 1}, {x, y + 1}}};
             const std::size_t turn = (x + y) % 2;  // diagonals run through points with two even coordinates
-            for (const std::size_t first : {turn, turn + 2}) {
-                Limits::Part part{cell, level(), {}, {}, {}};
-                for (std::size_t k = 0; k < 3; ++k) part.corners[k] = around[(first + k) % 4];
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const LatticePoint &a = part.corners[k], &b = part.corners[(k + 1) % 3];
-                    part.positions[k] = point(2 * a.x, 2 * a.y);
-                    part.middles[k] = point(a.x + b.x, a.y + b.y);
-                }
-                parts.push_back(part);
-            }
+            // The right angle is the last corner, as hierarchies have it.
+            for (const std::size_t first : {turn + 2, turn + 4})
+                triangles.push_back({cell,
+                                     static_cast<std::uint8_t>(level()),
+                                     {around[first % 4], around[(first + 2) % 4], around[(first + 3) % 4]}});
         }
-    std::vector<double> found(parts.size());
-    limits_->bound(parts, found);
+    std::vector<double> found(triangles.size());
+    limits_->bound(triangles, found);
     for (std::size_t i = 0; i < errors.size(); ++i)
         errors[i] = std::nextafter(static_cast<float>(std::max(found[2 * i], found[2 * i + 1])),
                                    std::numeric_limits<float>::infinity());
