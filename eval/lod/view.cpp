@@ -7,6 +7,8 @@
 #include "dirty_slots.hpp"
 #include "error_buckets.hpp"
 #include "eye.hpp"
+#include "odometers.hpp"
+#include "packed_vertex.hpp"
 
 #include <fmt/format.h>
 
@@ -26,6 +28,9 @@ using detail::edge_of;
 using detail::Eye;
 using detail::k_buckets_a_doubling;
 using detail::k_limit_bucket;
+using detail::Odometers;
+using detail::packed;
+using detail::unpacked;
 using Clock = std::chrono::steady_clock;
 using Kind = Candidates::Kind;
 
@@ -58,36 +63,15 @@ void check(const Camera& camera, const Budget& budget) {
         refuse(fmt::format("a budget of {} milliseconds; it has to be zero or positive", budget.milliseconds));
 }
 
-std::array<std::int16_t, 2> octahedral(const Vec3d& n) {
-    const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
-    double x = n.x / sum, y = n.y / sum;
-    if (n.z < 0) {
-        const double folded = (1 - std::abs(y)) * (x < 0 ? -1 : 1);
-        y = (1 - std::abs(x)) * (y < 0 ? -1 : 1);
-        x = folded;
-    }
-    return {static_cast<std::int16_t>(std::lround(32767 * x)), static_cast<std::int16_t>(std::lround(32767 * y))};
-}
-
-Vec3d from_octahedral(const std::array<std::int16_t, 2>& packed) {
-    Vec3d n(packed[0] / 32767.0, packed[1] / 32767.0, 0);
-    n.z = 1 - std::abs(n.x) - std::abs(n.y);
-    if (n.z < 0) n = {(1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1), (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1), n.z};
-    return glm::normalize(n);
-}
-
-Vec3d unpacked(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
-
-std::array<float, 3> packed(const Vec3d& v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-
 }  // namespace
 
 class View::Impl {
   public:
     Impl(const Surface& surface, const ViewOptions& options)
-        : surface_(surface), options_(options), forest_(surface.roots()) {
+        : surface_(surface),
+          options_(options),
+          forest_(surface.roots()),
+          odometers_(surface.roots().bounding_box().diagonal()) {
         if (!(options.outside_weight >= 0 && options.outside_weight <= 1))
             refuse(fmt::format("a weight of {} outside the frustum; it has to be from 0 to 1", options.outside_weight));
         if (!(options.hysteresis >= 0.1 && options.hysteresis <= 0.8))
@@ -120,11 +104,6 @@ class View::Impl {
         mark_vertices();
         for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
-        const double extent = extent_ = surface.roots().bounding_box().diagonal();
-        for (std::size_t i = 1; i < turn_lengths_.size(); ++i)
-            turn_lengths_[i] = extent * std::exp2(0.5 * static_cast<double>(i) - 14);
-        // From here on readings have equal exponents for long: candidates are sorted by the digits that they differ in.
-        moved_.fill(k_odometer_start * extent);
     }
 
     Update update(const Camera& camera, const Budget& budget) {
@@ -245,8 +224,7 @@ class View::Impl {
   private:
     // 98 in buffers and the forest; 32 for each candidate, of which there are fewer than leaves, and where it waits.
     static constexpr std::uint64_t k_bytes_a_leaf = 144, k_bytes = 256 << 10;
-    static constexpr double k_odometer_start = 16;  // extents
-    static constexpr std::size_t k_together = 16;   // candidates that are looked at: they wait for memory together
+    static constexpr std::size_t k_together = 16;  // candidates that are looked at: they wait for memory together
     /// How a diamond's error looks from the eye.
     struct Look {
         double size = 0;  // in multiples of the pixels allowed, at distance 1
@@ -268,16 +246,7 @@ class View::Impl {
         eye_ = eye;
         scale_ = scale;
         opening_ = opening;
-        // Beyond that readings have no digits left for short ways.
-        constexpr double k_odometer_end = 1 << 24;  // extents
-        if (!(moved_.back() + travel < k_odometer_end * extent_)) {
-            moved_.fill(k_odometer_start * extent_);
-            return candidates_.restart(moved_.back());
-        }
-        for (std::size_t i = 0; i < Candidates::k_odometers; ++i) {
-            moved_[i] += travel + turn_lengths_[i] * turn;
-            candidates_.advance(i, moved_[i]);
-        }
+        odometers_.move(travel, turn, candidates_);
     }
 
     double boost(const DiamondBounds& bounds) const {
@@ -378,18 +347,14 @@ class View::Impl {
             way = edge == 0 ? k_infinite : weight * look.size / edge - look.distance;
             other_way = edge == 0 ? k_infinite : other_weight * look.size / edge - look.distance;
         }
-        std::size_t odometer = 0;
+        std::size_t odometer = Odometers::k_travel;
         if (weight == other_weight || other_way > 0.25 * way) {
             way = std::min(way, other_way);
         } else {
-            while (odometer + 1 < Candidates::k_odometers && turn_lengths_[odometer] < look.reach) ++odometer;
-            // Seen from the camera, a point moves by its travel, and by its turn times the distance, which travel adds
-            // to: by w + w^2 / (4 length) at most where the odometer of that length moves by w.
-            const double length = turn_lengths_[odometer];
-            way =
-                std::min(way, 2 * length * (std::sqrt(1 + look.gap / length) - 1) * std::min(1.0, length / look.reach));
+            odometer = odometers_.at(look.reach);
+            way = std::min(way, odometers_.way(odometer, look.gap, look.reach));
         }
-        const double now = moved_[odometer];
+        const double now = odometers_.reading(odometer);
         candidates_.list(node, bucket, bucket == own, odometer, std::max(now + way, std::nextafter(now, k_infinite)));
     }
 
@@ -504,7 +469,7 @@ class View::Impl {
                 if (!place.known) continue;  // it stays as it was
                 vertices_[batch_points_[i]] = {.position = packed(place.position - origin_),
                                                .on_edge = packed(place.on_edge - origin_),
-                                               .normal = octahedral(place.normal),
+                                               .normal = detail::octahedral(place.normal),
                                                .uv = {static_cast<float>(place.uv.x), static_cast<float>(place.uv.y)},
                                                .error = i < moving ? std::numeric_limits<float>::infinity()
                                                                    : static_cast<float>(bounds.error * boost(bounds))};
@@ -527,13 +492,9 @@ class View::Impl {
     std::vector<Update::Range> triangle_ranges_, vertex_ranges_;
     std::vector<Region> regions_;
     Eye eye_{Camera{}};
-    double extent_ = 0;
     double scale_ = 0;  // pixels of length 1 at distance 1, in multiples of those allowed
     Vec3d opening_{};
-    /// How far the camera has moved: its travel, and its turns as travel of what is as far away as turn_lengths_. What
-    /// is farther away than that moves by more.
-    std::array<double, Candidates::k_odometers> moved_{};
-    std::array<double, Candidates::k_odometers> turn_lengths_{};
+    Odometers odometers_;
     // What is being looked at.
     std::array<std::uint32_t, k_together> due_{};
     std::array<Site, k_together> sites_{};
@@ -595,7 +556,7 @@ TriangleMesh View::mesh() const {
         if (!place.known) {
             const Vertex& v = impl_->vertices_[points[i]];
             place.position = unpacked(v.position) + impl_->origin_;
-            place.normal = from_octahedral(v.normal);
+            place.normal = detail::from_octahedral(v.normal);
             place.uv = {v.uv[0], v.uv[1]};
         }
         mesh.positions.push_back(place.position);
@@ -618,8 +579,7 @@ std::vector<std::array<Site, 3>> View::leaves() const {
 }
 
 Vec3d shown_position(const Vertex& vertex, const Vec3d& eye, double morph_scale) {
-    const Vec3d at(vertex.position[0], vertex.position[1], vertex.position[2]),
-        on_edge(vertex.on_edge[0], vertex.on_edge[1], vertex.on_edge[2]);
+    const Vec3d at = unpacked(vertex.position), on_edge = unpacked(vertex.on_edge);
     const double ratio = vertex.error > 0 ? glm::length(at - eye) / (double{vertex.error} * morph_scale) : k_infinite;
     return glm::mix(at, on_edge, std::clamp((ratio - k_morph_begin) / (1 - k_morph_begin), 0.0, 1.0));
 }
