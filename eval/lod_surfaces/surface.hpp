@@ -26,14 +26,13 @@ struct Place {
 struct DiamondBounds {
     Vec3d center{};  ///< of a box that holds the surface under the diamond and under all diamonds that it can become
     Vec3d half_sides{};  ///< of that box, along the axes
-    /// The largest distance of the full-resolution surface over the diamond from its triangles, or those around it, or
-    /// more.
+    /// No point of the full-resolution surface over the diamond is farther from its triangles, or from those around it.
     double error = 0;
     bool known = true;  ///< false: still to be loaded; nothing else of it means anything
 };
 
-/// A diamond's error is at least this many times the error of the four that its split makes possible, so that vertices
-/// have ended to move before those appear that are set between them.
+/// A diamond's error is at least this many times the error of the four that its split makes possible, so that a vertex
+/// is at rest before others appear on its edges.
 inline constexpr double k_error_ratio = 1.25;
 
 /// A surface of which views show as much as they have to: a mesh of root faces, and for each site of their 4-8

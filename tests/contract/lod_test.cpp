@@ -103,19 +103,7 @@ TEST_CASE("lod: after every frame of a walk the mesh is whole, within its budget
             REQUIRE(view.triangles().size() <= view.triangle_capacity());
             REQUIRE(view.triangles().size() <= 1.5 * update.leaves + 300);  // those not in use are few
             if (frame % 8 != 0) continue;
-            const auto triangles = used(view);
-            REQUIRE(triangles.size() == update.leaves);
-            const SurfaceTopology whole = topology(triangles);
-            REQUIRE(whole.fault.empty());
-            REQUIRE(whole.euler == 1);
-            REQUIRE(whole.boundary_loops == 1);
-            double area = 0;
-            for (const auto& t : triangles) {
-                const double part = twice_area(position(view, t[0]), position(view, t[1]), position(view, t[2]));
-                REQUIRE(part > 0);
-                area += part / 2;
-            }
-            REQUIRE(area == doctest::Approx(6.0 * (columns - 1) * (rows - 1)).epsilon(1e-6));
+            check_whole(view, grid);
             REQUIRE(update.pixel_error >= budget.pixel_error);
             REQUIRE(judged_pixels(view, grid, camera) <= update.pixel_error + 1e-3);
         }

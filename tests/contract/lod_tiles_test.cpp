@@ -60,23 +60,6 @@ struct TiledGrid {
 // Tiles of 16 steps have about 2.7 kB.
 constexpr std::uint64_t k_small_cache = 64 << 10;
 
-void check_whole(const lod::View& view, const HeightGrid& grid) {
-    const auto triangles = used(view);
-    REQUIRE(triangles.size() == view.leaf_count());
-    const SurfaceTopology whole = topology(triangles);
-    REQUIRE(whole.fault.empty());
-    REQUIRE(whole.euler == 1);
-    REQUIRE(whole.boundary_loops == 1);
-    double area = 0;
-    for (const auto& t : triangles) {
-        const double part = twice_area(position(view, t[0]), position(view, t[1]), position(view, t[2]));
-        REQUIRE(part > 0);
-        area += part / 2;
-    }
-    REQUIRE(area ==
-            doctest::Approx(grid.spacing.x * grid.spacing.y * (grid.columns - 1) * (grid.rows - 1)).epsilon(1e-6));
-}
-
 std::set<std::array<Site, 3>> leaves(const lod::View& view) {
     const auto list = view.leaves();
     return {list.begin(), list.end()};

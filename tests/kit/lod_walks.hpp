@@ -4,6 +4,9 @@
 #include "../../eval/terrain/height_grid.hpp"
 
 #include "lod_views.hpp"
+#include "surface_topology.hpp"
+
+#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +17,24 @@ namespace tetrakis::test {
 
 inline double twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// The used triangles are a disc, and cover the grid once.
+inline void check_whole(const lod::View& view, const HeightGrid& grid) {
+    const auto triangles = used(view);
+    REQUIRE(triangles.size() == view.leaf_count());
+    const SurfaceTopology whole = topology(triangles);
+    REQUIRE(whole.fault.empty());
+    REQUIRE(whole.euler == 1);
+    REQUIRE(whole.boundary_loops == 1);
+    double area = 0;
+    for (const auto& t : triangles) {
+        const double part = twice_area(position(view, t[0]), position(view, t[1]), position(view, t[2]));
+        REQUIRE(part > 0);
+        area += part / 2;
+    }
+    REQUIRE(area ==
+            doctest::Approx(grid.spacing.x * grid.spacing.y * (grid.columns - 1) * (grid.rows - 1)).epsilon(1e-6));
 }
 
 /// The largest error of a sample, in pixels, of those that the camera sees.

@@ -1,6 +1,6 @@
 #pragma once
 
-// GLSL of version 3.30. Colours come as sRGB and are reckoned with linearly; what is shown is compressed towards white
+// GLSL of version 3.30. Colours come as sRGB and are reckoned with linearly; the picture is compressed towards white
 // as tetrakis::render() does it.
 namespace tetrakis::viewer {
 
