@@ -70,10 +70,10 @@ struct TileHeader {
 };
 static_assert(sizeof(TileHeader) == 64);
 
-/// Which tiles there are, and where each of their parts is. Level k has the lattice's points whose coordinates are multiples
-/// of 2^k, and of the diamonds those whose step is 2^k. A tile has the points of side * side squares of its level,
-/// those on its border as its neighbours do; the lowest and highest heights of cells of 4 * 4 of its level's squares,
-/// one row more on each side; and a checksum.
+/// Which tiles there are, and where each of their parts is. Level k has the lattice's points whose coordinates are
+/// multiples of 2^k, and of the diamonds those whose step is 2^k. A tile has the points of side * side squares of its
+/// level, those on its border as its neighbours do; the lowest and highest heights of cells of 4 * 4 of its level's
+/// squares, one row more on each side; and a checksum.
 class TileLayout {
   public:
     static constexpr std::int32_t k_cell = 4;

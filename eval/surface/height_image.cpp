@@ -69,7 +69,8 @@ detail::Picture detail::read_picture(const std::filesystem::path& path, const Ru
     if (!pixels)
         throw Error(
             ErrorCode::invalid_input,
-            std::string("cannot decode this picture (") + stbi_failure_reason() + "); use PNG, JPEG, TGA or PGM", path);
+            std::string("this picture is cut off, damaged or no PNG, JPEG, TGA or PGM (") + stbi_failure_reason() + ")",
+            path);
     picture.has_16_bits = stbi_is_16_bit_from_memory(data, size) != 0;
     const std::size_t count = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) *
                               static_cast<std::size_t>(picture.channels);
