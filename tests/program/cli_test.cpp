@@ -254,7 +254,7 @@ TEST_CASE("[bad-input] terrain") {
     spill(raw, std::string(12, '\1'));
     spill(cut, slurp(cli::data("island.png")).substr(0, 9000));
     cli::check_refused({"terrain", raw, "--max-error", "1", "-o", out}, 3, "h.r16: the file has 6 heights");
-    cli::check_refused({"terrain", cut, "--max-error", "1", "-o", out}, 3, "cut.png: cannot decode");
+    cli::check_refused({"terrain", cut, "--max-error", "1", "-o", out}, 3, "cut.png: this picture is cut off");
     cli::check_refused({"terrain", cli::data("cube.obj"), "--max-error", "1", "-o", out}, 3, "cube.obj");
     cli::check_refused({"terrain", raw, "--max-error", "-1", "-o", out}, 2, "--max-error");
     cli::check_refused({"terrain", raw, "--max-error", "1", "--spacing", "0", "-o", out}, 2, "--spacing");
