@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -12,8 +13,9 @@
 namespace tetrakis::detail {
 
 /// The diamonds that a view may split or merge, each listed twice: by how urgent that is, in buckets, and by how far
-/// the camera can move before it has to be looked at again. All of it is O(1), but that a candidate is sorted anew a
-/// few times until it is due (a radix heap: Ahuja, Mehlhorn, Orlin, Tarjan 1990).
+/// the camera can move before it has to be looked at again. All of it is O(1), but that a candidate's wait is sorted
+/// anew a few times until it is over (a radix heap: Ahuja, Mehlhorn, Orlin, Tarjan 1990). A wait of which nothing
+/// comes, because its candidate has been listed again or removed, stays until it is over, or until there are too many.
 class Candidates {
   public:
     enum class Kind : std::uint8_t { split, merge };
@@ -21,6 +23,7 @@ class Candidates {
     static constexpr std::size_t k_revisions = k_odometers;  ///< one more: what waits for a revision of the surface
     static constexpr std::uint32_t k_none = ~std::uint32_t{0};
     static constexpr int k_buckets = 128;
+    static constexpr std::size_t k_batch = 16;  ///< candidates that are looked at: they wait for memory together
 
     Candidates() : nodes_(k_rings), due_((k_odometers + 1) * k_digits) {
         for (std::uint32_t i = 0; i < k_rings; ++i) nodes_[i].next = nodes_[i].prev = i;
@@ -48,7 +51,6 @@ class Candidates {
     }
     void remove(std::uint32_t node) {
         leave_bucket(node);
-        stop_waiting(node);
         set_odometer(nodes_[node], 0);
         nodes_[node].due_at = k_free;
         nodes_[node].owner = free_;
@@ -70,7 +72,6 @@ class Candidates {
     /// it may belong into another bucket.
     /// @param is_own  whether it belongs there, and not somewhere beyond
     void list(std::uint32_t node, int bucket, bool is_own, std::size_t odometer, double due_at) {
-        stop_waiting(node);
         Node& n = nodes_[node];
         if (n.bucket != bucket) {
             leave_bucket(node);
@@ -83,7 +84,9 @@ class Candidates {
         set_odometer(n, odometer);
         n.due_at = due_at;
         n.round = is_own ? round_ : round_ - 1;
-        wait(node);
+        if (due_at == std::numeric_limits<double>::infinity()) return;
+        wait(odometer, {due_at, node});
+        if (++waits_ > nodes_.size() + nodes_.size() / 4) drop_some_idle_waits();
     }
 
     /// The highest bucket that is not empty; -1: all are.
@@ -107,7 +110,8 @@ class Candidates {
         // What differed from the reading in lower digits than the highest one that changes is due; what differed in
         // that one is due or to be sorted anew.
         for (std::size_t i = 0; i <= highest; ++i)
-            if (auto& list = due_[odometer * k_digits + i]; !list.empty()) ripe_.push_back(std::exchange(list, {}));
+            if (auto& list = due_[odometer * k_digits + i]; !list.empty())
+                ripe_.push_back({odometer, std::exchange(list, {})});
     }
     /// Readings begin anew, and everything has to be looked at again. O(candidates).
     void restart(double reading) {
@@ -119,6 +123,7 @@ class Candidates {
         for (auto& list : due_) list.clear();
         ripe_.clear();
         fresh_.clear();
+        waits_ = 0;
         for (std::uint32_t i = k_rings; i < nodes_.size(); ++i) {
             if (nodes_[i].due_at == k_free) continue;
             nodes_[i].due_at = 0;
@@ -126,59 +131,82 @@ class Candidates {
             fresh_.push_back(i);
         }
     }
-    /// Candidates that are due; list() of each is to follow.
+    /// Candidates that are due, in the first places of `nodes`; list() of each is to follow.
     /// @return  how many there are; 0: no more
-    std::size_t take_due(std::span<std::uint32_t> nodes) {
-        constexpr std::size_t k_ahead = 8;
+    std::size_t take_due(std::array<std::uint32_t, k_batch>& nodes) {
         std::size_t count = 0;
-        while (count < nodes.size()) {
-            if (next_ == current_.size()) {
-                next_ = 0;
-                current_.clear();
-                if (!fresh_.empty()) {
-                    std::swap(current_, fresh_);
-                } else if (!ripe_.empty()) {
-                    current_ = std::move(ripe_.back());
-                    ripe_.pop_back();
-                } else {
-                    break;
+        while (count == 0 && !(fresh_.empty() && ripe_.empty())) {
+            std::array<Wait, k_batch> taken;
+            std::size_t waits = 0;
+            const auto take = [&](const Wait& wait) {
+                __builtin_prefetch(&nodes_[wait.node]);
+                taken[waits++] = wait;
+            };
+            for (; waits < k_batch && !fresh_.empty(); fresh_.pop_back()) take(Wait(0, fresh_.back()));
+            while (waits < k_batch && !ripe_.empty()) {
+                auto& [odometer, list] = ripe_.back();
+                for (; waits < k_batch && !list.empty(); list.pop_back()) {
+                    if (list.back().due_at() > now_[odometer]) {
+                        wait(odometer, list.back());
+                    } else {
+                        take(list.back());
+                        --waits_;
+                    }
                 }
+                if (list.empty()) ripe_.pop_back();
             }
-            if (next_ + k_ahead < current_.size()) __builtin_prefetch(&nodes_[current_[next_ + k_ahead]]);
-            const std::uint32_t node = current_[next_++];
-            const Node& n = nodes_[node];
-            // It may have been removed or listed since.
-            if (n.due_at == k_free || is_waiting(node)) continue;
-            if (n.due_at <= now_[n.odometer])
-                nodes[count++] = node;
-            else
-                wait(node);
+            for (const Wait& wait : std::span(taken).first(waits)) {
+                Node& n = nodes_[wait.node];
+                if (n.due_at != wait.due_at()) continue;
+                n.due_at = k_taken;
+                nodes[count++] = wait.node;
+            }
         }
+        return count;
+    }
+    /// Some of a bucket, from the first on, that are not known.
+    std::size_t take_unknown(Kind kind, int bucket, std::array<std::uint32_t, k_batch>& nodes) const {
+        std::size_t count = 0;
+        for (std::uint32_t node = first(kind, bucket); count < k_batch && node != ring(kind, bucket) && !is_known(node);
+             node = nodes_[node].next)
+            nodes[count++] = node;
         return count;
     }
 
     std::uint64_t memory_bytes() const {
-        std::uint64_t waiting = current_.capacity() + fresh_.capacity();
-        for (const auto& list : due_) waiting += list.capacity();
-        for (const auto& list : ripe_) waiting += list.capacity();
-        return nodes_.capacity() * sizeof(Node) + waiting * sizeof(std::uint32_t);
+        std::uint64_t waits = 0;
+        for (const auto& list : due_) waits += list.capacity();
+        for (const auto& [odometer, list] : ripe_) waits += list.capacity();
+        return nodes_.capacity() * sizeof(Node) + waits * sizeof(Wait) + fresh_.capacity() * sizeof(std::uint32_t);
     }
 
   private:
-    struct Node {
-        double due_at = 0;         // k_free: not in use
+    struct alignas(32) Node {
+        double due_at = 0;         // 0: it is fresh
         std::uint32_t next, prev;  // of its bucket, a ring
-        std::uint32_t place;       // in a list of due_
         std::uint32_t owner;       // of those not in use: the next one
         std::uint32_t round;       // in which it was listed in its own bucket
         Kind kind;
         std::uint8_t odometer = 0, bucket;
     };
     static_assert(sizeof(Node) == 32);
+    class Wait {
+      public:
+        Wait() = default;
+        Wait(double due_at, std::uint32_t node_) : node(node_), due_at_(std::bit_cast<decltype(due_at_)>(due_at)) {}
+        double due_at() const { return std::bit_cast<double>(due_at_); }
+
+        std::uint32_t node = 0;
+
+      private:
+        std::array<std::uint32_t, 2> due_at_{};  // as small as it can be
+    };
+    static_assert(sizeof(Wait) == 12);
+    using Waits = std::vector<Wait>;
     static constexpr std::uint32_t k_rings = 2 * k_buckets;  // the first nodes: one in each bucket's ring
     static constexpr std::size_t k_digits = 65;
     static constexpr std::uint8_t k_unlisted = 255;
-    static constexpr double k_free = -1;
+    static constexpr double k_free = -1, k_taken = -2;  // due_at: not in use; being looked at
 
     static constexpr std::uint32_t ring(Kind kind, int bucket) {
         return static_cast<std::uint32_t>(kind) * k_buckets + static_cast<std::uint32_t>(bucket);
@@ -204,38 +232,29 @@ class Candidates {
 
     // As integers, readings have the same order.
     static std::uint64_t bits(double reading) { return std::bit_cast<std::uint64_t>(reading); }
-    std::vector<std::uint32_t>& due_list(const Node& n) {
-        return due_[n.odometer * k_digits +
-                    static_cast<std::size_t>(std::bit_width(bits(n.due_at) ^ bits(now_[n.odometer])))];
+    void wait(std::size_t odometer, const Wait& wait) {
+        const int digit = std::bit_width(bits(wait.due_at()) ^ bits(now_[odometer]));
+        due_[odometer * k_digits + static_cast<std::size_t>(digit)].push_back(wait);
     }
-    void wait(std::uint32_t node) {
-        auto& list = due_list(nodes_[node]);
-        nodes_[node].place = static_cast<std::uint32_t>(list.size());
-        list.push_back(node);
-    }
-    /// What a ripe list names is not waiting any more.
-    bool is_waiting(std::uint32_t node) {
-        const Node& n = nodes_[node];
-        if (!(n.due_at > now_[n.odometer])) return false;
-        const auto& list = due_list(n);
-        return n.place < list.size() && list[n.place] == node;
-    }
-    void stop_waiting(std::uint32_t node) {
-        if (!is_waiting(node)) return;
-        auto& list = due_list(nodes_[node]);
-        list[nodes_[node].place] = list.back();
-        nodes_[list.back()].place = nodes_[node].place;
-        list.pop_back();
+    /// Of the next list that has any.
+    void drop_some_idle_waits() {
+        for (std::size_t tries = 0; tries < k_digits; ++tries) {
+            Waits& list = due_[swept_ = (swept_ + 1) % due_.size()];
+            if (list.empty()) continue;
+            waits_ -= std::erase_if(list, [&](const Wait& wait) { return nodes_[wait.node].due_at != wait.due_at(); });
+            if (list.capacity() > list.size() + list.size() / 2) list.shrink_to_fit();
+            return;
+        }
     }
 
     std::vector<Node> nodes_;
     std::uint32_t free_ = k_none, round_ = 0, unknown_count_ = 0;
     std::array<std::array<std::uint64_t, 2>, 2> masks_{};  // by kind: buckets that are not empty
     std::array<double, k_odometers + 1> now_{};
-    std::vector<std::vector<std::uint32_t>> due_;   // by odometer and the highest digit in which now is different
-    std::vector<std::vector<std::uint32_t>> ripe_;  // lists of due_ that are to be gone through
-    std::vector<std::uint32_t> fresh_, current_;    // new ones; those that are gone through, from next_ on
-    std::size_t next_ = 0;
+    std::vector<Waits> due_;                           // by odometer and the highest digit in which now is different
+    std::vector<std::pair<std::size_t, Waits>> ripe_;  // odometers and lists of theirs that are to be gone through
+    std::vector<std::uint32_t> fresh_;
+    std::size_t waits_ = 0, swept_ = 0;  // how many there are in all; the list of due_ that was rid of idle ones last
 };
 
 }  // namespace tetrakis::detail

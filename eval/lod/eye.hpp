@@ -4,7 +4,6 @@
 #include "view.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace tetrakis::detail {
@@ -12,8 +11,9 @@ namespace tetrakis::detail {
 /// The camera as decisions need it.
 struct Eye {
     Vec3d at{}, forward{0, 1, 0}, right{1, 0, 0}, up{0, 0, 1};
-    std::array<Vec3d, 4> planes{};  ///< the frustum's sides: inward, of length one
-    double pixels = 0;              ///< of something of length 1 at distance 1
+    double side_sin = 0, side_cos = 1;    ///< of half the horizontal field of view
+    double above_sin = 0, above_cos = 1;  ///< of half the vertical one
+    double pixels = 0;                    ///< of something of length 1 at distance 1
 
     explicit Eye(const lod::Camera& camera) : at(camera.eye), forward(unit(camera.direction)) {
         right = glm::cross(forward, camera.up);
@@ -23,12 +23,21 @@ struct Eye {
         up = glm::cross(right, forward);
         const double y = std::tan(camera.vertical_fov / 2), x = y * camera.width / camera.height;
         pixels = camera.height / (2 * y);
-        planes = {glm::normalize(x * forward + right), glm::normalize(x * forward - right),
-                  glm::normalize(y * forward + up), glm::normalize(y * forward - up)};
+        side_cos = 1 / std::hypot(1, x), side_sin = x * side_cos;
+        above_cos = 1 / std::hypot(1, y), above_sin = y * above_cos;
     }
     /// Of any length, as large or small as it may be.
     static Vec3d unit(const Vec3d& v) {
         return glm::normalize(v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
+    }
+    /// How far a point, relative to the eye, is inside the nearest side of the frustum; beside it, less than 0.
+    double inside(const Vec3d& point) const {
+        const double ahead = glm::dot(point, forward);
+        return std::min(ahead * side_sin - std::abs(glm::dot(point, right)) * side_cos,
+                        ahead * above_sin - std::abs(glm::dot(point, up)) * above_cos);
+    }
+    bool has_opening_of(const Eye& other) const {
+        return side_sin == other.side_sin && above_sin == other.above_sin && pixels == other.pixels;
     }
     /// The angle between two of them.
     double turn_to(const Eye& other) const {

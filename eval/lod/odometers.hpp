@@ -1,6 +1,7 @@
 #pragma once
 
 #include "candidates.hpp"
+#include "error_buckets.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,10 +17,10 @@ class Odometers {
     static constexpr std::size_t k_travel = 0;
 
     /// @param extent  of what the camera looks at
-    explicit Odometers(double extent) : extent_(extent) {
+    explicit Odometers(double extent) : extent_(extent > 0 ? extent : 1) {
         for (std::size_t i = 1; i < lengths_.size(); ++i)
-            lengths_[i] = extent * std::exp2(0.5 * static_cast<double>(i) - 14);
-        readings_.fill(k_start * extent);
+            lengths_[i] = extent_ * std::exp2(static_cast<double>(i) / 2 + k_lowest);
+        readings_.fill(k_start * extent_);
     }
 
     double reading(std::size_t odometer) const { return readings_[odometer]; }
@@ -37,9 +38,13 @@ class Odometers {
 
     /// The odometer for what is at most so far away: the one with the next larger length.
     std::size_t at(double reach) const {
-        std::size_t odometer = 1;
-        while (odometer + 1 < lengths_.size() && lengths_[odometer] < reach) ++odometer;
-        return odometer;
+        constexpr int k_last = Candidates::k_odometers - 1;
+        // By halves of doublings; what rounding may do is made up for by way().
+        const int octave = 2 * (exponent_of(std::max(reach / extent_, 1e-300)) - k_lowest);
+        if (octave >= k_last) return k_last;
+        if (octave < 1) return 1;
+        const auto i = static_cast<std::size_t>(octave);
+        return i + (lengths_[i] < reach) + (i + 1 < k_last && lengths_[i + 1] < reach);
     }
     /// What that odometer may move before a point that is at most `reach` away can have moved by `gap`, as seen from
     /// the camera. A point moves by the travel, and by the turn times its distance, which travel adds to: by
@@ -50,6 +55,7 @@ class Odometers {
     }
 
   private:
+    static constexpr int k_lowest = -14;  // lengths are multiples of 2^k_lowest extents
     // In extents. From the start on, readings have equal exponents for long: candidates are sorted by the digits that
     // they differ in.
     static constexpr double k_start = 16, k_end = 1 << 24;

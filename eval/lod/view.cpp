@@ -142,7 +142,7 @@ class View::Impl {
             bool may_merge = merge < merge_bucket_ || (too_many && merge < Candidates::k_buckets);
             if (!too_many && split >= k_limit_bucket) {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
-                if (look(node) < split) continue;
+                if (look_at_first(Kind::split, split)) continue;
                 const LeafId leaf(candidates_.owner(node));
                 const auto cost = forest_.split_cost(leaf);
                 if (cost.leaves <= most - forest_.leaf_count()) {
@@ -157,7 +157,7 @@ class View::Impl {
             }
             if (!may_merge) break;
             const std::uint32_t node = candidates_.first(Kind::merge, merge);
-            if (look(node) > merge) continue;
+            if (look_at_first(Kind::merge, merge)) continue;
             forest_.merge_diamond(LeafId(candidates_.owner(node)), changed_merge);
         }
         close_up(is_over);
@@ -224,7 +224,6 @@ class View::Impl {
   private:
     // 98 in buffers and the forest; 32 for each candidate, of which there are fewer than leaves, and where it waits.
     static constexpr std::uint64_t k_bytes_a_leaf = 144, k_bytes = 256 << 10;
-    static constexpr std::size_t k_together = 16;  // candidates that are looked at: they wait for memory together
     /// How a diamond's error looks from the eye.
     struct Look {
         double size = 0;  // in multiples of the pixels allowed, at distance 1
@@ -236,16 +235,13 @@ class View::Impl {
 
     void move_to(const Eye& eye, const Budget& budget) {
         const double scale = eye.pixels / budget.pixel_error;
-        const Vec3d opening(glm::dot(eye.planes[0], eye.forward), glm::dot(eye.planes[2], eye.forward), 0);
-        // Planes are computed anew each time: the last digits of equal openings are not equal.
-        const bool is_other = scale != scale_ || glm::length(opening - opening_) > 1e-12;
+        const bool is_other = scale != scale_ || !eye.has_opening_of(eye_);
         if (is_other) candidates_.advance_all();
         const double travel = glm::length(eye.at - eye_.at), turn = eye.turn_to(eye_);
         // A camera that stands still knows what it has seen.
         if (is_other || travel > 0 || turn > 0) candidates_.begin_round();
         eye_ = eye;
         scale_ = scale;
-        opening_ = opening;
         odometers_.move(travel, turn, candidates_);
     }
 
@@ -264,10 +260,9 @@ class View::Impl {
         Look look;
         look.distance = glm::length(away);
         look.size = bounds.error * boost(bounds) * scale_;
-        double least = k_infinite;
-        for (const Vec3d& plane : eye_.planes)
-            least = std::min(least, glm::dot(plane, center) + glm::dot(glm::abs(plane), bounds.half_sides));
-        look.reach = glm::length(center) + glm::length(bounds.half_sides);
+        // Of the ball around the box.
+        const double radius = glm::length(bounds.half_sides), least = eye_.inside(center) + radius;
+        look.reach = glm::length(center) + radius;
         look.inside = least >= -k_beside * look.reach;
         // It may be late that something is found to be outside, but not that it is inside.
         look.gap = look.inside ? std::max(least, 0.0) + k_beside * look.reach : -least;
@@ -320,10 +315,17 @@ class View::Impl {
             leaf = base;
         }
     }
-    /// @return  the bucket, as it is now
-    int look(std::uint32_t node) {
-        if (!candidates_.is_known(node)) look(std::span(&node, 1));
-        return candidates_.bucket(node);
+    /// Looks at some of the first in a bucket, if the first of all is not known as it is now. Returns whether it has
+    /// left the bucket.
+    bool look_at_first(Kind kind, int bucket) {
+        const std::uint32_t first = candidates_.first(kind, bucket);
+        const auto unknown = std::span(due_).first(candidates_.take_unknown(kind, bucket, due_));
+        look(unknown);
+        // Most are split or merged soon.
+        for (const std::uint32_t node : unknown)
+            for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(node))).neighbour)
+                if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside));
+        return candidates_.first(kind, bucket) != first;
     }
     void list(std::uint32_t node, const Look& look) {
         const bool is_split = candidates_.kind(node) == Kind::split;
@@ -355,7 +357,8 @@ class View::Impl {
             way = std::min(way, odometers_.way(odometer, look.gap, look.reach));
         }
         const double now = odometers_.reading(odometer);
-        candidates_.list(node, bucket, bucket == own, odometer, std::max(now + way, std::nextafter(now, k_infinite)));
+        candidates_.list(node, bucket, bucket == own, odometer,
+                         std::max(now + way, now * (1 + std::numeric_limits<double>::epsilon())));
     }
 
     Site midpoint_site(LeafId id) const {
@@ -493,12 +496,11 @@ class View::Impl {
     std::vector<Region> regions_;
     Eye eye_{Camera{}};
     double scale_ = 0;  // pixels of length 1 at distance 1, in multiples of those allowed
-    Vec3d opening_{};
     Odometers odometers_;
     // What is being looked at.
-    std::array<std::uint32_t, k_together> due_{};
-    std::array<Site, k_together> sites_{};
-    std::array<DiamondBounds, k_together> bounds_{};
+    std::array<std::uint32_t, Candidates::k_batch> due_{};
+    std::array<Site, Candidates::k_batch> sites_{};
+    std::array<DiamondBounds, Candidates::k_batch> bounds_{};
     double morph_scale_ = 0;
     std::uint64_t revision_ = 0;  // of the surface
     int merge_bucket_ = 0;

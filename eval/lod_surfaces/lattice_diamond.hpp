@@ -44,7 +44,11 @@ struct LatticeDiamond {
         return {{{x - h, y - h}, {x + h, y - h}, {x - h, y + h}, {x + h, y + h}}};
     }
     /// What it and all diamonds that it can become lie in: so many steps around the middle, along both axes.
-    std::int32_t reach() const { return (is_centre ? 3 : 2) * step; }
+    std::int32_t reach() const { return reach(middle); }
+    static std::int32_t reach(LatticePlace middle) {
+        const std::int32_t bits = middle.x | middle.y, step = bits & -bits;
+        return (middle.x & middle.y & step) != 0 ? 3 * step : 2 * step;
+    }
 };
 
 }  // namespace tetrakis::detail

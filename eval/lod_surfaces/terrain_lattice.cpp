@@ -82,14 +82,6 @@ ControlMesh TerrainLattice::make_roots(const std::function<Vec3d(LatticePlace)>&
     return roots;
 }
 
-LatticePlace TerrainLattice::place(const Site& site) const {
-    const Frame& frame = frames_[site.root.value];
-    const int shift = log_side - 1 - site.level;
-    const auto x = static_cast<std::int32_t>(site.at.x << shift), y = static_cast<std::int32_t>(site.at.y << shift);
-    return {frame.origin.x + frame.axes[0] * x + frame.axes[2] * y,
-            frame.origin.y + frame.axes[1] * x + frame.axes[3] * y};
-}
-
 Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row) {
     const std::uint32_t west = column > 0 ? column - 1 : 0, east = std::min(column + 1, grid.columns - 1),
                         north = row > 0 ? row - 1 : 0, south = std::min(row + 1, grid.rows - 1);

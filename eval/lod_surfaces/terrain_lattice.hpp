@@ -28,7 +28,13 @@ struct TerrainLattice {
 
     /// Makes the roots, and place() work. @param position  of the roots' corners
     ControlMesh make_roots(const std::function<Vec3d(LatticePlace)>& position);
-    LatticePlace place(const Site& site) const;
+    LatticePlace place(const Site& site) const {
+        const Frame& frame = frames_[site.root.value];
+        const int shift = log_side - 1 - site.level;
+        const auto x = static_cast<std::int32_t>(site.at.x << shift), y = static_cast<std::int32_t>(site.at.y << shift);
+        return {frame.origin.x + frame.axes[0] * x + frame.axes[2] * y,
+                frame.origin.y + frame.axes[1] * x + frame.axes[3] * y};
+    }
     /// Corners and centres of roots halve no edge.
     bool is_fixed(LatticePlace p) const {
         const std::int32_t half = 1 << (log_side - 1);

@@ -161,15 +161,19 @@ double TerrainSurface::height(LatticePlace p) const {
         .z;
 }
 
-double TerrainSurface::east_of(std::int32_t column) const {
-    return grid_.origin.x + grid_.spacing.x * in_samples(lattice_.xs[static_cast<std::size_t>(column)]);
-}
-double TerrainSurface::north_of(std::int32_t row) const {
-    return grid_.origin.y - grid_.spacing.y * in_samples(lattice_.ys[static_cast<std::size_t>(row)]);
-}
 Vec3d TerrainSurface::position(LatticePlace p) const { return {east_of(p.x), north_of(p.y), height(p)}; }
 
 void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places) const {
+    // The loop waits for memory.
+    for (const Site& site : sites) {
+        const LatticePlace p = lattice_.place(site);
+        const float* const at = grid_.heights.data() +
+                                std::size_t(lattice_.ys[std::size_t(p.y)] / k_grid_unit) * grid_.columns +
+                                std::size_t(lattice_.xs[std::size_t(p.x)] / k_grid_unit);
+        __builtin_prefetch(at);
+        __builtin_prefetch(at + grid_.columns);
+        __builtin_prefetch(at - grid_.columns);
+    }
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const LatticePlace p = lattice_.place(sites[i]);
         Place& place = places[i];
@@ -252,9 +256,7 @@ void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t si
     const int k = std::countr_zero(static_cast<std::uint32_t>(side)) - k_log_cell;
     if (k >= 0) {
         const HeightLevel& level = heights_[static_cast<std::size_t>(k)];
-        const Heights& range =
-            level.cells[static_cast<std::size_t>(y / side) * static_cast<std::size_t>(level.columns) +
-                        static_cast<std::size_t>(x / side)];
+        const Heights& range = level.row(y / side)[x / side];
         low = double{range.low};
         high = double{range.high};
     }
@@ -307,22 +309,19 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     for (const Site& site : sites) __builtin_prefetch(codes_.data() + code_index(lattice_.place(site)));
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const LatticePlace p = lattice_.place(sites[i]);
-        const LatticeDiamond diamond(p);
-        const std::int32_t reach = diamond.reach();
+        const std::int32_t reach = LatticeDiamond::reach(p);
         const std::int32_t x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, last_x),
                            y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, last_y);
+        // The cells that are as wide: it lies in two at most, along each axis.
         const int wanted = std::bit_width(static_cast<std::uint32_t>(2 * reach - 1)) - k_log_cell;
-        const int k = std::clamp(wanted, 0, static_cast<int>(heights_.size()) - 1);
+        const int k = std::clamp(wanted, 0, static_cast<int>(heights_.size()) - 1), shift = k + k_log_cell;
         const HeightLevel& level = heights_[static_cast<std::size_t>(k)];
-        const int shift = k + k_log_cell;
-        Heights range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
-        for (std::int32_t r = y0 >> shift; r <= std::min(y1 >> shift, level.rows - 1); ++r)
-            for (std::int32_t c = x0 >> shift; c <= std::min(x1 >> shift, level.columns - 1); ++c) {
-                const Heights& part = level.cells[static_cast<std::size_t>(r) * level.columns + c];
-                range = {std::min(range.low, part.low), std::max(range.high, part.high)};
-            }
-        const Vec3d first(east_of(x0), north_of(y1), double{range.low}),
-            last(east_of(x1), north_of(y0), double{range.high});
+        const std::int32_t west = x0 >> shift, east = std::min(x1 >> shift, level.columns - 1);
+        const Heights* const north = level.row(y0 >> shift);
+        const Heights* const south = level.row(std::min(y1 >> shift, level.rows - 1));
+        const Heights a = north[west], b = north[east], c = south[west], d = south[east];
+        const Vec3d first(east_of(x0), north_of(y1), double{std::min(std::min(a.low, b.low), std::min(c.low, d.low))}),
+            last(east_of(x1), north_of(y0), double{std::max(std::max(a.high, b.high), std::max(c.high, d.high))});
         bounds[i].center = (first + last) / 2.0;
         bounds[i].half_sides = (last - first) / 2.0;
         bounds[i].error = lengths_.length(code(p));

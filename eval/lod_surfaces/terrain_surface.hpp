@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
+#include "../terrain/grid_triangle.hpp"
 #include "../terrain/height_grid.hpp"
 #include "byte_lengths.hpp"
 #include "lattice_diamond.hpp"
@@ -54,6 +55,9 @@ class TerrainSurface final : public Surface {
     struct HeightLevel {
         std::int32_t columns = 0, rows = 0;
         std::vector<Heights> cells;
+        const Heights* row(std::int32_t r) const {
+            return cells.data() + static_cast<std::size_t>(r) * static_cast<std::size_t>(columns);
+        }
     };
 
     void set_heights();
@@ -77,8 +81,12 @@ class TerrainSurface final : public Surface {
     bool is_north(LatticePlace square, double x, double y) const;
     struct RaySearch;
     void search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const;
-    double east_of(std::int32_t column) const;
-    double north_of(std::int32_t row) const;
+    double east_of(std::int32_t column) const {
+        return grid_.origin.x + grid_.spacing.x * detail::in_samples(lattice_.xs[static_cast<std::size_t>(column)]);
+    }
+    double north_of(std::int32_t row) const {
+        return grid_.origin.y - grid_.spacing.y * detail::in_samples(lattice_.ys[static_cast<std::size_t>(row)]);
+    }
 
     HeightGrid grid_;
     detail::TerrainLattice lattice_;

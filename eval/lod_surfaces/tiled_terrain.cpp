@@ -120,7 +120,7 @@ class TiledTerrain::Impl {
             const Tile* const tile = find(spot.tile);
             bounds[i].known = tile != nullptr;
             if (tile == nullptr) continue;
-            const std::int32_t reach = LatticeDiamond(p).reach();
+            const std::int32_t reach = LatticeDiamond::reach(p);
             const std::int32_t x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, lattice_.last_x()),
                                y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, lattice_.last_y());
             const HeightRange range = spot.heights(*tile, x0, y0, x1, y1);
