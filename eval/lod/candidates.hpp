@@ -25,8 +25,15 @@ class Candidates {
     static constexpr int k_buckets = 128;
     static constexpr std::size_t k_batch = 16;  ///< candidates that are looked at: they wait for memory together
 
-    Candidates() : nodes_(k_rings), due_((k_odometers + 1) * k_digits) {
+    Candidates() : due_((k_odometers + 1) * k_digits) { clear(); }
+    /// No candidates; the odometers stay.
+    void clear() {
+        nodes_.resize(k_rings);
         for (std::uint32_t i = 0; i < k_rings; ++i) nodes_[i].next = nodes_[i].prev = i;
+        masks_ = {};
+        free_ = k_none;
+        unknown_count_ = 0;
+        drop_waits();
     }
     void reserve(std::uint32_t candidates) { nodes_.reserve(k_rings + std::size_t{candidates}); }
 
@@ -120,10 +127,7 @@ class Candidates {
     }
     /// Everything has to be looked at again. O(candidates).
     void advance_all() {
-        for (auto& list : due_) list.clear();
-        ripe_.clear();
-        fresh_.clear();
-        waits_ = 0;
+        drop_waits();
         for (std::uint32_t i = k_rings; i < nodes_.size(); ++i) {
             if (nodes_[i].due_at == k_free) continue;
             nodes_[i].due_at = 0;
@@ -235,6 +239,12 @@ class Candidates {
     void wait(std::size_t odometer, const Wait& wait) {
         const int digit = std::bit_width(bits(wait.due_at()) ^ bits(now_[odometer]));
         due_[odometer * k_digits + static_cast<std::size_t>(digit)].push_back(wait);
+    }
+    void drop_waits() {
+        for (Waits& list : due_) list.clear();
+        ripe_.clear();
+        fresh_.clear();
+        waits_ = 0;
     }
     /// Of the next list that has any.
     void drop_some_idle_waits() {

@@ -94,16 +94,14 @@ class View::Impl {
         forest_.reserve(leaves, midpoints);
         const std::uint64_t slots = leaves + surface.roots().halfedge_count() - roots,
                             points = midpoints + forest_.point_slots();
-        leaf_candidate_.assign(slots, Candidates::k_none);
-        point_candidate_.assign(points, Candidates::k_none);
+        leaf_candidate_.resize(slots);
+        point_candidate_.resize(points);
         triangles_.assign(slots, Triangle{});
         vertices_.assign(points, Vertex{});
         dirty_triangles_.resize(slots);
         dirty_vertices_.resize(points);
         candidates_.reserve(static_cast<std::uint32_t>(leaves - leaves / 8));
-        mark_vertices();
-        for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
-            if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
+        start();
     }
 
     Update update(const Camera& camera, const Budget& budget) {
@@ -114,7 +112,9 @@ class View::Impl {
         // What is loaded from now on is looked at by the next update.
         revision_ = surface_.revision();
         candidates_.advance(Candidates::k_revisions, static_cast<double>(revision_));
-        move_to(Eye(camera), budget);
+        const Eye eye(camera);
+        if (is_elsewhere(eye)) start();
+        move_to(eye, budget);
         std::uint32_t splits = 0, merges = 0;
         const std::uint32_t most = std::min(budget.leaves, max_leaves_);
         const auto changed_split = [&](const Diamond& diamond) {
@@ -245,6 +245,36 @@ class View::Impl {
         odometers_.move(travel, turn, candidates_);
     }
 
+    /// With the roots.
+    void start() {
+        forest_.clear();
+        candidates_.clear();
+        std::fill(leaf_candidate_.begin(), leaf_candidate_.end(), Candidates::k_none);
+        std::fill(point_candidate_.begin(), point_candidate_.end(), Candidates::k_none);
+        mark_vertices();
+        for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
+            if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
+    }
+
+    /// Whether three quarters of the finest diamonds are twice as far from an eye as they were: to begin with the roots
+    /// takes half the time of a way back over all merges.
+    bool is_elsewhere(const Eye& eye) const {
+        constexpr std::uint32_t k_samples = 64;
+        const std::uint32_t slots = forest_.point_slots();
+        std::uint32_t count = 0, far = 0;
+        for (std::uint32_t i = 0; i < k_samples; ++i) {
+            const auto p = static_cast<std::uint32_t>(std::uint64_t{slots} * i / k_samples);
+            if (point_candidate_[p] == Candidates::k_none) continue;
+            const Vec3d at = unpacked(vertices_[p].position) + origin_;
+            ++count;
+            far += glm::length(at - eye.at) > 2 * glm::length(at - eye_.at);
+        }
+        return count >= k_samples / 4 && 4 * far >= 3 * count;
+    }
+
+    static double distance(const DiamondBounds& bounds, const Eye& eye) {
+        return glm::length(glm::max(glm::abs(bounds.center - eye.at) - bounds.half_sides, Vec3d(0)));
+    }
     double boost(const DiamondBounds& bounds) const {
         double boost = 1;
         for (const Region& region : regions_) {
@@ -256,9 +286,8 @@ class View::Impl {
 
     Look look_at(const DiamondBounds& bounds) const {
         const Vec3d center = bounds.center - eye_.at;
-        const Vec3d away = glm::max(glm::abs(center) - bounds.half_sides, Vec3d(0));
         Look look;
-        look.distance = glm::length(away);
+        look.distance = distance(bounds, eye_);
         look.size = bounds.error * boost(bounds) * scale_;
         // Of the ball around the box.
         const double radius = glm::length(bounds.half_sides), least = eye_.inside(center) + radius;

@@ -16,8 +16,20 @@ BisectionForest::BisectionForest(const ControlMesh& mesh) : mesh_(&mesh) {
         throw Error(ErrorCode::memory_limit, "a mesh with " + std::to_string(mesh.vertex_count()) + " vertices and " +
                                                  std::to_string(mesh.face_count()) +
                                                  " faces has more points than can be numbered; split it");
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (!mesh.is_hole(FaceId(f))) root_count_ += mesh.face_size(FaceId(f));
+    leaf_capacity_ = root_count_;
+    clear();
+}
+
+void BisectionForest::clear() {
+    const ControlMesh& mesh = *mesh_;
     leaves_.resize(mesh.halfedge_count());
-    sites_.resize(static_cast<std::size_t>(points));
+    sites_.resize(fixed_points());
+    leaf_count_ = root_count_;
+    midpoint_count_ = 0;
+    free_leaf_ = {};
+    free_point_ = {};
     const auto surface_leaf = [&](HalfedgeId h) {
         return h.valid() && !mesh.is_hole(mesh.face(h)) ? LeafId(h.value) : LeafId{};
     };
@@ -41,9 +53,6 @@ BisectionForest::BisectionForest(const ControlMesh& mesh) : mesh_(&mesh) {
     for_each_index(mesh.face_count(), [&](std::uint32_t f) {
         sites_[mesh.vertex_count() + f] = {mesh.face_halfedge(FaceId(f)), {1, 1}, 0};
     });
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        if (!mesh.is_hole(FaceId(f))) root_count_ += mesh.face_size(FaceId(f));
-    leaf_count_ = leaf_capacity_ = root_count_;
 }
 
 std::uint64_t BisectionForest::memory_bytes() const {

@@ -64,6 +64,9 @@ class BisectionForest {
 
     const ControlMesh& mesh() const { return *mesh_; }
 
+    /// All roots as leaves again, with the room for more kept. O(H)
+    void clear();
+
     /// Leaves are numbered below this; not all of these numbers are leaves.
     std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(leaves_.size()); }
     bool is_leaf(LeafId id) const { return id.value < leaves_.size() && leaves_[id.value].depth != k_dead; }
