@@ -126,8 +126,9 @@ class View::Impl {
             ++merges;
         };
         const auto is_over = [&](std::uint32_t steps) {
+            // A fifth is for the vertices.
             return budget.milliseconds > 0 && steps % 16 == 0 &&
-                   std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > budget.milliseconds;
+                   std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > 0.8 * budget.milliseconds;
         };
         Update update;
         for (std::uint32_t steps = 1;; ++steps) {
@@ -256,8 +257,8 @@ class View::Impl {
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
     }
 
-    /// Whether three quarters of the finest diamonds are twice as far from an eye as they were: to begin with the roots
-    /// takes half the time of a way back over all merges.
+    /// Whether half of the finest diamonds are farther from an eye than they were, by as much as lets them be merged:
+    /// to begin with the roots takes less time than to merge what is farther.
     bool is_elsewhere(const Eye& eye) const {
         constexpr std::uint32_t k_samples = 64;
         const std::uint32_t slots = forest_.point_slots();
@@ -267,9 +268,9 @@ class View::Impl {
             if (point_candidate_[p] == Candidates::k_none) continue;
             const Vec3d at = unpacked(vertices_[p].position) + origin_;
             ++count;
-            far += glm::length(at - eye.at) > 2 * glm::length(at - eye_.at);
+            far += options_.hysteresis * glm::length(at - eye.at) > glm::length(at - eye_.at);
         }
-        return count >= k_samples / 4 && 4 * far >= 3 * count;
+        return count >= k_samples / 4 && 2 * far >= count;
     }
 
     static double distance(const DiamondBounds& bounds, const Eye& eye) {
