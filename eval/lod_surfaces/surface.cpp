@@ -39,7 +39,9 @@ class RaySearch {
         for (const int bit : {0, 1})
             search(depth == 0 && bit == 1 ? roots.next(cell) : cell, shape.child(depth, bit), depth + 1);
     }
-    std::optional<double> result() const { return found_ ? std::optional(first_) : std::nullopt; }
+    std::optional<SurfaceHit> result() const {
+        return found_ ? std::optional(SurfaceHit{first_, unit_or_zero(across_)}) : std::nullopt;
+    }
 
   private:
     bool enters(const DiamondBounds& bounds) const {
@@ -65,18 +67,20 @@ class RaySearch {
         const double t = glm::dot(u * pa + v * pb + w * pc, direction_) / (sum * glm::dot(direction_, direction_));
         if (!(t >= 0 && t <= first_)) return;
         first_ = t;
+        across_ = glm::cross(b - a, c - a);
         found_ = true;
     }
 
     const Surface& surface_;
     Vec3d origin_, direction_;
     double first_;
+    Vec3d across_{};  // the nearest triangle
     bool found_ = false;
 };
 
 }  // namespace
 
-std::optional<double> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
+std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     // Corners are the middles of larger triangles.
     const SurfaceUse use(*this);
     const auto is_finite = [](const Vec3d& v) {
