@@ -17,7 +17,9 @@ struct Place {
     Vec3d position{};
     Vec3d normal{};  ///< of length one
     Vec2d uv{};
-    Vec3d on_edge{};    ///< of a midpoint: where the edge that it halves passes it; of other vertices: the position
+    /// Of a midpoint: where the edge that it halves passes it, no farther away than the diamond's error (but for what
+    /// Terrain says); of other vertices: the position.
+    Vec3d on_edge{};
     bool known = true;  ///< false: still to be loaded; nothing else of it means anything
 };
 
@@ -93,7 +95,8 @@ struct GroundPoint {
     Vec3d normal{};  ///< of the finest triangle there: of length one, upwards
 };
 
-/// A surface of heights over a grid: x to the east, y to the north, z up.
+/// A surface of heights over a grid: x to the east, y to the north, z up. Errors are vertical. Where the grid's sides
+/// are no powers of two, a midpoint may be beside its edge by up to a sample, too.
 class Terrain : public Surface {
   public:
     /// The finest triangles at a place on the ground. Nothing where that is beside the grid, or where the ground is not

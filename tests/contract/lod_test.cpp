@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <random>
 #include <set>
 #include <thread>
@@ -222,12 +223,83 @@ TEST_CASE("lod: vertices come and go where their edges are shown") {
     }
     CHECK(watch.came_count > 150);
     CHECK(watch.gone_count > 50);
-    CHECK(watch.end_count > watch.came_count);
+    CHECK(watch.edge_count > watch.came_count);
     CHECK(watch.came < 0.05);
     CHECK(watch.gone < 1e-6);
-    CHECK(watch.ends < 0.3);
+    CHECK(watch.came_off < 0.05);
+    CHECK(watch.gone_off < 0.05);
     CHECK(watch.moved < 1);
     CHECK(watch.beyond < 1e-3);
+}
+
+TEST_CASE("lod: out of sight errors count as much as is said, in sight all of them") {
+    const HeightGrid grid = rough(200, 200, 9);
+    const lod::TerrainSurface surface(grid);
+    lod::Camera camera;
+    camera.eye = {100, -100, 12};
+    camera.direction = {0, 1, -0.3};
+    camera.width = 800;
+    camera.height = 600;
+    const Sight sight(camera);
+    std::set<std::array<double, 3>> coarser;
+    for (const double weight : {0.0, 0.25, 1.0}) {
+        CAPTURE(weight);
+        lod::View view(surface, {.outside_weight = weight});
+        REQUIRE(view.update(camera, {.pixel_error = 8}).pixel_error == 8);
+        std::set<std::array<double, 3>> points;
+        std::size_t seen = 0;
+        for (const Vec3d& p : view.mesh().positions) {
+            points.insert({p.x, p.y, p.z});
+            const bool is_more = weight > 0 && !coarser.contains({p.x, p.y, p.z});
+            if (is_more && sight.sees(p)) ++seen;
+        }
+        CHECK(seen == 0);
+        CHECK(std::includes(points.begin(), points.end(), coarser.begin(), coarser.end()));
+        CHECK(points.size() > 1.2 * coarser.size());
+        coarser = std::move(points);
+        CHECK(judged_pixels(view, grid, camera) <= 8 + 1e-3);
+        double largest = 0;
+        for (const Vec3d& direction : {Vec3d(1, 0, -0.3), {-1, 0, -0.3}, {0, -1, -0.3}}) {
+            lod::Camera aside = camera;
+            aside.direction = direction;
+            largest = std::max(largest, judged_pixels(view, grid, aside));
+        }
+        if (weight > 0) CHECK(largest <= 8 / weight + 1e-3);
+        if (weight < 1) CHECK(largest > (weight > 0 ? 4 / weight : 80));
+    }
+}
+
+TEST_CASE("lod: triangles keep their slots, but for the last ones where a third is free") {
+    const HeightGrid grid = rough(200, 200, 9);
+    const lod::TerrainSurface surface(grid);
+    lod::View view(surface);
+    Wanderer wanderer(grid, 6);
+    using Corners = std::array<std::array<float, 3>, 3>;
+    std::map<Corners, std::size_t> before;
+    std::size_t kept = 0, moved = 0;
+    for (int frame = 0; frame < 60; ++frame) {
+        const std::size_t slots = view.triangles().size();
+        const lod::Update update = view.update(wanderer.next(), {.pixel_error = frame % 5 < 4 ? 20.0 : 100.0});
+        std::map<Corners, std::size_t> now;
+        for (std::size_t i = 0; i < view.triangles().size(); ++i) {
+            const lod::Triangle& t = view.triangles()[i];
+            if (t != lod::Triangle{})
+                now[{view.vertices()[t[0]].position, view.vertices()[t[1]].position, view.vertices()[t[2]].position}] =
+                    i;
+        }
+        REQUIRE(now.size() == update.leaves);
+        for (const auto& [corners, slot] : now) {
+            const auto old = before.find(corners);
+            if (old == before.end()) continue;
+            ++(old->second == slot ? kept : moved);
+            if (old->second == slot) continue;
+            REQUIRE(old->second >= view.triangles().size());
+            REQUIRE(slots + 2 * update.splits >= 1.5 * update.leaves);
+        }
+        before = std::move(now);
+    }
+    CHECK(kept > 20'000);
+    CHECK(moved > 100);
 }
 
 TEST_CASE("lod: regions are finer, and buffers follow their origin") {

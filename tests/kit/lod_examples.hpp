@@ -130,7 +130,7 @@ inline std::vector<Example> examples() {
     std::mt19937 random(1);
     add("noise",
         std::make_shared<lod::TerrainSurface>(
-            grid_of(65, 33, [&](double, double) { return 0.02 * double(random() % 8); })),
+            grid_of(59, 37, [&](double, double) { return 0.02 * double(random() % 8); })),
         {32, -16, 0}, 30, 1);
     add("torus", std::make_shared<Torus>(), {0, 0, 0}, 4, 0);
     add("planet", std::make_shared<lod::PlanetSurface>(wave_map(64, 32, 0.4), lod::PlanetOptions{.radius = 10}),
