@@ -40,7 +40,7 @@ struct SurfaceHit {
 };
 
 /// A diamond's error is at least this many times the error of the four that its split makes possible, so that a vertex
-/// is at rest before others appear on its edges.
+/// is nearer to its place than others that appear on its edges.
 inline constexpr double k_error_ratio = 1.25;
 
 /// A surface of which views show as much as they have to: a mesh of root faces, and for each site of their 4-8
