@@ -279,7 +279,7 @@ TEST_CASE("lod: triangles keep their slots, but for the last ones where a third 
     std::size_t kept = 0, moved = 0;
     for (int frame = 0; frame < 60; ++frame) {
         const std::size_t slots = view.triangles().size();
-        const lod::Update update = view.update(wanderer.next(), {.pixel_error = frame % 5 < 4 ? 20.0 : 100.0});
+        const lod::Update update = view.update(wanderer.next(), {.pixel_error = 20 * std::pow(1.2, frame % 10)});
         std::map<Corners, std::size_t> now;
         for (std::size_t i = 0; i < view.triangles().size(); ++i) {
             const lod::Triangle& t = view.triangles()[i];

@@ -277,6 +277,24 @@ TEST_CASE("lod tiles: the ground is that of the samples, or not known yet, while
     CHECK(terrain.statistics().cached_bytes <= k_small_cache);
 }
 
+TEST_CASE("lod tiles: where some tiles are missing for good no ray passes between the triangles that are known") {
+    const TiledGrid tiled(200, 141);
+    const lod::TiledTerrain terrain(tiled.path, {.pause = 1h, .read = [&](std::uint64_t offset, auto bytes) {
+                                                     if (offset / bytes.size() % 3 == 0) throw std::runtime_error("no");
+                                                     tiled.read(offset, bytes);
+                                                 }});
+    lod::View everything(terrain);
+    while (everything.update({}, {.pixel_error = 1e-12}).splits > 0) terrain.wait(terrain.revision(), 10ms);
+    REQUIRE(terrain.statistics().failures > 10);
+    REQUIRE(everything.leaf_count() > 10'000);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> one(0, 1);
+    std::size_t missed = 0;
+    for (int i = 0; i < 5'000; ++i)
+        if (!terrain.hit({1000 + 398 * one(random), -500 - 420 * one(random), 1e3}, {0, 0, -1})) ++missed;
+    CHECK(missed == 0);
+}
+
 TEST_CASE("lod tiles: vertices of tiles that are gone keep their places in another frame") {
     const TiledGrid tiled(200, 141);
     const lod::TiledTerrain terrain(tiled.path, {.cache_bytes = k_small_cache});
