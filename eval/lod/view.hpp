@@ -51,10 +51,11 @@ struct ViewOptions {
 
 /// A vertex as graphics cards get it. Its shader shows mix(position, on_edge, w) with
 /// w = clamp((distance to the eye / (error * Update::morph_scale) - k_morph_begin) / (1 - k_morph_begin), 0, 1),
-/// so that splits and merges are not seen to happen.
+/// so that splits and merges are hardly seen to happen. A shader moves no vertex farther than Update::pixel_error from
+/// its place, and between two updates not faster than the README's lemma says.
 struct Vertex {
     std::array<float, 3> position;       ///< relative to View::origin()
-    std::array<float, 3> on_edge;        ///< where the edge is that it halves: the same frame
+    std::array<float, 3> on_edge;        ///< on the edge that it halves: the same frame
     std::array<std::int16_t, 2> normal;  ///< octahedral, 32767 is 1 (Meyer et al. 2010)
     std::array<float, 2> uv;
     float error;  ///< of the diamond that it halves, boosted; infinite for vertices of roots, which do not move

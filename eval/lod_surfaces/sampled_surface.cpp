@@ -205,7 +205,8 @@ void SampledSurface::measure_cell(HalfedgeId cell) {
                     return a + u * (b - a) + v * (c - a);
                 };
                 const Triangle3 triangle(a, b, c);
-                error = triangle.distance(middle) + double{around[number(x, y)]};
+                const Vec3d base = b - a, off_base = middle - a - detail::nearest_on_segment(base, middle - a) * base;
+                error = glm::length(off_base) + double{around[number(x, y)]};
                 const Vec3d step = at_parameters(1, 0) - at_parameters(0, 0);
                 for_each_row(corners, [&](std::int32_t row, std::int32_t first, std::int32_t last) {
                     Vec3d same = at_parameters(first, row);

@@ -15,18 +15,30 @@ namespace {
 /// Looks for a ray's first hit among the finest triangles below others.
 class RaySearch {
   public:
-    RaySearch(const Surface& surface, const Vec3d& origin, const Vec3d& direction, double farthest)
-        : surface_(surface), origin_(origin), direction_(direction), first_(farthest) {}
+    RaySearch(const Surface& surface, const Vec3d& origin, const Vec3d& direction, double farthest, int depth)
+        : surface_(surface), origin_(origin), direction_(direction), first_(farthest), depth_(depth), known_(depth) {}
 
+    void search() {
+        const ControlMesh& roots = surface_.roots();
+        for (std::uint32_t h = 0; h < roots.halfedge_count(); ++h)
+            if (!roots.is_hole(roots.face(HalfedgeId(h)))) search(HalfedgeId(h), BisectionShape::root(), 0);
+    }
+    std::optional<SurfaceHit> result() const {
+        return found_ ? std::optional(SurfaceHit{first_, unit_or_zero(across_)}) : std::nullopt;
+    }
+    /// To which depth all triangles on the ray's way are known.
+    int known_depth() const { return known_; }
+
+  private:
     void search(HalfedgeId cell, const BisectionShape& shape, int depth) {
         const ControlMesh& roots = surface_.roots();
         const auto site = [&](const LatticePoint& p, int level) {
             return canonical(roots, {cell, p, static_cast<std::uint8_t>(level)});
         };
         std::array<DiamondBounds, 1> bounds;
-        if (depth < surface_.max_depth())
-            surface_.bounds(std::array{site(shape.middle(depth), lattice_level(depth + 1))}, bounds);
-        if (depth == surface_.max_depth() || !bounds[0].known) {
+        if (depth < depth_) surface_.bounds(std::array{site(shape.middle(depth), lattice_level(depth + 1))}, bounds);
+        if (depth == depth_ || !bounds[0].known) {
+            known_ = std::min(known_, depth);
             const CellTriangle triangle = shape.in(cell, depth);
             std::array<Site, 3> sites;
             for (std::size_t k = 0; k < 3; ++k) sites[k] = corner_site(roots, triangle, k);
@@ -39,9 +51,6 @@ class RaySearch {
         for (const int bit : {0, 1})
             search(depth == 0 && bit == 1 ? roots.next(cell) : cell, shape.child(depth, bit), depth + 1);
     }
-    std::optional<double> result() const { return found_ ? std::optional(first_) : std::nullopt; }
-
-  private:
     bool enters(const DiamondBounds& bounds) const {
         double begin = 0, end = first_;
         for (int axis = 0; axis < 3; ++axis) {
@@ -65,28 +74,34 @@ class RaySearch {
         const double t = glm::dot(u * pa + v * pb + w * pc, direction_) / (sum * glm::dot(direction_, direction_));
         if (!(t >= 0 && t <= first_)) return;
         first_ = t;
+        across_ = glm::cross(b - a, c - a);
         found_ = true;
     }
 
     const Surface& surface_;
     Vec3d origin_, direction_;
     double first_;
+    Vec3d across_{};  // the nearest triangle
+    int depth_, known_;
     bool found_ = false;
 };
 
 }  // namespace
 
-std::optional<double> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
+std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     // Corners are the middles of larger triangles.
     const SurfaceUse use(*this);
     const auto is_finite = [](const Vec3d& v) {
         return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
     };
     if (!is_finite(origin) || !is_finite(direction)) return {};
-    RaySearch search(*this, origin, direction, farthest);
-    for (std::uint32_t h = 0; h < roots().halfedge_count(); ++h)
-        if (!roots().is_hole(roots().face(HalfedgeId(h)))) search.search(HalfedgeId(h), BisectionShape::root(), 0);
-    return search.result();
+    RaySearch finest(*this, origin, direction, farthest, max_depth());
+    finest.search();
+    if (finest.result() || finest.known_depth() == max_depth()) return finest.result();
+    // It may have passed between triangles that are known and coarser ones beside them; those of one depth are closed.
+    RaySearch closed(*this, origin, direction, farthest, finest.known_depth());
+    closed.search();
+    return closed.result();
 }
 
 std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, std::uint64_t seed) {

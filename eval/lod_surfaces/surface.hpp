@@ -17,7 +17,9 @@ struct Place {
     Vec3d position{};
     Vec3d normal{};  ///< of length one
     Vec2d uv{};
-    Vec3d on_edge{};    ///< of a midpoint: where the edge that it halves passes it; of other vertices: the position
+    /// Of a midpoint: where the edge that it halves passes it, no farther away than the diamond's error (but for what
+    /// Terrain says); of other vertices: the position.
+    Vec3d on_edge{};
     bool known = true;  ///< false: still to be loaded; nothing else of it means anything
 };
 
@@ -31,8 +33,14 @@ struct DiamondBounds {
     bool known = true;  ///< false: still to be loaded; nothing else of it means anything
 };
 
+/// Where a ray meets a surface.
+struct SurfaceHit {
+    double t = 0;    ///< at origin + t * direction
+    Vec3d normal{};  ///< of the finest triangle there: of length one, to the side from which it is counter-clockwise
+};
+
 /// A diamond's error is at least this many times the error of the four that its split makes possible, so that a vertex
-/// is at rest before others appear on its edges.
+/// is nearer to its place than others that appear on its edges.
 inline constexpr double k_error_ratio = 1.25;
 
 /// A surface of which views show as much as they have to: a mesh of root faces, and for each site of their 4-8
@@ -60,12 +68,12 @@ class Surface {
     /// @param bounds  as many
     virtual void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const = 0;
 
-    /// Where a ray meets the finest triangles first, of what is known, from either side: at origin + result *
-    /// direction. Nothing if it does not, or farther than `farthest`; nothing either for numbers that are not finite.
-    /// Some hundreds of bounds for a steep ray, thousands for one along the surface.
+    /// Where a ray meets the finest triangles first, of what is known, from either side. Nothing if it does not, or
+    /// only at a t larger than `farthest`; nothing either for numbers that are not finite. Some hundreds of bounds for
+    /// a steep ray, thousands for one along the surface.
     /// @param direction  of any length but zero
-    virtual std::optional<double> hit(const Vec3d& origin, const Vec3d& direction,
-                                      double farthest = std::numeric_limits<double>::infinity()) const;
+    virtual std::optional<SurfaceHit> hit(const Vec3d& origin, const Vec3d& direction,
+                                          double farthest = std::numeric_limits<double>::infinity()) const;
 
     /// Changes, upwards, whenever something has become known.
     virtual std::uint64_t revision() const { return 0; }
@@ -79,6 +87,22 @@ class Surface {
     Surface(Surface&&) = default;
     Surface& operator=(const Surface&) = default;
     Surface& operator=(Surface&&) = default;
+};
+
+/// The ground of a terrain at a place, full resolution.
+struct GroundPoint {
+    double height = 0;
+    Vec3d normal{};  ///< of the finest triangle there: of length one, upwards
+};
+
+/// A surface of heights over a grid: x to the east, y to the north, z up. Errors are vertical. Where the grid's sides
+/// are no powers of two, a midpoint may be beside its edge by up to a sample, too.
+class Terrain : public Surface {
+  public:
+    /// The finest triangles at a place on the ground. Nothing where that is beside the grid, or where the ground is not
+    /// in memory: it is then wanted, so that it is known some time after, as for views. Never waits for the disk.
+    /// O(log samples).
+    virtual std::optional<GroundPoint> at(const Vec2d& place) const = 0;
 };
 
 /// A use of a surface, as long as it lives.

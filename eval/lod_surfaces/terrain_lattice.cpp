@@ -82,6 +82,30 @@ ControlMesh TerrainLattice::make_roots(const std::function<Vec3d(LatticePlace)>&
     return roots;
 }
 
+std::optional<LatticePlace> TerrainLattice::square_at(const HeightGrid& frame, const Vec2d& place) const {
+    const double x = (place.x - frame.origin.x) / frame.spacing.x * k_grid_unit,
+                 y = (frame.origin.y - place.y) / frame.spacing.y * k_grid_unit;
+    if (!(x >= 0 && y >= 0 && x <= xs.back() && y <= ys.back())) return {};
+    const auto line = [](const std::vector<std::int32_t>& lines, double at) {
+        const auto after = std::upper_bound(lines.begin(), lines.end(), at);
+        return static_cast<std::int32_t>(std::min<std::ptrdiff_t>(after - lines.begin(), std::ssize(lines) - 1) - 1);
+    };
+    return LatticePlace{line(xs, x), line(ys, y)};
+}
+
+GroundPlane GroundSquare::plane(bool above) const {
+    const double slope_x = (above ? ne.z - nw.z : se.z - sw.z) / (se.x - nw.x);
+    const bool west_side = falls != above;  // whether the triangle's other leg is in the west
+    const double slope_y = (west_side ? nw.z - sw.z : ne.z - se.z) / (nw.y - se.y);
+    const Vec3d& right_angle = above ? west_side ? nw : ne : west_side ? sw : se;
+    return {{right_angle.x, right_angle.y}, {slope_x, slope_y}, right_angle.z};
+}
+
+bool GroundSquare::is_above(double x, double y) const {
+    const double across = (x - nw.x) / (se.x - nw.x), down = (nw.y - y) / (nw.y - se.y);
+    return falls ? down < across : down < 1 - across;
+}
+
 Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row) {
     const std::uint32_t west = column > 0 ? column - 1 : 0, east = std::min(column + 1, grid.columns - 1),
                         north = row > 0 ? row - 1 : 0, south = std::min(row + 1, grid.rows - 1);

@@ -5,13 +5,49 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../terrain/height_grid.hpp"
 #include "lattice_diamond.hpp"
+#include "surface.hpp"
 
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// The plane over a triangle: height = at + slopes * (place - corner).
+struct GroundPlane {
+    Vec2d corner, slopes;
+    double at;
+    double height(double x, double y) const { return at + slopes.x * (x - corner.x) + slopes.y * (y - corner.y); }
+    Vec3d normal() const { return glm::normalize(Vec3d(-slopes.x, -slopes.y, 1)); }
+};
+
+/// The ground over a square of the lattice: two of the finest triangles. The diagonals run through the corners with two
+/// even numbers.
+struct GroundSquare {
+    Vec3d nw, ne, sw, se;
+    bool falls;  ///< whether the diagonal runs from the north-west to the south-east
+
+    /// @param p         the north-west corner
+    /// @param position  of points of the lattice
+    template <class Position>
+    GroundSquare(LatticePlace p, const Position& position)
+        : nw(position(p)),
+          ne(position(LatticePlace{p.x + 1, p.y})),
+          sw(position(LatticePlace{p.x, p.y + 1})),
+          se(position(LatticePlace{p.x + 1, p.y + 1})),
+          falls(((p.x ^ p.y) & 1) == 0) {}
+
+    lod::GroundPoint ground(const Vec2d& place) const {
+        const GroundPlane over = plane(is_above(place.x, place.y));
+        return {over.height(place.x, place.y), over.normal()};
+    }
+    /// @param above  the triangle to the north of the diagonal, else the one to the south
+    GroundPlane plane(bool above) const;
+    /// Whether a place is to the north of the diagonal.
+    bool is_above(double x, double y) const;
+};
 
 /// The lattice that all roots over a height grid have together: x to the east, y to the south, 2^log_side steps a root.
 /// Its lines are at samples, or between two that are side by side, so that grids of any size work.
@@ -40,6 +76,8 @@ struct TerrainLattice {
         const std::int32_t half = 1 << (log_side - 1);
         return ((p.x | p.y) & (2 * half - 1)) == 0 || ((p.x & p.y & half) != 0 && ((p.x | p.y) & (half - 1)) == 0);
     }
+    /// The north-west corner of the square that a place on the ground is in; nothing beside the grid.
+    std::optional<LatticePlace> square_at(const HeightGrid& frame, const Vec2d& place) const;
 
   private:
     /// How the frame of a half-edge's corner cell lies in the lattice: its origin, and the steps of its two axes.

@@ -190,46 +190,17 @@ void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places
     }
 }
 
-// The finest triangles are halves of the lattice's squares. The diagonals run through the corners with two even
-// numbers.
-TerrainSurface::Plane TerrainSurface::plane(LatticePlace square, bool north) const {
-    const auto [x, y] = square;
-    const double west = east_of(x), east = east_of(x + 1), top = north_of(y), bottom = north_of(y + 1);
-    const double nw = height({x, y}), ne = height({x + 1, y}), sw = height({x, y + 1}), se = height({x + 1, y + 1});
-    // From the north-west to the south-east, or across.
-    const bool falls = ((x ^ y) & 1) == 0;
-    const double slope_x = (north ? ne - nw : se - sw) / (east - west);
-    const bool west_side = falls != north;  // whether the triangle's other leg is in the west
-    const double slope_y = (west_side ? nw - sw : ne - se) / (top - bottom);
-    // The corner of the right angle.
-    const Vec2d corner(west_side ? west : east, north ? top : bottom);
-    return {corner, {slope_x, slope_y}, north ? west_side ? nw : ne : west_side ? sw : se};
-}
-
-bool TerrainSurface::is_north(LatticePlace square, double x, double y) const {
-    const double west = east_of(square.x), east = east_of(square.x + 1), top = north_of(square.y),
-                 bottom = north_of(square.y + 1);
-    const double across = (x - west) / (east - west), down = (top - y) / (top - bottom);
-    return ((square.x ^ square.y) & 1) == 0 ? down < across : down < 1 - across;
-}
-
-std::optional<TerrainSurface::GroundPoint> TerrainSurface::at(const Vec2d& place) const {
-    const double x = (place.x - grid_.origin.x) / grid_.spacing.x * k_grid_unit,
-                 y = (grid_.origin.y - place.y) / grid_.spacing.y * k_grid_unit;
-    if (!(x >= 0 && y >= 0 && x <= lattice_.xs.back() && y <= lattice_.ys.back())) return {};
-    const auto line = [](const std::vector<std::int32_t>& lines, double at) {
-        const auto after = std::upper_bound(lines.begin(), lines.end(), at);
-        return static_cast<std::int32_t>(std::min<std::ptrdiff_t>(after - lines.begin(), std::ssize(lines) - 1) - 1);
-    };
-    const LatticePlace square{line(lattice_.xs, x), line(lattice_.ys, y)};
-    const Plane over = plane(square, is_north(square, place.x, place.y));
-    return GroundPoint{over.height(place.x, place.y), glm::normalize(Vec3d(-over.slopes.x, -over.slopes.y, 1))};
+std::optional<GroundPoint> TerrainSurface::at(const Vec2d& place) const {
+    const auto corner = lattice_.square_at(grid_, place);
+    if (!corner) return {};
+    return square(*corner).ground(place);
 }
 
 struct TerrainSurface::RaySearch {
     Vec3d origin, direction;
     double first;  ///< the nearest hit, or the farthest that counts
     bool found = false;
+    Vec3d normal{};
 
     struct Way {
         double begin, end;
@@ -274,8 +245,9 @@ void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t si
                 if (x + dx < last_x && y + dy < last_y) search(ray, {x + dx, y + dy}, half, low, high);
         return;
     }
+    const detail::GroundSquare ground = square(corner);
     for (const bool north : {false, true}) {
-        const Plane over = plane(corner, north);
+        const detail::GroundPlane over = ground.plane(north);
         const auto above = [&](double t) {
             const Vec3d p = ray.origin + t * ray.direction;
             return p.z - over.height(p.x, p.y);
@@ -285,22 +257,23 @@ void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t si
         const double t = begin == end ? way.begin : way.begin + (way.end - way.begin) * begin / (begin - end);
         const Vec3d p = ray.origin + t * ray.direction;
         // On the diagonal both planes are equal.
-        const Plane other = plane(corner, !north);
-        if (is_north(corner, p.x, p.y) != north && std::abs(p.z - other.height(p.x, p.y)) > room) continue;
+        if (ground.is_above(p.x, p.y) != north && std::abs(p.z - ground.plane(!north).height(p.x, p.y)) > room)
+            continue;
         if (t < ray.first || !ray.found) {
             ray.first = std::min(ray.first, t);
             ray.found = true;
+            ray.normal = over.normal();
         }
     }
 }
 
-std::optional<double> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
+std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     for (int axis = 0; axis < 3; ++axis)
         if (!std::isfinite(origin[axis]) || !std::isfinite(direction[axis])) return {};
     RaySearch ray{origin, direction, farthest};
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
     search(ray, {0, 0}, 1 << top, 0, 0);
-    return ray.found ? std::optional(ray.first) : std::nullopt;
+    return ray.found ? std::optional(SurfaceHit{ray.first, ray.normal}) : std::nullopt;
 }
 
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {

@@ -21,7 +21,7 @@ namespace tetrakis::lod {
 /// A height grid of any size as a surface: every sample is a vertex of its finest level. x to the east, y to the north,
 /// z up, as terrain_mesh() has them; uv from (0, 0) at the first sample to (1, 1) at the last one. A diamond's error is
 /// that of the samples, vertically: exact but for rounding up by at most an eighth, and for nesting.
-class TerrainSurface final : public Surface {
+class TerrainSurface final : public Terrain {
   public:
     /// @throws Error  as detail::check_surface() does; cancelled
     /// Cost: O(samples * log samples), by all threads of the context; memory: the grid's and at most two bytes a
@@ -31,15 +31,9 @@ class TerrainSurface final : public Surface {
     const HeightGrid& grid() const { return grid_; }
     std::uint64_t memory_bytes() const;
 
-    /// The surface itself, every sample a corner of its triangles, at a place on the ground; nothing where that is
-    /// beside the grid. O(log samples).
-    struct GroundPoint {
-        double height = 0;
-        Vec3d normal{};  ///< of the triangle there: of length one, upwards
-    };
-    std::optional<GroundPoint> at(const Vec2d& place) const;
-    std::optional<double> hit(const Vec3d& origin, const Vec3d& direction,
-                              double farthest = std::numeric_limits<double>::infinity()) const override;
+    std::optional<GroundPoint> at(const Vec2d& place) const override;
+    std::optional<SurfaceHit> hit(const Vec3d& origin, const Vec3d& direction,
+                                  double farthest = std::numeric_limits<double>::infinity()) const override;
 
     const ControlMesh& roots() const override { return roots_; }
     int max_depth() const override { return 2 * lattice_.log_side - 1; }
@@ -69,16 +63,9 @@ class TerrainSurface final : public Surface {
         return static_cast<std::size_t>(p.y) * lattice_.xs.size() + static_cast<std::size_t>(p.x);
     }
     std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
-    /// The plane over the finest triangle of a square of the lattice: height = at + slopes * (place - corner).
-    struct Plane {
-        Vec2d corner, slopes;
-        double at;
-        double height(double x, double y) const { return at + slopes.x * (x - corner.x) + slopes.y * (y - corner.y); }
-    };
-    /// @param north  the triangle to the north of the square's diagonal, else the one to the south
-    Plane plane(LatticePlace square, bool north) const;
-    /// Whether a place is to the north of the diagonal of the square that it is in.
-    bool is_north(LatticePlace square, double x, double y) const;
+    detail::GroundSquare square(LatticePlace p) const {
+        return {p, [this](LatticePlace corner) { return position(corner); }};
+    }
     struct RaySearch;
     void search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const;
     double east_of(std::int32_t column) const {

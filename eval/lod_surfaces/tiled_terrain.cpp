@@ -132,6 +132,22 @@ class TiledTerrain::Impl {
         }
     }
 
+    std::optional<GroundPoint> at(const Vec2d& place) {
+        const auto corner = lattice_.square_at(frame_, place);
+        if (!corner) return {};
+        const std::lock_guard lock(mutex_);
+        const Spot spot(*this, *corner, 0);
+        const Tile* const tile = find(spot.tile);
+        if (tile == nullptr) {
+            // Whoever asks in vain counts as a use, so that there is room for the tile though no view is updated.
+            ++last_use_;
+            if (waits_for_use_) changed_.notify_all();
+            return {};
+        }
+        const auto known = [&](LatticePlace p) { return position(p, spot.point(*tile, p)); };
+        return detail::GroundSquare(*corner, known).ground(place);
+    }
+
     std::uint64_t revision() const {
         const std::lock_guard lock(mutex_);
         return revision_;
@@ -165,11 +181,13 @@ class TiledTerrain::Impl {
     int max_depth() const { return 2 * lattice_.log_side - 1; }
 
   private:
-    /// Where a point is in the tile that has it as its own.
+    /// Where a point is in the tile that has it as its own, of its level or of a finer one.
     struct Spot {
-        Spot(const Impl& terrain, LatticePlace p) : layout(terrain.layout_) {
-            const auto top = static_cast<int>(layout.levels().size()) - 1;
-            level = std::min(std::countr_zero(static_cast<std::uint32_t>(p.x | p.y)), top);
+        Spot(const Impl& terrain, LatticePlace p)
+            : Spot(terrain, p,
+                   std::min(std::countr_zero(static_cast<std::uint32_t>(p.x | p.y)),
+                            static_cast<int>(terrain.layout_.levels().size()) - 1)) {}
+        Spot(const Impl& terrain, LatticePlace p, int of_level) : layout(terrain.layout_), level(of_level) {
             const TileLayout::Level& l = layout.levels()[static_cast<std::size_t>(level)];
             column = std::min((p.x >> level) / layout.side(), l.across - 1);
             row = std::min((p.y >> level) / layout.side(), l.down - 1);
@@ -374,6 +392,7 @@ TiledTerrain::TiledTerrain(const std::filesystem::path& path, TiledTerrainOption
     : impl_(std::make_unique<Impl>(path, std::move(options))) {}
 TiledTerrain::~TiledTerrain() = default;
 
+std::optional<GroundPoint> TiledTerrain::at(const Vec2d& place) const { return impl_->at(place); }
 const ControlMesh& TiledTerrain::roots() const { return impl_->roots(); }
 int TiledTerrain::max_depth() const { return impl_->max_depth(); }
 void TiledTerrain::places(std::span<const Site> sites, std::span<Place> places) const { impl_->places(sites, places); }

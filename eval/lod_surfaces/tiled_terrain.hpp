@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -37,7 +38,7 @@ struct TileStatistics {
 /// time. No other call waits for the disk. What cannot be read, or has a wrong checksum, is tried again and again.
 ///
 /// A diamond's error is an upper bound, vertically: the sum of what splits change on the way to the samples.
-class TiledTerrain final : public Surface {
+class TiledTerrain final : public Terrain {
   public:
     /// @throws Error  io; invalid_input: no tile file, or one that is cut off or damaged; unsupported: of another
     ///                version; memory_limit: cache_bytes are too few
@@ -46,6 +47,7 @@ class TiledTerrain final : public Surface {
     TiledTerrain(const TiledTerrain&) = delete;
     TiledTerrain& operator=(const TiledTerrain&) = delete;
 
+    std::optional<GroundPoint> at(const Vec2d& place) const override;
     const ControlMesh& roots() const override;
     int max_depth() const override;
     void places(std::span<const Site> sites, std::span<Place> places) const override;

@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 
 #include "../kit/height_grids.hpp"
+#include "../kit/lod_morphs.hpp"
 #include "../kit/lod_views.hpp"
 #include "../kit/lod_walks.hpp"
 #include "../kit/surface_topology.hpp"
@@ -212,70 +213,93 @@ TEST_CASE("lod: vertices come and go where their edges are shown") {
     camera.direction = {0, 1, -0.5};
     camera.width = 800;
     camera.height = 600;
-    using Key = std::array<float, 3>;
-    std::map<Key, lod::Vertex> before;
-    Vec3d eye_before;
-    double scale_before = 0;
-    // In pixels: how far a vertex that is seen is shown from its edge as it comes and goes; how far that edge's ends
-    // are shown from where they are; how far vertices are shown to move in one frame.
-    double worst_new = 0, worst_gone = 0, worst_ends = 0, worst_moved = 0;
-    std::size_t came = 0, went = 0, ends = 0;
+    MorphWatch watch;
     for (int frame = 0; frame < 40; ++frame) {
         // There and back.
         camera.eye.y += frame < 20 ? 1.0 : -1.0;
         const lod::Update update = view.update(camera, {.pixel_error = 3});
         REQUIRE(update.pixel_error == 3);
-        const Sight sight(camera);
-        const auto pixels = [&](const Vec3d& p, const Vec3d& q) {
-            return sight.sees(p) ? glm::length(q - p) * sight.pixels / glm::length(p - camera.eye) : 0;
-        };
-        const auto place = [](const std::array<float, 3>& p) { return Vec3d(p[0], p[1], p[2]); };
-        const auto shown = [&](const lod::Vertex& v) { return shown_position(v, camera.eye, update.morph_scale); };
-        std::map<Key, lod::Vertex> now;
-        std::map<Key, std::vector<lod::Vertex>> around;
-        for (const auto& t : used(view))
-            for (std::size_t k = 0; k < 3; ++k) {
-                const lod::Vertex& v = view.vertices()[t[k]];
-                now.emplace(v.position, v);
-                if (frame > 0 && !before.contains(v.position))
-                    for (const std::size_t other : {k + 1, k + 2})
-                        around[v.position].push_back(view.vertices()[t[other % 3]]);
-            }
-        for (const auto& [key, v] : now) {
-            if (frame == 0) break;
-            if (const auto old = before.find(key); old != before.end()) {
-                worst_moved =
-                    std::max(worst_moved, pixels(shown(v), shown_position(old->second, eye_before, scale_before)));
-                continue;
-            }
-            ++came;
-            const Vec3d on_edge = place(v.on_edge);
-            worst_new = std::max(worst_new, pixels(on_edge, shown(v)));
-            const auto& ring = around[key];
-            for (const lod::Vertex& a : ring)
-                for (const lod::Vertex& b : ring) {
-                    const Vec3d p = place(a.position), q = place(b.position);
-                    if (glm::length((p + q) / 2.0 - on_edge) > 1e-3) continue;
-                    ++ends;
-                    worst_ends = std::max({worst_ends, pixels(p, shown(a)), pixels(q, shown(b))});
-                }
-        }
-        for (const auto& [key, v] : before)
-            if (!now.contains(key)) {
-                ++went;
-                worst_gone = std::max(worst_gone, pixels(place(v.on_edge), shown(v)));
-            }
-        before = std::move(now);
-        eye_before = camera.eye;
-        scale_before = update.morph_scale;
+        watch.look(view, update, camera);
     }
-    CHECK(came > 150);
-    CHECK(went > 30);
-    CHECK(ends > came);
-    CHECK(worst_new < 0.05);
-    CHECK(worst_gone < 1e-6);
-    CHECK(worst_ends < 0.3);
-    CHECK(worst_moved < 1);
+    CHECK(watch.came_count > 150);
+    CHECK(watch.gone_count > 30);
+    CHECK(watch.edge_count > watch.came_count);
+    CHECK(watch.came < 0.05);
+    CHECK(watch.gone < 1e-6);
+    CHECK(watch.came_off < 0.05);
+    CHECK(watch.gone_off < 0.05);
+    CHECK(watch.moved < 1);
+    CHECK(watch.beyond < 1e-3);
+}
+
+TEST_CASE("lod: out of sight errors count as much as is said, in sight all of them") {
+    const HeightGrid grid = rough(200, 200, 9);
+    const lod::TerrainSurface surface(grid);
+    lod::Camera camera;
+    camera.eye = {100, -100, 12};
+    camera.direction = {0, 1, -0.3};
+    camera.width = 800;
+    camera.height = 600;
+    const Sight sight(camera);
+    std::set<std::array<double, 3>> coarser;
+    for (const double weight : {0.0, 0.25, 1.0}) {
+        CAPTURE(weight);
+        lod::View view(surface, {.outside_weight = weight});
+        REQUIRE(view.update(camera, {.pixel_error = 8}).pixel_error == 8);
+        std::set<std::array<double, 3>> points;
+        std::size_t seen = 0;
+        for (const Vec3d& p : view.mesh().positions) {
+            points.insert({p.x, p.y, p.z});
+            const bool is_more = weight > 0 && !coarser.contains({p.x, p.y, p.z});
+            if (is_more && sight.sees(p)) ++seen;
+        }
+        CHECK(seen == 0);
+        CHECK(std::includes(points.begin(), points.end(), coarser.begin(), coarser.end()));
+        CHECK(points.size() > 1.2 * coarser.size());
+        coarser = std::move(points);
+        CHECK(judged_pixels(view, grid, camera) <= 8 + 1e-3);
+        double largest = 0;
+        for (const Vec3d& direction : {Vec3d(1, 0, -0.3), {-1, 0, -0.3}, {0, -1, -0.3}}) {
+            lod::Camera aside = camera;
+            aside.direction = direction;
+            largest = std::max(largest, judged_pixels(view, grid, aside));
+        }
+        if (weight > 0) CHECK(largest <= 8 / weight + 1e-3);
+        if (weight < 1) CHECK(largest > (weight > 0 ? 4 / weight : 80));
+    }
+}
+
+TEST_CASE("lod: triangles keep their slots, but for the last ones where a third is free") {
+    const HeightGrid grid = rough(200, 200, 9);
+    const lod::TerrainSurface surface(grid);
+    lod::View view(surface);
+    Wanderer wanderer(grid, 6);
+    using Corners = std::array<std::array<float, 3>, 3>;
+    std::map<Corners, std::size_t> before;
+    std::size_t kept = 0, moved = 0;
+    for (int frame = 0; frame < 60; ++frame) {
+        const std::size_t slots = view.triangles().size();
+        const lod::Update update = view.update(wanderer.next(), {.pixel_error = 20 * std::pow(1.2, frame % 10)});
+        std::map<Corners, std::size_t> now;
+        for (std::size_t i = 0; i < view.triangles().size(); ++i) {
+            const lod::Triangle& t = view.triangles()[i];
+            if (t != lod::Triangle{})
+                now[{view.vertices()[t[0]].position, view.vertices()[t[1]].position, view.vertices()[t[2]].position}] =
+                    i;
+        }
+        REQUIRE(now.size() == update.leaves);
+        for (const auto& [corners, slot] : now) {
+            const auto old = before.find(corners);
+            if (old == before.end()) continue;
+            ++(old->second == slot ? kept : moved);
+            if (old->second == slot) continue;
+            REQUIRE(old->second >= view.triangles().size());
+            REQUIRE(slots + 2 * update.splits >= 1.5 * update.leaves);
+        }
+        before = std::move(now);
+    }
+    CHECK(kept > 20'000);
+    CHECK(moved > 100);
 }
 
 TEST_CASE("lod: regions are finer, and buffers follow their origin") {

@@ -25,6 +25,7 @@
 #include <functional>
 #include <latch>
 #include <limits>
+#include <random>
 #include <set>
 #include <span>
 #include <stdexcept>
@@ -235,6 +236,63 @@ TEST_CASE("lod tiles: updates return while the loader is blocked, and several vi
         CHECK(done == std::vector<int>{3, 3});
         CHECK(terrain.statistics().cached_bytes <= k_small_cache);
     }
+}
+
+TEST_CASE("lod tiles: the ground is that of the samples, or not known yet, while a view walks and with none") {
+    const TiledGrid tiled(200, 141);
+    const lod::TerrainSurface whole(tiled.grid);
+    const lod::TiledTerrain terrain(tiled.path, {.cache_bytes = k_small_cache});
+    std::atomic<bool> is_over = false;
+    std::size_t known = 0, wrong = 0;
+    const auto ask = [&](const Vec2d& place) {
+        const auto ground = terrain.at(place), expected = whole.at(place);
+        if (!ground) return !expected;
+        ++known;
+        if (!expected || ground->height != expected->height || ground->normal != expected->normal) ++wrong;
+        const auto hit = terrain.hit({place.x, place.y, 1e3}, {0, 0, -1});
+        if (!hit || !(hit->normal.z > 0)) ++wrong;
+        return true;
+    };
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> one(0, 1);
+    const auto place = [&] { return Vec2d(990 + 420 * one(random), -490 - 440 * one(random)); };
+    {
+        std::jthread games([&] {
+            while (!is_over) ask(place());
+        });
+        Wanderer wanderer(tiled.grid, 5);
+        lod::View view(terrain, {.max_leaves = 50'000});
+        lod::Camera camera;
+        for (int frame = 0; frame < 60; ++frame) view.update(camera = wanderer.next(), {.pixel_error = 2});
+        is_over = true;
+        games.join();
+        check_whole(view, tiled.grid);
+    }
+    // No view, and more tiles than the cache has room for: whoever asks long enough is told.
+    for (int i = 0; i < 100; ++i)
+        for (const Vec2d at = place(); !ask(at);) std::this_thread::sleep_for(100us);
+    CHECK(known > 50);
+    CHECK(wrong == 0);
+    CHECK(terrain.statistics().loads > 50);
+    CHECK(terrain.statistics().cached_bytes <= k_small_cache);
+}
+
+TEST_CASE("lod tiles: where some tiles are missing for good no ray passes between the triangles that are known") {
+    const TiledGrid tiled(200, 141);
+    const lod::TiledTerrain terrain(tiled.path, {.pause = 1h, .read = [&](std::uint64_t offset, auto bytes) {
+                                                     if (offset / bytes.size() % 3 == 0) throw std::runtime_error("no");
+                                                     tiled.read(offset, bytes);
+                                                 }});
+    lod::View everything(terrain);
+    while (everything.update({}, {.pixel_error = 1e-12}).splits > 0) terrain.wait(terrain.revision(), 10ms);
+    REQUIRE(terrain.statistics().failures > 10);
+    REQUIRE(everything.leaf_count() > 10'000);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> one(0, 1);
+    std::size_t missed = 0;
+    for (int i = 0; i < 5'000; ++i)
+        if (!terrain.hit({1000 + 398 * one(random), -500 - 420 * one(random), 1e3}, {0, 0, -1})) ++missed;
+    CHECK(missed == 0);
 }
 
 TEST_CASE("lod tiles: vertices of tiles that are gone keep their places in another frame") {

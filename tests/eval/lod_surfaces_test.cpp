@@ -12,14 +12,16 @@
 #include "../../hier/obj/obj_reader.hpp"
 
 #include "../kit/height_grids.hpp"
+#include "../kit/lod_examples.hpp"
+#include "../kit/lod_morphs.hpp"
 #include "../kit/lod_views.hpp"
-#include "../kit/meshes.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -27,159 +29,27 @@
 #include <random>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace tetrakis;
+using test::control_mesh;
 using test::Copied;
+using test::cube_faces;
+using test::Example;
+using test::examples;
 using test::grid_of;
+using test::k_box_obj;
+using test::k_octahedron_obj;
+using test::MorphWatch;
 using test::Sight;
 using test::SurfaceTopology;
 using test::topology;
 using test::used;
+using test::wander;
+using test::wave_map;
 
 namespace {
-
-constexpr const char* k_box =
-    "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1.5\nf 4 3 2 1\nf 5 6 7 8\n"
-    "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-constexpr const char* k_octahedron =
-    "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1.3\nv 0 0 -1\nf 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\n"
-    "f 4 2 6\nf 1 4 6\n";
-constexpr const char* k_open =
-    "v 0 0 0\nv 1 0 0.4\nv 2 0 0\nv 0 1 0\nv 1 1 1\nv 2 1 0\nv 0 2 0.5\nv 1 2 0\nf 1 2 5 4\n"
-    "f 2 3 6 5\nf 4 5 8 7\n";
-
-ControlMesh control_mesh(const char* text) { return ControlMesh::build(parse_obj(text, "test.obj")); }
-
-/// A torus about the z-axis.
-class Torus final : public lod::SampledSurface {
-  public:
-    Torus() : SampledSurface(ControlMesh::build(test::grid(6, false, true)), 3) {
-        // Vertex v of the grid is at column v % 6, row v / 6.
-        set_bounds({});
-    }
-    static constexpr double k_large = 3, k_small = 1;
-
-  private:
-    Vec2d parameters(const Site& site) const {
-        const auto at = [&](HalfedgeId h) {
-            const std::uint32_t v = roots().origin(h).value;
-            return Vec2d(v % 6, v / 6);
-        };
-        const auto near = [](double a, double b) { return b + std::remainder(a - b, 6.0); };
-        const Vec2d v = at(site.root), next = at(roots().next(site.root)), prev = at(roots().prev(site.root));
-        const double x = std::ldexp(site.at.x, -site.level - 1), y = std::ldexp(site.at.y, -site.level - 1);
-        const Vec2d ahead(near(next.x, v.x) - v.x, near(next.y, v.y) - v.y),
-            aside(near(prev.x, v.x) - v.x, near(prev.y, v.y) - v.y);
-        return (v + x * ahead + y * aside) * (2 * M_PI / 6);
-    }
-    static Vec3d out(const Vec2d& p) {
-        return {std::cos(p.x) * std::cos(p.y), std::sin(p.x) * std::cos(p.y), std::sin(p.y)};
-    }
-    void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override {
-        for (std::size_t i = 0; i < sites.size(); ++i) {
-            const Vec2d p = parameters(sites[i]);
-            positions[i] = k_large * Vec3d(std::cos(p.x), std::sin(p.x), 0) + k_small * out(p);
-        }
-    }
-    void shade(std::span<const Site> sites, std::span<lod::Place> places) const override {
-        for (std::size_t i = 0; i < sites.size(); ++i) {
-            places[i].normal = out(parameters(sites[i]));
-            places[i].uv = parameters(sites[i]) / (2 * M_PI);
-        }
-    }
-    void finest_errors(HalfedgeId, std::span<float> errors) const override {
-        // Half the largest second derivative times the square of half the longest side.
-        const double step = 2 * M_PI / 6 / 16;
-        std::ranges::fill(errors, static_cast<float>(0.5 * (k_large + 2 * k_small) * step * step / 2));
-    }
-};
-
-HeightGrid waves(std::uint32_t columns, std::uint32_t rows, double height) {
-    return grid_of(columns, rows, [&](double c, double r) {
-        return height * std::sin(6 * M_PI * (c + 0.5) / columns) * std::sin(2 * M_PI * r / rows) +
-               0.2 * height * std::sin(20 * M_PI * (c + 0.5) / columns + r);
-    });
-}
-
-std::array<HeightGrid, 6> cube_faces(std::uint32_t side) {
-    std::array<HeightGrid, 6> faces;
-    for (std::size_t f = 0; f < 6; ++f)
-        faces[f] = grid_of(side, side, [&](double c, double r) {
-            // Zero at the edges, where faces meet.
-            return 0.3 * std::sin(M_PI * c / (side - 1)) * std::sin(M_PI * r / (side - 1)) * std::sin(c * r + f);
-        });
-    return faces;
-}
-
-struct Example {
-    std::string name;
-    std::shared_ptr<const lod::Surface> surface;
-    Vec3d middle;
-    double size;
-    std::int64_t euler;
-};
-
-std::vector<Example> examples() {
-    std::vector<Example> all;
-    const auto add = [&](const char* name, std::shared_ptr<const lod::Surface> surface, const Vec3d& middle,
-                         double size, std::int64_t euler) {
-        all.push_back({name, std::move(surface), middle, size, euler});
-    };
-    add("terrain", std::make_shared<lod::TerrainSurface>(test::rough(65, 40, 3)), {32, -20, 0}, 30, 1);
-    std::mt19937 random(1);
-    add("noise",
-        std::make_shared<lod::TerrainSurface>(
-            grid_of(65, 33, [&](double, double) { return 0.02 * double(random() % 8); })),
-        {32, -16, 0}, 30, 1);
-    add("torus", std::make_shared<Torus>(), {0, 0, 0}, 4, 0);
-    add("planet", std::make_shared<lod::PlanetSurface>(waves(64, 32, 0.4), lod::PlanetOptions{.radius = 10}), {0, 0, 0},
-        10, 2);
-    add("planet of faces", std::make_shared<lod::PlanetSurface>(cube_faces(17), lod::PlanetOptions{.radius = 5}),
-        {0, 0, 0}, 5, 2);
-    const ControlMesh box = control_mesh(k_box), open = control_mesh(k_open), octahedron = control_mesh(k_octahedron);
-    for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear"}) {
-        add(scheme, std::make_shared<lod::SubdivisionSurface>(box, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
-            {0, 0, 0}, 1.5, 2);
-        add(scheme, std::make_shared<lod::SubdivisionSurface>(open, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
-            {1, 1, 0}, 1.5, 1);
-    }
-    add("loop",
-        std::make_shared<lod::SubdivisionSurface>(octahedron, "loop", lod::SubdivisionSurfaceOptions{.level = 3}),
-        {0, 0, 0}, 1, 2);
-    add("displaced",
-        std::make_shared<lod::SubdivisionSurface>(
-            box, "catmull-clark",
-            lod::SubdivisionSurfaceOptions{
-                .level = 3,
-                .displacement = [](const lod::Place& p) { return 0.05 * std::sin(9 * p.position.x + p.position.y); }}),
-        {0, 0, 0}, 1.5, 2);
-    add("fractal plane",
-        std::make_shared<lod::ProceduralSurface>(lod::ProceduralSurface::plane(100, 1, lod::fractal_heights(5, 60, 3))),
-        {0, 0, 0}, 50, 1);
-    add("fractal ball",
-        std::make_shared<lod::ProceduralSurface>(lod::ProceduralSurface::ball(50, 2, lod::fractal_heights(2, 60, 3))),
-        {0, 0, 0}, 50, 2);
-    return all;
-}
-
-/// A camera that comes and goes around the middle of an example, and jumps now and then.
-lod::Camera wander(const Example& example, std::mt19937& random, int frame, double& turn, double& away) {
-    std::uniform_real_distribution<double> one(0, 1);
-    if (frame % 25 == 0) {
-        turn = 6.28 * one(random);
-        away = example.size * (1.2 + 3 * one(random));
-    }
-    turn += 0.05;
-    away = std::max(1.1 * example.size, away * (0.9 + 0.2 * one(random)));
-    lod::Camera camera;
-    const Vec3d out(std::cos(turn), std::sin(turn), 0.5 * std::sin(2 * turn) + 0.2);
-    camera.eye = example.middle + away * glm::normalize(out);
-    camera.direction = -out + 0.3 * Vec3d(one(random), one(random), one(random));
-    camera.width = 640;
-    camera.height = 480;
-    return camera;
-}
 
 /// The leaves of a view as a forest that was made for them.
 std::vector<std::array<Site, 3>> from_scratch(const BisectionForest& forest) {
@@ -320,6 +190,49 @@ TEST_CASE("lod: after every frame of a walk over any surface the mesh is whole, 
     }
 }
 
+TEST_CASE("lod: on every surface vertices come and go on their edges, and move no more than is promised") {
+    for (const Example& example : examples()) {
+        CAPTURE(example.name);
+        lod::View view(*example.surface);
+        MorphWatch watch;
+        const double pixel_error = example.name.starts_with("fractal") ? 8 : 2;  // enough come and go
+        for (int frame = 0; frame < 48; ++frame) {
+            // Nearer and away again, a little around the middle.
+            const double away = example.size * (2.5 - 0.05 * std::min(frame, 48 - frame)), turn = 0.7 + 0.003 * frame;
+            lod::Camera camera;
+            camera.direction = -Vec3d(std::cos(turn), std::sin(turn), 0.5);
+            camera.eye = example.middle - away * glm::normalize(camera.direction);
+            camera.width = 640;
+            camera.height = 480;
+            const lod::Update update = view.update(camera, {.pixel_error = pixel_error});
+            REQUIRE(update.pixel_error == pixel_error);
+            watch.look(view, update, camera);
+        }
+        CHECK(watch.came_count > 30);
+        CHECK(watch.gone_count > 10);
+        CHECK(watch.edge_count > watch.came_count + watch.gone_count);
+        CHECK(watch.came < 1e-3);
+        CHECK(watch.gone < 1e-6);
+        CHECK(watch.came_off < pixel_error);
+        CHECK(watch.gone_off < pixel_error);
+        CHECK(watch.moved < 2);
+        // Jumps, turns and budgets that change.
+        std::mt19937 random(3);
+        double turn = 0, away = 1;
+        for (int frame = 0; frame < 30; ++frame) {
+            const lod::Camera camera = wander(example, random, frame, turn, away);
+            const std::uint32_t leaves = frame % 10 < 5 ? 4'000 : 100 + static_cast<std::uint32_t>(random() % 400);
+            watch.look(view, view.update(camera, {.pixel_error = pixel_error, .leaves = leaves}), camera);
+        }
+        CHECK(watch.moved > 2);
+        CHECK(watch.gone < 1e-6);
+        CHECK(watch.beyond < 1e-3);
+        CHECK(watch.shown_off <= 1 + 1e-6);
+        // Where a grid's sides are no powers of two, vertices slide along the ground, too.
+        if (example.name != "noise") CHECK(watch.edge_off <= 1 + 1e-6);
+    }
+}
+
 TEST_CASE("lod: bounds are nested and hold, on every surface") {
     for (const Example& example : examples()) {
         CAPTURE(example.name);
@@ -374,19 +287,57 @@ TEST_CASE("lod: rays meet every surface where they meet all of its triangles [sl
             const Vec3d origin = example.middle + 2.5 * example.size * Vec3d(one(random), one(random), one(random)),
                         target = example.middle + 0.7 * example.size * Vec3d(one(random), one(random), one(random));
             const RayHit expected = bvh.intersect(origin, target - origin);
-            const std::optional<double> found = example.surface->hit(origin, target - origin);
+            const auto found = example.surface->hit(origin, target - origin);
             REQUIRE(found.has_value() == expected.found());
             if (!found) continue;
             ++hits;
-            REQUIRE(*found == doctest::Approx(expected.t).epsilon(1e-9));
-            REQUIRE(!example.surface->hit(origin, target - origin, 0.99 * *found));
+            REQUIRE(found->t == doctest::Approx(expected.t).epsilon(1e-9));
+            REQUIRE(!example.surface->hit(origin, target - origin, 0.99 * found->t));
+            const auto& t = mesh.triangles[expected.triangle];
+            const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+            REQUIRE(glm::length(found->normal - glm::normalize(glm::cross(b - a, c - a))) < 1e-6);
         }
         CHECK(hits > 40);
     }
 }
 
+TEST_CASE("lod: rays meet every surface in the same places while views of it are updated by another thread") {
+    for (const Example& example : examples()) {
+        CAPTURE(example.name);
+        std::mt19937 random(4);
+        std::uniform_real_distribution<double> one(-1, 1);
+        const auto near = [&] { return example.size * Vec3d(one(random), one(random), one(random)); };
+        std::vector<std::array<Vec3d, 2>> rays;
+        for (int i = 0; i < 30; ++i) rays.push_back({example.middle + 2.5 * near(), example.middle + 0.7 * near()});
+        const auto hits = [&] {
+            std::vector<double> all;
+            for (const auto& [from, to] : rays) {
+                const auto hit = example.surface->hit(from, to - from).value_or(lod::SurfaceHit{});
+                all.insert(all.end(), {hit.t, hit.normal.x, hit.normal.y, hit.normal.z});
+            }
+            return all;
+        };
+        const std::vector<double> alone = hits();
+        std::atomic<bool> is_over = false;
+        std::size_t others = 0, rounds = 0;
+        std::jthread games([&] {
+            while (!is_over || rounds == 0) {
+                others += hits() == alone ? 0 : 1;
+                ++rounds;
+            }
+        });
+        lod::View view(*example.surface, {.max_leaves = 5'000});
+        double turn = 0, away = 1;
+        for (int frame = 0; frame < 10; ++frame)
+            view.update(wander(example, random, frame, turn, away), {.pixel_error = 2});
+        is_over = true;
+        games.join();
+        CHECK(others == 0);
+    }
+}
+
 TEST_CASE("lod: a subdivision surface's errors hold between its points, too") {
-    const ControlMesh box = control_mesh(k_box), octahedron = control_mesh(k_octahedron);
+    const ControlMesh box = control_mesh(k_box_obj), octahedron = control_mesh(k_octahedron_obj);
     for (const bool loop : {false, true}) {
         CAPTURE(loop);
         const ControlMesh& mesh = loop ? octahedron : box;
@@ -425,8 +376,8 @@ TEST_CASE("lod: surfaces are the same for any number of threads") {
     const auto bounds = [&](int threads) {
         RunContext context;
         context.threads = threads;
-        const lod::PlanetSurface planet(waves(64, 32, 0.4), {.radius = 10, .context = context});
-        const lod::SubdivisionSurface sub(control_mesh(k_box), "catmull-clark", {.level = 3, .context = context});
+        const lod::PlanetSurface planet(wave_map(64, 32, 0.4), {.radius = 10, .context = context});
+        const lod::SubdivisionSurface sub(control_mesh(k_box_obj), "catmull-clark", {.level = 3, .context = context});
         std::vector<std::array<Site, 3>> leaves;
         for (const lod::Surface* surface :
              {static_cast<const lod::Surface*>(&planet), static_cast<const lod::Surface*>(&sub)}) {
@@ -487,11 +438,16 @@ TEST_CASE("lod: surfaces of any size, and of a single level") {
     const auto plane = lod::ProceduralSurface::plane(10, 10, flat);
     CHECK(plane.max_depth() == 0);
     for (const double x : {-4.0, -1.0, 2.5, 4.9})
-        for (const double y : {-4.5, -2.0, 1.5, 4.0}) CHECK(plane.hit({x, y, 3}, {0, 0, -1}) == doctest::Approx(3));
+        for (const double y : {-4.5, -2.0, 1.5, 4.0}) {
+            const auto hit = plane.hit({x, y, 3}, {0, 0, -1});
+            REQUIRE(hit);
+            CHECK(hit->t == doctest::Approx(3));
+            CHECK(hit->normal.z == 1);
+        }
 }
 
 TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
-    const HeightGrid map = waves(16, 8, 1);
+    const HeightGrid map = wave_map(16, 8, 1);
     CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 0}), doctest::Contains("radius of 0"), Error);
     CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 0.1}), doctest::Contains("as deep as the planet"), Error);
     CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 10, .level = 20}), doctest::Contains("20 levels"), Error);
@@ -500,17 +456,17 @@ TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
     hole.heights[3] = std::numeric_limits<float>::quiet_NaN();
     CHECK_THROWS_WITH_AS(lod::PlanetSurface{hole}, doctest::Contains("is missing"), Error);
     std::array<HeightGrid, 6> faces = cube_faces(5);
-    faces[4] = waves(5, 4, 1);
+    faces[4] = wave_map(5, 4, 1);
     CHECK_THROWS_WITH_AS(lod::PlanetSurface{faces}, doctest::Contains("5 columns and 4 rows"), Error);
 
-    const ControlMesh box = control_mesh(k_box);
+    const ControlMesh box = control_mesh(k_box_obj);
     CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(box, "doo-sabin"), doctest::Contains("not doo-sabin"), Error);
-    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(control_mesh(k_octahedron), "butterfly"),
+    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(control_mesh(k_octahedron_obj), "butterfly"),
                          doctest::Contains("not butterfly"), Error);
     CHECK_THROWS_AS(lod::SubdivisionSurface(box, "loop"), Error);
     CHECK_THROWS_AS(lod::SubdivisionSurface(box, "catmull-clark", {.level = 0}), Error);
 
-    ControlMeshData holes = parse_obj(k_box, "test.obj");
+    ControlMeshData holes = parse_obj(k_box_obj, "test.obj");
     holes.holes = {0, 1, 2, 3, 4, 5};
     CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(ControlMesh::build(std::move(holes)), "bilinear"),
                          doctest::Contains("but for holes"), Error);

@@ -120,7 +120,16 @@ TEST_CASE("terrain surface: bounds of tiles hold all samples, and are nested") {
             const Vec3d from = place() + Vec3d(0, 0, 90), direction = place() - from;
             const auto t = surface.hit(from, direction), other = whole.hit(from, direction);
             REQUIRE(t.has_value() == other.has_value());
-            if (t) REQUIRE(*t == doctest::Approx(*other).epsilon(1e-9));
+            if (t) {
+                REQUIRE(t->t == doctest::Approx(other->t).epsilon(1e-9));
+                REQUIRE(glm::length(t->normal - other->normal) < 1e-9);
+            }
+            const Vec2d below(1.1 * from.x, from.y);
+            const auto ground = surface.at(below), same = whole.at(below);
+            REQUIRE(ground.has_value() == same.has_value());
+            if (!ground) continue;
+            REQUIRE(ground->height == same->height);
+            REQUIRE(ground->normal == same->normal);
         }
     }
 }
@@ -142,6 +151,11 @@ TEST_CASE("terrain surface: heights and rays meet the finest mesh") {
         std::uniform_real_distribution<double> one(0, 1);
         const auto place = [&] { return Vec3d(100 + width * one(random), 50 - height * one(random), 0); };
         const auto from_mesh = [&](const Vec3d& p) { return bvh.closest(p).distance; };
+        const auto normal_at = [&](const Vec3d& p) {
+            const auto& t = mesh.triangles[bvh.closest(p).triangle];
+            const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+            return glm::normalize(glm::cross(b - a, c - a));
+        };
         int hits = 0;
         for (int i = 0; i < 2000; ++i) {
             Vec3d p = place();
@@ -149,24 +163,26 @@ TEST_CASE("terrain surface: heights and rays meet the finest mesh") {
             REQUIRE(ground);
             p.z = ground->height;
             REQUIRE(from_mesh(p) < 1e-9);
-            REQUIRE(ground->normal.z > 0);
+            REQUIRE(glm::length(ground->normal - normal_at(p)) < 1e-6);
             // From above and below, straight and aslant.
             const Vec3d aim = p, from = i % 4 == 0 ? Vec3d(p.x, p.y, i % 8 == 0 ? 500 : -500)
                                                    : place() + Vec3d(0, 0, i % 2 == 0 ? 80 : -80);
-            const auto t = surface.hit(from, aim - from);
-            REQUIRE(t);
-            REQUIRE(*t <= 1 + 1e-9);
-            const Vec3d met = from + *t * (aim - from);
+            const auto hit = surface.hit(from, aim - from);
+            REQUIRE(hit);
+            const double t = hit->t;
+            REQUIRE(t <= 1 + 1e-9);
+            const Vec3d met = from + t * (aim - from);
             REQUIRE(from_mesh(met) < 1e-6);
+            REQUIRE(glm::length(hit->normal - normal_at(met)) < 1e-6);
             // Nothing is met before.
             for (int k = 1; k < 8; ++k) {
-                const Vec3d before = from + *t * k / 8.0 * (aim - from);
+                const Vec3d before = from + t * k / 8.0 * (aim - from);
                 const auto under = surface.at({before.x, before.y});
                 if (under) REQUIRE((before.z - under->height) * (from.z > 0 ? 1 : -1) > -1e-9);
             }
-            REQUIRE(!surface.hit(from, aim - from, *t * 0.999));
+            REQUIRE(!surface.hit(from, aim - from, t * 0.999));
             REQUIRE(!surface.hit(from, from - aim));
-            if (*t < 0.999) ++hits;
+            if (t < 0.999) ++hits;
         }
         if (columns > 2) CHECK(hits > 20);
         CHECK(!surface.at({99, 50}));

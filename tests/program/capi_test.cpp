@@ -9,10 +9,12 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace tetrakis;
@@ -79,6 +81,13 @@ TEST_CASE("capi: tiles are the terrain that they were cut from") {
                 tetrakis_surface_hit(terrain, from.data(), down.data(), 1e9, &other));
         CHECK(t == doctest::Approx(other));
     }
+    double height = 0, other_height = 1;
+    for (int tries = 0; tetrakis_surface_at(tiles, 12, -7, &height, nullptr) == 0; ++tries) {
+        REQUIRE(tries < 1000);
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    REQUIRE(tetrakis_surface_at(terrain, 12, -7, &other_height, nullptr) == 1);
+    CHECK(height == doctest::Approx(other_height));
     tetrakis_view* view = nullptr;
     tetrakis_camera camera = TETRAKIS_CAMERA;
     camera.eye[2] = 100;

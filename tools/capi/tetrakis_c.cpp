@@ -34,7 +34,7 @@ struct tetrakis_mesh {
 };
 struct tetrakis_surface {
     std::unique_ptr<const lod::Surface> surface;
-    const lod::TerrainSurface* terrain = nullptr;  // if it is one
+    const lod::Terrain* terrain = nullptr;  // if it is one
 };
 struct tetrakis_snapshot {
     TriangleMesh mesh;
@@ -262,8 +262,10 @@ tetrakis_status tetrakis_open_tiles(const char* tiles_path, uint64_t cache_bytes
         require(tiles_path, "tiles_path");
         require(surface, "surface");
         auto result = std::make_unique<tetrakis_surface>();
-        result->surface =
+        auto terrain =
             std::make_unique<lod::TiledTerrain>(tiles_path, lod::TiledTerrainOptions{.cache_bytes = cache_bytes});
+        result->terrain = terrain.get();
+        result->surface = std::move(terrain);
         *surface = result.release();
     });
 }
@@ -309,7 +311,7 @@ int tetrakis_surface_hit(const tetrakis_surface* surface, const double origin[3]
         if (surface == nullptr || origin == nullptr || direction == nullptr) return false;
         const auto hit = surface->surface->hit({origin[0], origin[1], origin[2]},
                                                {direction[0], direction[1], direction[2]}, farthest);
-        if (hit && t != nullptr) *t = *hit;
+        if (hit && t != nullptr) *t = hit->t;
         return hit.has_value();
     });
 }

@@ -125,8 +125,8 @@ TETRAKIS_API tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_co
                                                                int level, tetrakis_surface** surface);
 TETRAKIS_API void tetrakis_free_surface(tetrakis_surface* surface);
 
-/* 1, and a terrain's full-resolution height and upward normal, of length one; 0: beside it, or it is no terrain. Any
- * thread, any time. */
+/* 1, and a terrain's full-resolution height and upward normal, of length one; 0: beside it, or it is no terrain, or
+ * one of tiles whose finest tile there is not loaded yet; asking makes it be loaded. Any thread, any time. */
 TETRAKIS_API int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, double* height,
                                      double normal[3]);
 /* 1, and where a ray meets the full-resolution surface first: origin + t * direction, t up to `farthest`; 0: nowhere.

@@ -43,7 +43,7 @@ LodScene terrain_scene(HeightGrid grid, const Run& process) {
         const double x = heights.origin.x, y = heights.origin.y;
         const Vec2d inside(std::clamp(p.x, x, x + (heights.columns - 1) * heights.spacing.x),
                            std::clamp(p.y, y - (heights.rows - 1) * heights.spacing.y, y));
-        return terrain->at(inside).value_or(lod::TerrainSurface::GroundPoint{}).height;
+        return terrain->at(inside).value_or(lod::GroundPoint{}).height;
     };
     scene.surface = std::move(surface);
     return scene;
@@ -64,7 +64,7 @@ LodScene tiles_scene(const std::filesystem::path& path, std::uint64_t cache_byte
         const double x = heights.origin.x, y = heights.origin.y;
         const Vec3d above(std::clamp(p.x, x, x + (heights.columns - 1) * heights.spacing.x),
                           std::clamp(p.y, y - (heights.rows - 1) * heights.spacing.y, y), top);
-        return top - terrain->hit(above, {0, 0, -1}).value_or(1);
+        return top - terrain->hit(above, {0, 0, -1}).value_or(lod::SurfaceHit{1, {}}).t;
     };
     scene.tiles = surface.get();
     scene.surface = std::move(surface);

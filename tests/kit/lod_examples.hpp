@@ -1,0 +1,185 @@
+#pragma once
+
+#include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/planet_surface.hpp"
+#include "../../eval/lod_surfaces/procedural_surface.hpp"
+#include "../../eval/lod_surfaces/subdivision_surface.hpp"
+#include "../../eval/lod_surfaces/terrain_surface.hpp"
+#include "../../eval/lod_surfaces/terrain_tiles.hpp"
+#include "../../eval/lod_surfaces/tiled_terrain.hpp"
+#include "../../eval/terrain/height_source.hpp"
+#include "../../hier/obj/obj_reader.hpp"
+
+#include "height_grids.hpp"
+#include "meshes.hpp"
+#include "scratch_dir.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// Surfaces of every kind for views: what holds of one is to hold of all.
+namespace tetrakis::test {
+
+inline constexpr const char* k_box_obj =
+    "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1.5\nf 4 3 2 1\nf 5 6 7 8\n"
+    "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+inline constexpr const char* k_octahedron_obj =
+    "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1.3\nv 0 0 -1\nf 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\n"
+    "f 4 2 6\nf 1 4 6\n";
+inline constexpr const char* k_open_obj =
+    "v 0 0 0\nv 1 0 0.4\nv 2 0 0\nv 0 1 0\nv 1 1 1\nv 2 1 0\nv 0 2 0.5\nv 1 2 0\nf 1 2 5 4\n"
+    "f 2 3 6 5\nf 4 5 8 7\n";
+
+inline ControlMesh control_mesh(const char* text) { return ControlMesh::build(parse_obj(text, "test.obj")); }
+
+/// A torus about the z-axis.
+class Torus final : public lod::SampledSurface {
+  public:
+    Torus() : SampledSurface(ControlMesh::build(grid(6, false, true)), 3) {
+        // Vertex v of the grid is at column v % 6, row v / 6.
+        set_bounds({});
+    }
+    static constexpr double k_large = 3, k_small = 1;
+
+  private:
+    Vec2d parameters(const Site& site) const {
+        const auto at = [&](HalfedgeId h) {
+            const std::uint32_t v = roots().origin(h).value;
+            return Vec2d(v % 6, v / 6);
+        };
+        const auto near = [](double a, double b) { return b + std::remainder(a - b, 6.0); };
+        const Vec2d v = at(site.root), next = at(roots().next(site.root)), prev = at(roots().prev(site.root));
+        const double x = std::ldexp(site.at.x, -site.level - 1), y = std::ldexp(site.at.y, -site.level - 1);
+        const Vec2d ahead(near(next.x, v.x) - v.x, near(next.y, v.y) - v.y),
+            aside(near(prev.x, v.x) - v.x, near(prev.y, v.y) - v.y);
+        return (v + x * ahead + y * aside) * (2 * M_PI / 6);
+    }
+    static Vec3d out(const Vec2d& p) {
+        return {std::cos(p.x) * std::cos(p.y), std::sin(p.x) * std::cos(p.y), std::sin(p.y)};
+    }
+    void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override {
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const Vec2d p = parameters(sites[i]);
+            positions[i] = k_large * Vec3d(std::cos(p.x), std::sin(p.x), 0) + k_small * out(p);
+        }
+    }
+    void shade(std::span<const Site> sites, std::span<lod::Place> places) const override {
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            places[i].normal = out(parameters(sites[i]));
+            places[i].uv = parameters(sites[i]) / (2 * M_PI);
+        }
+    }
+    void finest_errors(HalfedgeId, std::span<float> errors) const override {
+        // Half the largest second derivative times the square of half the longest side.
+        const double step = 2 * M_PI / 6 / 16;
+        std::ranges::fill(errors, static_cast<float>(0.5 * (k_large + 2 * k_small) * step * step / 2));
+    }
+};
+
+inline HeightGrid wave_map(std::uint32_t columns, std::uint32_t rows, double height) {
+    return grid_of(columns, rows, [&](double c, double r) {
+        return height * std::sin(6 * M_PI * (c + 0.5) / columns) * std::sin(2 * M_PI * r / rows) +
+               0.2 * height * std::sin(20 * M_PI * (c + 0.5) / columns + r);
+    });
+}
+
+inline std::array<HeightGrid, 6> cube_faces(std::uint32_t side) {
+    std::array<HeightGrid, 6> faces;
+    for (std::size_t f = 0; f < 6; ++f)
+        faces[f] = grid_of(side, side, [&](double c, double r) {
+            // Zero at the edges, where faces meet.
+            return 0.3 * std::sin(M_PI * c / (side - 1)) * std::sin(M_PI * r / (side - 1)) * std::sin(c * r + f);
+        });
+    return faces;
+}
+
+/// A terrain of tiles, all of which are in memory.
+inline std::shared_ptr<const lod::Surface> loaded_tiles(const HeightGrid& grid) {
+    const ScratchDir dir;
+    lod::write_tiles(*make_height_source(grid), dir / "t.tiles", {.side = 16});
+    auto terrain = std::make_shared<const lod::TiledTerrain>(dir / "t.tiles");
+    lod::View everything(*terrain);
+    while (everything.update({}, {.pixel_error = 1e-12}).waiting > 0) terrain->wait(terrain->revision());
+    return terrain;
+}
+
+struct Example {
+    std::string name;
+    std::shared_ptr<const lod::Surface> surface;
+    Vec3d middle;
+    double size;
+    std::int64_t euler;
+};
+
+inline std::vector<Example> examples() {
+    std::vector<Example> all;
+    const auto add = [&](const char* name, std::shared_ptr<const lod::Surface> surface, const Vec3d& middle,
+                         double size, std::int64_t euler) {
+        all.push_back({name, std::move(surface), middle, size, euler});
+    };
+    add("terrain", std::make_shared<lod::TerrainSurface>(rough(65, 40, 3)), {32, -20, 0}, 30, 1);
+    add("tiles", loaded_tiles(rough(60, 45, 3)), {30, -22, 0}, 30, 1);
+    std::mt19937 random(1);
+    add("noise",
+        std::make_shared<lod::TerrainSurface>(
+            grid_of(59, 37, [&](double, double) { return 0.02 * double(random() % 8); })),
+        {32, -16, 0}, 30, 1);
+    add("torus", std::make_shared<Torus>(), {0, 0, 0}, 4, 0);
+    add("planet", std::make_shared<lod::PlanetSurface>(wave_map(64, 32, 0.4), lod::PlanetOptions{.radius = 10}),
+        {0, 0, 0}, 10, 2);
+    add("planet of faces", std::make_shared<lod::PlanetSurface>(cube_faces(17), lod::PlanetOptions{.radius = 5}),
+        {0, 0, 0}, 5, 2);
+    const ControlMesh box = control_mesh(k_box_obj), open = control_mesh(k_open_obj),
+                      octahedron = control_mesh(k_octahedron_obj);
+    for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear"}) {
+        add(scheme, std::make_shared<lod::SubdivisionSurface>(box, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
+            {0, 0, 0}, 1.5, 2);
+        add(scheme, std::make_shared<lod::SubdivisionSurface>(open, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
+            {1, 1, 0}, 1.5, 1);
+    }
+    add("loop",
+        std::make_shared<lod::SubdivisionSurface>(octahedron, "loop", lod::SubdivisionSurfaceOptions{.level = 3}),
+        {0, 0, 0}, 1, 2);
+    add("displaced",
+        std::make_shared<lod::SubdivisionSurface>(
+            box, "catmull-clark",
+            lod::SubdivisionSurfaceOptions{
+                .level = 3,
+                .displacement = [](const lod::Place& p) { return 0.05 * std::sin(9 * p.position.x + p.position.y); }}),
+        {0, 0, 0}, 1.5, 2);
+    add("fractal plane",
+        std::make_shared<lod::ProceduralSurface>(lod::ProceduralSurface::plane(100, 1, lod::fractal_heights(5, 60, 3))),
+        {0, 0, 0}, 50, 1);
+    add("fractal ball",
+        std::make_shared<lod::ProceduralSurface>(lod::ProceduralSurface::ball(50, 2, lod::fractal_heights(2, 60, 3))),
+        {0, 0, 0}, 50, 2);
+    return all;
+}
+
+/// A camera that comes and goes around the middle of an example, and jumps now and then.
+inline lod::Camera wander(const Example& example, std::mt19937& random, int frame, double& turn, double& away) {
+    std::uniform_real_distribution<double> one(0, 1);
+    if (frame % 25 == 0) {
+        turn = 6.28 * one(random);
+        away = example.size * (1.2 + 3 * one(random));
+    }
+    turn += 0.05;
+    away = std::max(1.1 * example.size, away * (0.9 + 0.2 * one(random)));
+    lod::Camera camera;
+    const Vec3d out(std::cos(turn), std::sin(turn), 0.5 * std::sin(2 * turn) + 0.2);
+    camera.eye = example.middle + away * glm::normalize(out);
+    camera.direction = -out + 0.3 * Vec3d(one(random), one(random), one(random));
+    camera.width = 640;
+    camera.height = 480;
+    return camera;
+}
+
+}  // namespace tetrakis::test
