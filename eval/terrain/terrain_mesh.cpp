@@ -124,8 +124,14 @@ class TerrainRefinement {
                 static_cast<std::uint32_t>(fresh.size()),
                 [&](std::uint32_t i) { too_far[i] = is_too_far(forest_.leaf(fresh[i]).vertex); }, 16);
             std::vector<LeafId> touched;
+            const std::size_t known_vertices = vertices_.size();
             for (std::size_t i = 0; i < fresh.size(); ++i)
                 if (too_far[i] != 0) split(fresh[i], known_depth, touched);
+            // Their heights are far apart in memory: that is for all threads.
+            for_each_index(static_cast<std::uint32_t>(vertices_.size() - known_vertices), [&](std::uint32_t i) {
+                GridVertex& vertex = vertices_[known_vertices + i];
+                vertex = sampled(grid_, vertex.x, vertex.y);
+            });
             check_memory();
             // A slot that was split twice is there twice.
             known_depth.resize(forest_.leaf_slots(), 0xFF);
@@ -212,6 +218,7 @@ class TerrainRefinement {
                             forest_.leaf_count(), bytes >> 20, context_.max_memory_bytes >> 20));
     }
 
+    /// Splits a leaf; the heights of new vertices are left to the caller.
     /// @param touched  receives the leaves that were made; of several splits of one slot each
     void split(LeafId leaf, const std::vector<std::uint8_t>& known_depth, std::vector<LeafId>& touched) {
         // It may have been split for another one.
@@ -221,7 +228,7 @@ class TerrainRefinement {
                           &child1 = forest_.leaf(diamond.pairs[0][1]).vertex;
             const GridVertex a = vertices_[child0[1].value], b = vertices_[child1[0].value];
             if (diamond.midpoint.value >= vertices_.size()) vertices_.resize(diamond.midpoint.value + std::size_t{1});
-            vertices_[diamond.midpoint.value] = sampled(grid_, middle(a.x, b.x), middle(a.y, b.y));
+            vertices_[diamond.midpoint.value] = {middle(a.x, b.x), middle(a.y, b.y), 0};
             for (const auto& [slot0, slot1] : diamond.siblings()) {
                 touched.push_back(slot0);
                 touched.push_back(slot1);
@@ -237,7 +244,7 @@ class TerrainRefinement {
         std::vector<LeafId> across;   ///< first leaves of diamonds that reach beyond the block
     };
     std::vector<Block> make_blocks() {
-        constexpr double k_leaves = 8192;  // of a block, about
+        constexpr double k_leaves = 16384;  // of a block, about
         const double roots = forest_.mesh().halfedge_count();
         block_depth_ = std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
         block_.resize(forest_.leaf_slots());
