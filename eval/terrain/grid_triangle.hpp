@@ -55,13 +55,8 @@ class GridTriangle {
         for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
             const float* const heights = row(y) + begin;
             const double plane = plane_at(begin, y);
-            double above = 0, below = 0;
-            for (std::int32_t i = 0; i < end - begin; ++i) {
-                const double off = double{heights[i]} - (plane + slope_x_ * i);
-                above = std::max(above, off);
-                below = std::min(below, off);
-            }
-            largest = std::max({largest, above, -below});
+            for (std::int32_t i = 0; i < end - begin; ++i)
+                largest = std::max(largest, std::abs(double{heights[i]} - (plane + slope_x_ * i)));
             return largest <= enough;
         });
         return largest;
@@ -69,30 +64,65 @@ class GridTriangle {
 
     struct Interval {
         double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+        double gap() const { return low - high; }
+        bool has(double value) const { return low <= value && value <= high; }
     };
     /// Keeps of an interval by how much corner k can be raised with samples within a limit; low > high: no height will
-    /// do.
+    /// do. Ends early where the gap is larger than `hopeless`.
     /// @param least  weight of the corner in samples that count
-    void narrow(Interval& interval, std::size_t k, double limit, double least) const {
-        const GridVertex &p = corners_[(k + 1) % 3], &q = corners_[(k + 2) % 3];
-        // The corner's barycentric: linear, 0 at the other two.
-        const double dx = (p.y - q.y) * inverse_area_, dy = (q.x - p.x) * inverse_area_;
+    void narrow(Interval& interval, std::size_t k, double limit, double least, double hopeless) const {
+        const Weight corner = weight(k);
         for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
             const float* const heights = row(y) + begin;
-            const double plane = plane_at(begin, y),
-                         first = dx * (begin - in_samples(p.x)) + dy * (y - in_samples(p.y));
+            const double plane = plane_at(begin, y), first = corner.at(begin, y);
             for (std::int32_t i = 0; i < end - begin; ++i) {
-                const double weight = first + dx * i, off = double{heights[i]} - (plane + slope_x_ * i);
+                const double weight = first + corner.dx * i, off = double{heights[i]} - (plane + slope_x_ * i);
                 if (weight < least) continue;
                 // Rarely true: no division for most samples.
                 if (off - limit > interval.low * weight) interval.low = (off - limit) / weight;
                 if (off + limit < interval.high * weight) interval.high = (off + limit) / weight;
             }
-            return true;
+            return interval.gap() <= hopeless;
         });
     }
 
+    /// As much of `by` as corner k can be raised, or lowered, with samples within a limit that they are within now.
+    double allowed(double by, std::size_t k, double limit) const {
+        constexpr double k_no_weight = 0x1p-40;
+        const auto& [a, b, c] = corners_;
+        // More than rounding of a sample's distance from a plane: no sample is higher than the corners and the limit.
+        limit -= 0x1p-40 * (limit + double{std::max({std::abs(a.z), std::abs(b.z), std::abs(c.z)})});
+        const Weight corner = weight(k);
+        const double sign = by < 0 ? -1 : 1;  // lowered: all is upside down
+        double reach = std::abs(by);
+        for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
+            const float* const heights = row(y) + begin;
+            const double first = corner.at(begin, y), lowest = sign * plane_at(begin, y) - limit,
+                         slope = sign * slope_x_;
+            const double raised = lowest + reach * first, raised_slope = slope + reach * corner.dx;
+            double room = 0;
+            for (std::int32_t i = 0; i < end - begin; ++i)
+                room = std::min(room, sign * double{heights[i]} - (raised + raised_slope * i));
+            if (room == 0) return true;
+            for (std::int32_t i = 0; i < end - begin; ++i) {
+                const double weight = first + corner.dx * i, above = sign * double{heights[i]} - (lowest + slope * i);
+                if (weight > k_no_weight && above < reach * weight) reach = std::max(0.0, above / weight);
+            }
+            return reach > 0;
+        });
+        return sign * reach;
+    }
+
   private:
+    /// A corner's barycentric coordinate: linear, 0 at the other two.
+    struct Weight {
+        double dx, dy, x, y;
+        double at(std::int32_t column, std::int32_t row) const { return dx * (column - x) + dy * (row - y); }
+    };
+    Weight weight(std::size_t k) const {
+        const GridVertex &p = corners_[(k + 1) % 3], &q = corners_[(k + 2) % 3];
+        return {(p.y - q.y) * inverse_area_, (q.x - p.x) * inverse_area_, in_samples(p.x), in_samples(p.y)};
+    }
     const float* row(std::int32_t y) const {
         return grid_.heights.data() + static_cast<std::size_t>(y) * grid_.columns;
     }
@@ -108,23 +138,41 @@ class GridTriangle {
         if (mid->y < top->y) std::swap(top, mid);
         if (low->y < mid->y) std::swap(mid, low);
         if (mid->y < top->y) std::swap(top, mid);
-        // Samples this far beyond a side count, too, so that rounding misses none.
-        constexpr double k_beyond = 1e-6;
-        const double x0 = in_samples(top->x), y0 = in_samples(top->y), x1 = in_samples(mid->x), y1 = in_samples(mid->y),
-                     x2 = in_samples(low->x), y2 = in_samples(low->y);
-        const double run = (x2 - x0) / (y2 - y0), upper = y1 > y0 ? (x1 - x0) / (y1 - y0) : 0,
-                     lower = y2 > y1 ? (x2 - x1) / (y2 - y1) : 0;
-        const bool mid_is_right = x1 > x0 + run * (y1 - y0);
-        const std::int32_t last = low->y / k_grid_unit;
-        for (std::int32_t y = (top->y + k_grid_unit - 1) / k_grid_unit; y <= last; ++y) {
-            const double across = x0 + run * (y - y0), beside = x1 + (y < y1 ? upper : lower) * (y - y1);
-            const double left = (mid_is_right ? across : beside) - k_beyond,
-                         right = (mid_is_right ? beside : across) + k_beyond;
-            const auto whole = static_cast<std::int32_t>(left), end = static_cast<std::int32_t>(right) + 1;
-            const std::int32_t begin = whole + (left > whole ? 1 : 0);
-            if (begin < end && !visit(y, begin, end)) return;
-        }
+        const auto rows_to = [](std::int32_t y) { return (y + k_grid_unit - 1) / k_grid_unit; };
+        const std::int32_t first = rows_to(top->y), end = low->y / k_grid_unit + 1,
+                           turn = mid->y < low->y ? rows_to(mid->y) : end;
+        const bool mid_is_right =
+            std::int64_t{mid->x - top->x} * (low->y - top->y) > std::int64_t{low->x - top->x} * (mid->y - top->y);
+        const auto half = [&](const GridVertex* from, const GridVertex* to, std::int32_t y, std::int32_t until) {
+            if (y >= until) return true;
+            const Side across(*top, *low, y), beside(*from, *to, y);
+            Side left = mid_is_right ? across : beside, right = mid_is_right ? beside : across;
+            left.x += Side::k_column - 1 - Side::k_beyond;
+            right.x += Side::k_column + Side::k_beyond;
+            for (; y < until; ++y, left.x += left.step, right.x += right.step) {
+                const auto begin = static_cast<std::int32_t>(left.x >> Side::k_bits),
+                           behind = static_cast<std::int32_t>(right.x >> Side::k_bits);
+                if (begin < behind && !visit(y, begin, behind)) return false;
+            }
+            return true;
+        };
+        if (half(top, mid, first, turn)) half(mid, low, turn, end);
     }
+
+    /// Where a side crosses rows, as fixed-point numbers: they are known at once, and where a row ends is hard for
+    /// processors to predict.
+    struct Side {
+        static constexpr int k_bits = 38;  // places are below 2^24
+        static constexpr std::int64_t k_column = std::int64_t{1} << k_bits;
+        /// Samples this far outside count, too, so that rounding misses none: 2^24 steps are off by less than this.
+        static constexpr std::int64_t k_beyond = k_column >> 13;
+        Side(const GridVertex& from, const GridVertex& to, std::int32_t row) {
+            const double slope = static_cast<double>(k_column) * (to.x - from.x) / (to.y - from.y);
+            step = static_cast<std::int64_t>(slope);
+            x = from.x * (k_column / k_grid_unit) + static_cast<std::int64_t>(slope * (row - in_samples(from.y)));
+        }
+        std::int64_t x, step;
+    };
 
     const HeightGrid& grid_;
     std::array<GridVertex, 3> corners_;

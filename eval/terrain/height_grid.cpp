@@ -2,6 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
+#include "../../hier/base/parallel.hpp"
 #include "../surface/picture.hpp"
 #include "height_source.hpp"
 #include "raw_heights.hpp"
@@ -10,8 +11,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace tetrakis {
 
@@ -140,11 +143,21 @@ void detail::check_surface(const HeightGrid& grid) {
     if (grid.heights.size() != std::size_t{grid.columns} * grid.rows)
         refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows with {} heights",
                                                      grid.columns, grid.rows, grid.heights.size()));
-    for (std::size_t i = 0; i < grid.heights.size(); ++i)
-        if (!std::isfinite(grid.heights[i]))
-            refuse(ErrorCode::invalid_input,
-                   fmt::format("the height at column {}, row {} is missing; fill_missing_heights() gives it one",
-                               i % grid.columns, i / grid.columns));
+    std::vector<std::uint8_t> finite(grid.rows);
+    for_each_index(
+        grid.rows,
+        [&](std::uint32_t r) {
+            bool all = true;
+            for (std::uint32_t c = 0; c < grid.columns; ++c) all &= std::isfinite(grid.at(c, r));
+            finite[r] = all;
+        },
+        16);
+    for (std::uint32_t r = 0; r < grid.rows; ++r)
+        for (std::uint32_t c = 0; finite[r] == 0 && c < grid.columns; ++c)
+            if (!std::isfinite(grid.at(c, r)))
+                refuse(ErrorCode::invalid_input,
+                       fmt::format("the height at column {}, row {} is missing; fill_missing_heights() gives it one", c,
+                                   r));
 }
 
 }  // namespace tetrakis

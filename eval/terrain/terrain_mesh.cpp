@@ -110,9 +110,6 @@ class TerrainRefinement {
     TerrainRefinement(const HeightGrid& grid, const Roots& roots, const TerrainOptions& options)
         : grid_(grid), limit_(options.max_error), context_(options.context), forest_(roots.mesh) {
         for (const auto& [x, y] : roots.places) vertices_.push_back(sampled(grid_, x, y));
-        float largest = 0;
-        for (const float height : grid.heights) largest = std::max(largest, std::abs(height));
-        rounding_ = 0x1p-44 * double{largest};
     }
 
     /// Splits until no sample is farther from the leaves than the limit.
@@ -127,8 +124,14 @@ class TerrainRefinement {
                 static_cast<std::uint32_t>(fresh.size()),
                 [&](std::uint32_t i) { too_far[i] = is_too_far(forest_.leaf(fresh[i]).vertex); }, 16);
             std::vector<LeafId> touched;
+            const std::size_t known_vertices = vertices_.size();
             for (std::size_t i = 0; i < fresh.size(); ++i)
                 if (too_far[i] != 0) split(fresh[i], known_depth, touched);
+            // Their heights are far apart in memory: that is for all threads.
+            for_each_index(static_cast<std::uint32_t>(vertices_.size() - known_vertices), [&](std::uint32_t i) {
+                GridVertex& vertex = vertices_[known_vertices + i];
+                vertex = sampled(grid_, vertex.x, vertex.y);
+            });
             check_memory();
             // A slot that was split twice is there twice.
             known_depth.resize(forest_.leaf_slots(), 0xFF);
@@ -140,37 +143,21 @@ class TerrainRefinement {
         }
     }
 
-    /// Merges diamonds for as long as it is worth a pass: those inside blocks of leaves by all threads, then those that
-    /// reach into several by one.
+    /// Merges diamonds in rounds: all threads make some passes over blocks of leaves, one block after the other while
+    /// it is in the cache; then one thread merges what reaches into several blocks.
     void merge() {
-        constexpr int k_most_passes = 8;
-        constexpr double k_least_gain = 1e-3;
-        const std::vector<LeafId> slots = forest_.ordered_leaves();  // merged leaves keep the slots of their first ones
-        const std::vector<std::uint32_t> begin = set_blocks(slots);
-        struct Result {
-            std::vector<Diamond> merged;
-            std::vector<LeafId> across;  // first leaves of diamonds that reach beyond the block
-        };
-        std::vector<Result> results(begin.size() - 1);
+        constexpr int k_rounds = 3;
+        std::vector<Block> blocks = make_blocks();
         changed_.assign(vertices_.size(), 0);
-        for (pass_ = 1; pass_ <= k_most_passes; ++pass_) {
-            context_.report("merge", 0.6 + 0.3 * pass_ / k_most_passes);
+        for (int round = 0; round < k_rounds; ++round) {
+            context_.report("merge", 0.6 + 0.3 * round / k_rounds);
+            const int last = round * (k_passes + 1);  // pass of the round before
             for_each_index(
-                static_cast<std::uint32_t>(results.size()),
-                [&](std::uint32_t block) {
-                    Result& result = results[block] = {};
-                    for (std::uint32_t i = begin[block]; i < begin[block + 1]; ++i)
-                        merge_inside(slots[i], result.merged, result.across);
-                },
-                1);
-            std::size_t merged = 0;
-            for (const Result& result : results) {
-                for (const Diamond& diamond : result.merged) forest_.free_folded(diamond);
-                merged += result.merged.size();
-            }
-            for (const Result& result : results)
-                for (const LeafId leaf : result.across) merged += merge_across(leaf) ? 1 : 0;
-            if (static_cast<double>(merged) < k_least_gain * forest_.leaf_count()) break;
+                static_cast<std::uint32_t>(blocks.size()), [&](std::uint32_t b) { merge_inside(blocks[b], last); }, 1);
+            for (const Block& block : blocks)
+                for (const Diamond& diamond : block.merged) forest_.free_folded(diamond);
+            for (const Block& block : blocks)
+                for (const LeafId leaf : block.across) merge_across(leaf, last, last + k_passes + 1);
         }
     }
 
@@ -205,6 +192,7 @@ class TerrainRefinement {
 
   private:
     using Corners = std::array<PointId, 3>;
+    static constexpr int k_passes = 3;  // over a block, in a round
 
     GridTriangle triangle(const Corners& points) const {
         return {grid_, {vertices_[points[0].value], vertices_[points[1].value], vertices_[points[2].value]}};
@@ -230,6 +218,7 @@ class TerrainRefinement {
                             forest_.leaf_count(), bytes >> 20, context_.max_memory_bytes >> 20));
     }
 
+    /// Splits a leaf; the heights of new vertices are left to the caller.
     /// @param touched  receives the leaves that were made; of several splits of one slot each
     void split(LeafId leaf, const std::vector<std::uint8_t>& known_depth, std::vector<LeafId>& touched) {
         // It may have been split for another one.
@@ -239,7 +228,7 @@ class TerrainRefinement {
                           &child1 = forest_.leaf(diamond.pairs[0][1]).vertex;
             const GridVertex a = vertices_[child0[1].value], b = vertices_[child1[0].value];
             if (diamond.midpoint.value >= vertices_.size()) vertices_.resize(diamond.midpoint.value + std::size_t{1});
-            vertices_[diamond.midpoint.value] = sampled(grid_, middle(a.x, b.x), middle(a.y, b.y));
+            vertices_[diamond.midpoint.value] = {middle(a.x, b.x), middle(a.y, b.y), 0};
             for (const auto& [slot0, slot1] : diamond.siblings()) {
                 touched.push_back(slot0);
                 touched.push_back(slot1);
@@ -248,62 +237,77 @@ class TerrainRefinement {
         while (!forest_.split_diamond(leaf, changed)) forest_.reserve(forest_.leaf_capacity() / 2 * 3 + 1024);
     }
 
-    /// Puts leaves that are side by side in the order of their paths into blocks, subtrees of one depth.
-    /// @param slots  all leaves, ordered
-    /// @return       where the blocks begin, and the end
-    std::vector<std::uint32_t> set_blocks(const std::vector<LeafId>& slots) {
-        constexpr double k_leaves = 8192;  // of a block, about
+    /// Leaves that are side by side in the order of their paths: a subtree.
+    struct Block {
+        std::vector<LeafId> slots;    ///< merged leaves keep the slots of their first ones
+        std::vector<Diamond> merged;  ///< in the last round
+        std::vector<LeafId> across;   ///< first leaves of diamonds that reach beyond the block
+    };
+    std::vector<Block> make_blocks() {
+        constexpr double k_leaves = 16384;  // of a block, about
         const double roots = forest_.mesh().halfedge_count();
         block_depth_ = std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
         block_.resize(forest_.leaf_slots());
-        std::vector<std::uint32_t> begin;
+        std::vector<Block> blocks;
         std::uint64_t last = ~std::uint64_t{0};
-        for (std::uint32_t i = 0; i < slots.size(); ++i) {
-            const BisectionLeaf& leaf = forest_.leaf(slots[i]);
+        for (const LeafId id : forest_.ordered_leaves()) {
+            const BisectionLeaf& leaf = forest_.leaf(id);
             // Coarser leaves are blocks by themselves.
             const std::uint64_t path = leaf.depth > block_depth_ ? leaf.path >> (leaf.depth - block_depth_) : leaf.path,
-                                subtree = (std::uint64_t{forest_.root(slots[i]).value} << 32) + path;
-            if (begin.empty() || subtree != last || leaf.depth < block_depth_) begin.push_back(i);
+                                subtree = (std::uint64_t{forest_.root(id).value} << 32) + path;
+            if (blocks.empty() || subtree != last || leaf.depth < block_depth_) blocks.emplace_back();
             last = subtree;
-            block_[slots[i].value] = static_cast<std::uint32_t>(begin.size() - 1);
+            block_[id.value] = static_cast<std::uint32_t>(blocks.size() - 1);
+            blocks.back().slots.push_back(id);
         }
-        begin.push_back(static_cast<std::uint32_t>(slots.size()));
-        return begin;
+        return blocks;
     }
 
-    /// Merges the diamond of a leaf, by its first leaf alone, where all leaves around its corners are in one block.
-    /// @param across  receives the leaf if they are not
-    void merge_inside(LeafId id, std::vector<Diamond>& merged, std::vector<LeafId>& across) {
-        if (!forest_.is_leaf(id)) return;
+    /// @param last  the last pass before
+    void merge_inside(Block& block, int last) {
+        block.merged.clear();
+        for (int pass = last + 1; pass <= last + k_passes; ++pass) {
+            block.across.clear();
+            std::erase_if(block.slots, [&](LeafId leaf) {
+                if (!is_first_child(leaf)) return true;  // for good: leaves are not split any more
+                merge_inside(leaf, block, last, pass);
+                return false;
+            });
+        }
+    }
+    /// Merges the diamond of a leaf, by its first leaf alone, where all leaves around its corners are in its block.
+    /// Otherwise that leaf is added to `across`.
+    void merge_inside(LeafId id, Block& block, int last, int pass) {
         const BisectionLeaf& leaf = forest_.leaf(id);
-        if ((leaf.path & 1) != 0 || leaf.depth == 0) return;
-        const std::uint32_t block = block_[id.value];
-        const auto beyond = [&](LeafId other) { return other.valid() && block_[other.value] != block; };
+        const std::uint32_t number = block_[id.value];
+        const auto beyond = [&](LeafId other) { return other.valid() && block_[other.value] != number; };
         // Of others not even the records are looked at: another thread may be writing them.
         if (leaf.depth <= block_depth_ || beyond(leaf.neighbour[1]) || beyond(leaf.neighbour[2]) ||
             beyond(forest_.leaf(leaf.neighbour[2]).neighbour[2])) {
-            across.push_back(id);
+            block.across.push_back(id);
             return;
         }
         const Diamond diamond = forest_.find_diamond(id);
-        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !changed_since_tried(diamond)) return;
+        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !changed_since(last - 1, diamond)) return;
         bool inside = true;
-        for (const PointId corner : corners_of(diamond)) inside = inside && corner_is_inside(corner, diamond, block);
+        for (const PointId corner : corners_of(diamond)) inside = inside && corner_is_inside(corner, diamond, number);
         if (!inside)
-            across.push_back(id);
-        else if (fit_corners(diamond)) {
+            block.across.push_back(id);
+        else if ((pass == last + 1 || changed_since(pass - 1, diamond)) && fit_corners(diamond, pass)) {
             forest_.fold_diamond(diamond);
-            merged.push_back(diamond);
+            block.merged.push_back(diamond);
         }
     }
     /// The same for any diamond, by one thread.
-    bool merge_across(LeafId id) {
-        if (!forest_.is_leaf(id)) return false;
+    void merge_across(LeafId id, int last, int pass) {
+        if (!is_first_child(id)) return;
         const Diamond diamond = forest_.find_diamond(id);
-        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !changed_since_tried(diamond) ||
-            !fit_corners(diamond))
-            return false;
-        return forest_.merge_diamond(id, [](const Diamond&) {});
+        if (diamond.pair_count > 0 && diamond.pairs[0][0] == id && changed_since(last, diamond) &&
+            fit_corners(diamond, pass))
+            forest_.merge_diamond(id, [](const Diamond&) {});
+    }
+    bool is_first_child(LeafId id) const {
+        return forest_.is_leaf(id) && forest_.depth(id) > 0 && (forest_.leaf(id).path & 1) == 0;
     }
 
     /// The triangle that two leaves were.
@@ -326,38 +330,29 @@ class TerrainRefinement {
                 if (std::find(corners.begin(), corners.end(), p) == corners.end()) corners.points[corners.count++] = p;
         return corners;
     }
-    /// Whether heights or leaves at its corners changed since it was tried.
-    bool changed_since_tried(const Diamond& diamond) const {
+    /// Whether heights or leaves at its corners changed in a pass or later.
+    bool changed_since(int pass, const Diamond& diamond) const {
         const Corners4 corners = corners_of(diamond);
-        return pass_ == 1 ||
-               std::any_of(corners.begin(), corners.end(), [&](PointId p) { return changed_[p.value] + 1 >= pass_; });
+        return std::any_of(corners.begin(), corners.end(), [&](PointId p) { return changed_[p.value] >= pass; });
     }
 
     /// Moves the heights of a diamond's corners so that its triangles can be merged; false, with the heights as they
     /// were, where that is not found to be possible. Leaves around it stay within the limit.
-    bool fit_corners(const Diamond& diamond) {
-        constexpr double k_worth_trying = 2.5;  // limits; errors above are hardly ever brought down
-        std::array<Corners, 2> parents;
-        bool fits = true;
-        for (std::uint32_t i = 0; i < diamond.pair_count; ++i) {
-            parents[i] = parent(diamond.pairs[i]);
-            const double error = triangle(parents[i]).error(k_worth_trying * limit_);
-            if (error > k_worth_trying * limit_) return false;
-            fits = fits && error <= limit_;
-        }
+    bool fit_corners(const Diamond& diamond, int pass) {
+        std::array<Corners, 2> both;
+        for (std::uint32_t i = 0; i < diamond.pair_count; ++i) both[i] = parent(diamond.pairs[i]);
+        const std::span<const Corners> parents = std::span(both).first(diamond.pair_count);
+        const auto within_limit = [&](const Corners& points) { return triangle(points).error(limit_) <= limit_; };
         const Corners4 corners = corners_of(diamond);
         std::array<float, 4> before;
         for (std::size_t k = 0; k < corners.count; ++k) before[k] = vertices_[corners.points[k].value].z;
-        for (std::size_t k = 0; k < corners.count && !fits; ++k) {
-            if (!move(corners.points[k], diamond, std::span(parents).first(diamond.pair_count))) continue;
-            fits = true;
-            for (std::uint32_t i = 0; i < diamond.pair_count && fits; ++i)
-                fits = triangle(parents[i]).error(limit_) <= limit_;
-        }
+        bool fits = false;
+        for (std::size_t k = 0; k < corners.count && !fits; ++k)
+            fits = move(corners.points[k], diamond, parents) && std::ranges::all_of(parents, within_limit);
         for (std::size_t k = 0; k < corners.count; ++k) {
             const std::uint32_t p = corners.points[k].value;
             if (fits)
-                changed_[p] = static_cast<std::uint8_t>(pass_);
+                changed_[p] = static_cast<std::uint8_t>(pass);
             else
                 vertices_[p].z = before[k];
         }
@@ -365,33 +360,40 @@ class TerrainRefinement {
     }
 
     /// Moves a corner to where the merged triangles are best, as far as the leaves around it let it.
-    /// @return  whether it moved
+    /// @return  whether the merged triangles may be within the limit then
     bool move(PointId corner, const Diamond& diamond, std::span<const Corners> parents) {
-        constexpr double k_least_weight = 0.02, k_no_weight = 0x1p-40, k_margin = 0.1;
+        constexpr double k_least_weight = 0.02, k_margin = 0.1;
+        constexpr double k_least_share = 0.1;  // of a move; less of it hardly ever helps another corner
+        const double hopeless = limit_;        // a gap that is hardly ever closed by other corners
         GridTriangle::Interval wanted;
         for (const Corners& points : parents) {
             const auto k = std::find(points.begin(), points.end(), corner);
-            if (k != points.end())
-                triangle(points).narrow(wanted, static_cast<std::size_t>(k - points.begin()), limit_, k_least_weight);
+            if (k == points.end()) {
+                if (triangle(points).error(limit_) > limit_) return false;
+                continue;
+            }
+            triangle(points).narrow(wanted, static_cast<std::size_t>(k - points.begin()), limit_, k_least_weight,
+                                    hopeless);
+            if (wanted.gap() > hopeless) return false;
         }
-        if (wanted.low <= 0 && wanted.high >= 0) return false;
+        if (wanted.has(0)) return true;
         const double margin = k_margin * (wanted.high - wanted.low);
         double by = margin < 0       ? (wanted.low + wanted.high) / 2
                     : wanted.low > 0 ? wanted.low + margin
                                      : wanted.high - margin;
-        // It may stay where it is, whatever rounding says.
-        GridTriangle::Interval allowed;
-        for_each_outside(corner, diamond, [&](LeafId id) {
+        const double least = k_least_share * std::abs(by);
+        const bool far_enough = for_each_outside(corner, diamond, [&](LeafId id) {
             const BisectionLeaf& leaf = forest_.leaf(id);
-            triangle(leaf.vertex).narrow(allowed, corner_of(leaf, corner), limit_ - rounding_, k_no_weight);
-            return true;
+            by = triangle(leaf.vertex).allowed(by, corner_of(leaf, corner), limit_);
+            return std::abs(by) > least;
         });
-        by = std::clamp(by, std::min(allowed.low, 0.0), std::max(allowed.high, 0.0));
+        if (!far_enough) return false;
         GridVertex& vertex = vertices_[corner.value];
         const double to = double{vertex.z} + by;
         auto rounded = static_cast<float>(to);
         if (by > 0 ? rounded > to : rounded < to) rounded = std::nextafter(rounded, vertex.z);
-        return std::exchange(vertex.z, rounded) != rounded;
+        vertex.z = rounded;
+        return wanted.has(by);
     }
 
     /// Calls visit(leaf) for the leaves around a diamond's corner that are not its own, until it returns false.
@@ -433,13 +435,11 @@ class TerrainRefinement {
 
     const HeightGrid& grid_;
     double limit_;
-    double rounding_ = 0;  // of a sample's distance from a plane, and more
     const RunContext& context_;
     BisectionForest forest_;
     std::vector<GridVertex> vertices_;   // by the forest's points
     std::vector<std::uint8_t> changed_;  // in which pass the leaves around a point did, or its height
-    int pass_ = 0;
-    std::vector<std::uint32_t> block_;  // of leaf slots; merged leaves stay in theirs
+    std::vector<std::uint32_t> block_;   // of leaf slots; merged leaves stay in theirs
     int block_depth_ = 0;
 };
 
