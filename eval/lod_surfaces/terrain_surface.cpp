@@ -24,6 +24,13 @@ constexpr int k_log_cell = 3;  // of the finest cells whose heights are known
 
 }  // namespace
 
+inline double TerrainSurface::east_of(std::int32_t column) const {
+    return grid_.origin.x + grid_.spacing.x * in_samples(lattice_.xs[static_cast<std::size_t>(column)]);
+}
+inline double TerrainSurface::north_of(std::int32_t row) const {
+    return grid_.origin.y - grid_.spacing.y * in_samples(lattice_.ys[static_cast<std::size_t>(row)]);
+}
+
 TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : grid_(std::move(grid)) {
     detail::check_surface(grid_);
     with_threads(context, [&] {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "../terrain/grid_triangle.hpp"
 #include "../terrain/height_grid.hpp"
 #include "byte_lengths.hpp"
 #include "lattice_diamond.hpp"
@@ -68,12 +67,8 @@ class TerrainSurface final : public Terrain {
     }
     struct RaySearch;
     void search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const;
-    double east_of(std::int32_t column) const {
-        return grid_.origin.x + grid_.spacing.x * detail::in_samples(lattice_.xs[static_cast<std::size_t>(column)]);
-    }
-    double north_of(std::int32_t row) const {
-        return grid_.origin.y - grid_.spacing.y * detail::in_samples(lattice_.ys[static_cast<std::size_t>(row)]);
-    }
+    double east_of(std::int32_t column) const;
+    double north_of(std::int32_t row) const;
 
     HeightGrid grid_;
     detail::TerrainLattice lattice_;

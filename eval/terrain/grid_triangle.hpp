@@ -88,7 +88,7 @@ class GridTriangle {
 
     /// As much of `by` as corner k can be raised, or lowered, with samples within a limit that they are within now.
     double allowed(double by, std::size_t k, double limit) const {
-        constexpr double k_no_weight = 0x1p-40;
+        constexpr double k_least_weight = 0x1p-40;
         const auto& [a, b, c] = corners_;
         // More than rounding of a sample's distance from a plane: no sample is higher than the corners and the limit.
         limit -= 0x1p-40 * (limit + double{std::max({std::abs(a.z), std::abs(b.z), std::abs(c.z)})});
@@ -106,7 +106,7 @@ class GridTriangle {
             if (room == 0) return true;
             for (std::int32_t i = 0; i < end - begin; ++i) {
                 const double weight = first + corner.dx * i, above = sign * double{heights[i]} - (lowest + slope * i);
-                if (weight > k_no_weight && above < reach * weight) reach = std::max(0.0, above / weight);
+                if (weight > k_least_weight && above < reach * weight) reach = std::max(0.0, above / weight);
             }
             return reach > 0;
         });
