@@ -246,14 +246,22 @@ class Candidates {
         fresh_.clear();
         waits_ = 0;
     }
-    /// Of the next list that has any.
+    /// Goes on through all lists, a few waits at a time.
     void drop_some_idle_waits() {
-        for (std::size_t tries = 0; tries < k_digits; ++tries) {
-            Waits& list = due_[swept_ = (swept_ + 1) % due_.size()];
-            if (list.empty()) continue;
-            waits_ -= std::erase_if(list, [&](const Wait& wait) { return nodes_[wait.node].due_at != wait.due_at(); });
-            if (list.capacity() > list.size() + list.size() / 2) list.shrink_to_fit();
-            return;
+        constexpr int k_some = 16;
+        for (int i = 0; i < k_some; ++i) {
+            Waits& list = due_[swept_];
+            if (swept_waits_ >= list.size()) {
+                if (list.capacity() > list.size() + list.size() / 2) list.shrink_to_fit();
+                swept_ = (swept_ + 1) % due_.size();
+                swept_waits_ = 0;
+            } else if (Wait& wait = list[swept_waits_]; nodes_[wait.node].due_at == wait.due_at()) {
+                ++swept_waits_;
+            } else {
+                wait = list.back();
+                list.pop_back();
+                --waits_;
+            }
         }
     }
 
@@ -264,7 +272,8 @@ class Candidates {
     std::vector<Waits> due_;                           // by odometer and the highest digit in which now is different
     std::vector<std::pair<std::size_t, Waits>> ripe_;  // odometers and lists of theirs that are to be gone through
     std::vector<std::uint32_t> fresh_;
-    std::size_t waits_ = 0, swept_ = 0;  // how many there are in all; the list of due_ that was rid of idle ones last
+    std::size_t waits_ = 0;                    // in all these lists
+    std::size_t swept_ = 0, swept_waits_ = 0;  // the list of due_ that is rid of idle ones, and how much of it was
 };
 
 }  // namespace tetrakis::detail
