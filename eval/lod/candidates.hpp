@@ -93,7 +93,7 @@ class Candidates {
         n.round = is_own ? round_ : round_ - 1;
         if (due_at == std::numeric_limits<double>::infinity()) return;
         wait(odometer, {due_at, node});
-        if (++waits_ > nodes_.size() + nodes_.size() / 4) drop_some_idle_waits();
+        if (++waits_ > nodes_.size() + nodes_.size() / 2) drop_some_idle_waits();
     }
 
     /// The highest bucket that is not empty; -1: all are.
@@ -251,6 +251,7 @@ class Candidates {
         constexpr int k_some = 16;
         for (int i = 0; i < k_some; ++i) {
             Waits& list = due_[swept_];
+            if (swept_waits_ + k_some < list.size()) __builtin_prefetch(&nodes_[list[swept_waits_ + k_some].node]);
             if (swept_waits_ >= list.size()) {
                 if (list.capacity() > list.size() + list.size() / 2) list.shrink_to_fit();
                 swept_ = (swept_ + 1) % due_.size();
