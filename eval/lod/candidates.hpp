@@ -1,5 +1,7 @@
 #pragma once
 
+#include "../../hier/base/memory.hpp"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -117,8 +119,8 @@ class Candidates {
         // What differed from the reading in lower digits than the highest one that changes is due; what differed in
         // that one is due or to be sorted anew.
         for (std::size_t i = 0; i <= highest; ++i)
-            if (auto& list = due_[odometer * k_digits + i]; !list.empty())
-                ripe_.push_back({odometer, std::exchange(list, {})});
+            for (auto& lists = due_[odometer * k_digits + i]; !lists.empty(); lists.pop_back())
+                ripe_.push_back({odometer, std::move(lists.back())});
     }
     /// Readings begin anew, and everything has to be looked at again. O(candidates).
     void restart(double reading) {
@@ -179,13 +181,14 @@ class Candidates {
 
     std::uint64_t memory_bytes() const {
         std::uint64_t waits = 0;
-        for (const auto& list : due_) waits += list.capacity();
+        for (const auto& lists : due_)
+            for (const Waits& list : lists) waits += list.capacity();
         for (const auto& [odometer, list] : ripe_) waits += list.capacity();
         return nodes_.capacity() * sizeof(Node) + waits * sizeof(Wait) + fresh_.capacity() * sizeof(std::uint32_t);
     }
 
   private:
-    struct alignas(32) Node {
+    struct Node {
         double due_at = 0;         // 0: it is fresh
         std::uint32_t next, prev;  // of its bucket, a ring
         std::uint32_t owner;       // of those not in use: the next one
@@ -206,7 +209,8 @@ class Candidates {
         std::array<std::uint32_t, 2> due_at_{};  // as small as it can be
     };
     static_assert(sizeof(Wait) == 12);
-    using Waits = std::vector<Wait>;
+    using Waits = std::vector<Wait>;  // few, so that nothing of it takes long
+    static constexpr std::size_t k_most_waits = 1024;
     static constexpr std::uint32_t k_rings = 2 * k_buckets;  // the first nodes: one in each bucket's ring
     static constexpr std::size_t k_digits = 65;
     static constexpr std::uint8_t k_unlisted = 255;
@@ -238,43 +242,39 @@ class Candidates {
     static std::uint64_t bits(double reading) { return std::bit_cast<std::uint64_t>(reading); }
     void wait(std::size_t odometer, const Wait& wait) {
         const int digit = std::bit_width(bits(wait.due_at()) ^ bits(now_[odometer]));
-        due_[odometer * k_digits + static_cast<std::size_t>(digit)].push_back(wait);
+        auto& lists = due_[odometer * k_digits + static_cast<std::size_t>(digit)];
+        if (lists.empty() || lists.back().size() == k_most_waits) lists.emplace_back();
+        lists.back().push_back(wait);
     }
     void drop_waits() {
-        for (Waits& list : due_) list.clear();
+        for (auto& lists : due_) lists.clear();
         ripe_.clear();
         fresh_.clear();
         waits_ = 0;
     }
-    /// Goes on through all lists, a few waits at a time.
+    /// Of the next list.
     void drop_some_idle_waits() {
-        constexpr int k_some = 16;
-        for (int i = 0; i < k_some; ++i) {
-            Waits& list = due_[swept_];
-            if (swept_waits_ + k_some < list.size()) __builtin_prefetch(&nodes_[list[swept_waits_ + k_some].node]);
-            if (swept_waits_ >= list.size()) {
-                if (list.capacity() > list.size() + list.size() / 2) list.shrink_to_fit();
-                swept_ = (swept_ + 1) % due_.size();
-                swept_waits_ = 0;
-            } else if (Wait& wait = list[swept_waits_]; nodes_[wait.node].due_at == wait.due_at()) {
-                ++swept_waits_;
-            } else {
-                wait = list.back();
-                list.pop_back();
-                --waits_;
-            }
+        auto& lists = due_[swept_];
+        if (next_swept_ >= lists.size()) {
+            std::erase_if(lists, [](const Waits& list) { return list.empty(); });
+            swept_ = (swept_ + 1) % due_.size();
+            next_swept_ = 0;
+            return;
         }
+        Waits& list = lists[next_swept_++];
+        waits_ -= std::erase_if(list, [&](const Wait& wait) { return nodes_[wait.node].due_at != wait.due_at(); });
+        if (list.capacity() > list.size() + list.size() / 2) list.shrink_to_fit();
     }
 
-    std::vector<Node> nodes_;
+    PoolVector<Node> nodes_;
     std::uint32_t free_ = k_none, round_ = 0, unknown_count_ = 0;
     std::array<std::array<std::uint64_t, 2>, 2> masks_{};  // by kind: buckets that are not empty
     std::array<double, k_odometers + 1> now_{};
-    std::vector<Waits> due_;                           // by odometer and the highest digit in which now is different
+    std::vector<std::vector<Waits>> due_;              // by odometer and the highest digit in which now is different
     std::vector<std::pair<std::size_t, Waits>> ripe_;  // odometers and lists of theirs that are to be gone through
     std::vector<std::uint32_t> fresh_;
-    std::size_t waits_ = 0;                    // in all these lists
-    std::size_t swept_ = 0, swept_waits_ = 0;  // the list of due_ that is rid of idle ones, and how much of it was
+    std::size_t waits_ = 0;                   // in all these lists
+    std::size_t swept_ = 0, next_swept_ = 0;  // where idle ones are dropped next: in due_, and of its lists
 };
 
 }  // namespace tetrakis::detail

@@ -1,6 +1,7 @@
 #include "view.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "candidates.hpp"
@@ -219,8 +220,8 @@ class View::Impl {
     BisectionForest forest_;
     std::uint32_t max_leaves_ = 0;
     Vec3d origin_{};
-    std::vector<Triangle> triangles_;  // by leaf slots
-    std::vector<Vertex> vertices_;     // by points
+    detail::PoolVector<Triangle> triangles_;  // by leaf slots
+    detail::PoolVector<Vertex> vertices_;     // by points
 
   private:
     // 98 in buffers and the forest; 32 for each candidate, of which there are fewer than leaves, and where it waits.
@@ -519,7 +520,7 @@ class View::Impl {
         write();
     }
 
-    std::vector<std::uint32_t> leaf_candidate_, point_candidate_;  // by leaf slots and points
+    detail::PoolVector<std::uint32_t> leaf_candidate_, point_candidate_;  // by leaf slots and points
     Candidates candidates_;
     DirtySlots dirty_triangles_, dirty_vertices_;
     std::vector<Update::Range> triangle_ranges_, vertex_ranges_;
