@@ -93,7 +93,9 @@ ProceduralSurface::ProceduralSurface(ControlMesh roots, double radius, double st
                                      ProceduralHeights heights)
     : roots_(std::move(roots)), radius_(radius), step_(step), finest_step_(finest), heights_(std::move(heights)) {
     if (!(finest > 0 && finest <= 2 * step))
-        throw Error(ErrorCode::invalid_input, fmt::format("finest triangles with sides of {}", finest));
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("finest triangles with sides of {}; they have to be above 0 and up to {} here", finest,
+                                2 * step));
     if (!(heights_.slope >= 0 && std::isfinite(heights_.slope) && heights_.low <= heights_.high &&
           std::isfinite(heights_.low) && std::isfinite(heights_.high)))
         throw Error(ErrorCode::invalid_input, fmt::format("heights from {} to {} with slopes of {}", heights_.low,
@@ -106,7 +108,13 @@ ProceduralSurface::ProceduralSurface(ControlMesh roots, double radius, double st
     errors_.resize(static_cast<std::size_t>(max_depth_));
     double below = 0;
     for (int depth = max_depth_ - 1; depth >= 0; --depth) {
-        below = std::max(error(step_ * std::exp2(1 - 0.5 * depth)), k_error_ratio * below);
+        const double length = step_ * std::exp2(1 - 0.5 * depth), own = error(length);
+        if (!(own >= 0 && std::isfinite(own)))
+            throw Error(ErrorCode::invalid_input,
+                        fmt::format("an error of {} for triangles with sides of {}; deviations have to be finite and "
+                                    "not negative",
+                                    own, length));
+        below = std::max(own, k_error_ratio * below);
         errors_[static_cast<std::size_t>(depth)] = below;
     }
 }

@@ -266,7 +266,7 @@ class Writer {
             if (!options_.missing_height)
                 throw Error(ErrorCode::invalid_input,
                             fmt::format("the height at column {}, row {} is missing; TileOptions::missing_height "
-                                        "(--missing) is one to take",
+                                        "(--missing; in C `gaps`) is one to take",
                                         i % band.columns, i / band.columns + static_cast<std::size_t>(first_row_)));
             height = *options_.missing_height;
         }

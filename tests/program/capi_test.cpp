@@ -1,4 +1,6 @@
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/planet_surface.hpp"
+#include "../../eval/lod_surfaces/procedural_surface.hpp"
 #include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../tools/capi/tetrakis_c.h"
 
@@ -8,17 +10,42 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <thread>
 #include <vector>
 
 using namespace tetrakis;
 using namespace tetrakis::test;
+
+namespace {
+
+bool last_error_says(const std::string& words) {
+    return std::string(tetrakis_last_error()).find(words) != std::string::npos;
+}
+
+/// Rays from above meet both at the same places. Frees the C surface.
+void check_same(const lod::Surface& surface, tetrakis_surface* c_surface, double size) {
+    for (int i = 0; i < 100; ++i) {
+        const Vec3d from = size / 8 * Vec3d(std::sin(i), std::cos(2 * i), 8), along(0.003 * i, 0.1, -1);
+        const auto expected = surface.hit(from, along);
+        double t = 0;
+        Vec3d normal(0);
+        REQUIRE(tetrakis_surface_hit(c_surface, &from.x, &along.x, INFINITY, &t, &normal.x) == (expected ? 1 : 0));
+        CHECK(t == (expected ? expected->t : 0));
+        CHECK(normal == (expected ? expected->normal : Vec3d(0)));
+        CHECK((expected || i > 50));
+    }
+    tetrakis_free_surface(c_surface);
+}
+
+}  // namespace
 
 TEST_CASE("capi: a view is the C++ one's, byte for byte") {
     HeightGrid grid = rough(100, 80, 3);
@@ -58,27 +85,85 @@ TEST_CASE("capi: a view is the C++ one's, byte for byte") {
     CHECK(height == surface.at({11, -13})->height);
     CHECK(tetrakis_surface_at(c_surface, -1, 0, &height, nullptr) == 0);
     const std::array<double, 3> from{11, -13, 100}, down{0, 0, -1};
-    REQUIRE(tetrakis_surface_hit(c_surface, from.data(), down.data(), 1e9, &t) == 1);
+    REQUIRE(tetrakis_surface_hit(c_surface, from.data(), down.data(), 1e9, &t, nullptr) == 1);
     CHECK(t == doctest::Approx(100 - height));
-    CHECK(tetrakis_surface_hit(c_surface, from.data(), down.data(), 1, &t) == 0);
+    CHECK(tetrakis_surface_hit(c_surface, from.data(), down.data(), 1, &t, nullptr) == 0);
+    CHECK(tetrakis_planet_at(c_surface, down.data(), &height, nullptr) == 0);
+    CHECK(tetrakis_surface_revision(c_surface) == 0);
+    tetrakis_tile_statistics statistics = TETRAKIS_TILE_STATISTICS;
+    CHECK(tetrakis_get_tile_statistics(c_surface, &statistics) == TETRAKIS_INVALID_INPUT);
+    CHECK(last_error_says("tetrakis_open_tiles()"));
     tetrakis_free_view(c_view);
     tetrakis_free_surface(c_surface);
+}
+
+TEST_CASE("capi: raw heights whose file says nothing, and what becomes of gaps, in memory and in tiles") {
+    const ScratchDir scratch;
+    const std::string raw = (scratch / "heights.bin").string(), path = (scratch / "h.tiles").string();
+    const auto number = [](int i) { return i == 289 ? 60'000 : i * i % 5003; };  // 289: column 9, row 7
+    std::string bytes;
+    for (int i = 0; i < 40 * 30; ++i) bytes += {static_cast<char>(number(i) >> 8), static_cast<char>(number(i) & 255)};
+    spill(raw, bytes);
+    tetrakis_height_options options{
+        sizeof options, {3, 2}, 0.01, -5, TETRAKIS_HEIGHTS_RAW16, 40, 0, 1, 1, 60'000, TETRAKIS_GAPS_REFUSED, 3};
+    tetrakis_surface *terrain = nullptr, *tiles = nullptr;
+    const auto refused = [&](auto member, auto value, const std::string& words) {
+        tetrakis_height_options wrong = options;
+        wrong.*member = value;
+        CHECK(tetrakis_load_terrain(raw.c_str(), &wrong, &terrain) == TETRAKIS_INVALID_INPUT);
+        CHECK(last_error_says(words));
+        CHECK(tetrakis_write_tiles(raw.c_str(), &wrong, path.c_str()) == TETRAKIS_INVALID_INPUT);
+        CHECK(last_error_says(words));
+        CHECK(scratch.file_count() == 1);
+    };
+    refused(&tetrakis_height_options::gaps, TETRAKIS_GAPS_REFUSED, "column 9, row 7 is missing");
+    refused(&tetrakis_height_options::gaps, -1, "gaps is -1");
+    refused(&tetrakis_height_options::format, 7, "format is 7");
+    refused(&tetrakis_height_options::columns, 41u, "not 41 columns");
+    refused(&tetrakis_height_options::columns, 0u, "say how many columns");
+    refused(&tetrakis_height_options::size, std::size_t{0}, "does not say its size");
+    for (const int gaps : {TETRAKIS_GAPS_FILLED, TETRAKIS_GAPS_LEVEL}) {
+        CAPTURE(gaps);
+        options.gaps = gaps;
+        REQUIRE(tetrakis_load_terrain(raw.c_str(), &options, &terrain) == TETRAKIS_OK);
+        REQUIRE(tetrakis_write_tiles(raw.c_str(), &options, path.c_str()) == TETRAKIS_OK);
+        REQUIRE(tetrakis_open_tiles(path.c_str(), 1 << 26, &tiles) == TETRAKIS_OK);
+        for (int i = 3; i < 40 * 30; i += 13) {  // 289, too
+            const std::array<double, 3> from{3.0 * (i % 40), -2.0 * (i / 40), 100}, down{0, 0, -1};
+            double height = 0, t = 0;
+            REQUIRE(tetrakis_surface_at(terrain, from[0], from[1], &height, nullptr) == 1);
+            if (i == 289)
+                CHECK((height == 3) == (gaps == TETRAKIS_GAPS_LEVEL));
+            else
+                CHECK(height == doctest::Approx(0.01 * number(i) - 5));
+            REQUIRE(tetrakis_surface_hit(tiles, from.data(), down.data(), 1e9, &t, nullptr) == 1);
+            CHECK(100 - t == doctest::Approx(height));
+        }
+        tetrakis_free_surface(terrain);
+        tetrakis_free_surface(tiles);
+    }
+    options.gap_height = NAN;
+    CHECK(tetrakis_load_terrain(raw.c_str(), &options, &terrain) == TETRAKIS_INVALID_INPUT);
+    CHECK(last_error_says("gap_height"));
 }
 
 TEST_CASE("capi: tiles are the terrain that they were cut from") {
     const ScratchDir scratch;
     const std::string path = (scratch / "island.tiles").string(), island = cli::data("island.png");
-    REQUIRE(tetrakis_write_tiles(island.c_str(), 10, 0.1, 0, path.c_str()) == TETRAKIS_OK);
+    tetrakis_height_options options = TETRAKIS_HEIGHT_OPTIONS;
+    options.spacing[0] = options.spacing[1] = 10;
+    options.scale = 0.1;
+    REQUIRE(tetrakis_write_tiles(island.c_str(), &options, path.c_str()) == TETRAKIS_OK);
     tetrakis_surface *tiles = nullptr, *terrain = nullptr;
     CHECK(tetrakis_open_tiles(island.c_str(), 1 << 26, &tiles) == TETRAKIS_INVALID_INPUT);
-    CHECK(std::string(tetrakis_last_error()).find("island.png") != std::string::npos);
+    CHECK(last_error_says("island.png"));
     REQUIRE(tetrakis_open_tiles(path.c_str(), 1 << 26, &tiles) == TETRAKIS_OK);
-    REQUIRE(tetrakis_load_terrain(island.c_str(), 10, 0.1, 0, &terrain) == TETRAKIS_OK);
+    REQUIRE(tetrakis_load_terrain(island.c_str(), &options, &terrain) == TETRAKIS_OK);
     for (int i = 0; i < 100; ++i) {
         const std::array<double, 3> from{12.3 * i, -7.1 * i, 500}, down{0.1, 0.2, -1};
         double t = 0, other = 0;
-        REQUIRE(tetrakis_surface_hit(tiles, from.data(), down.data(), 1e9, &t) ==
-                tetrakis_surface_hit(terrain, from.data(), down.data(), 1e9, &other));
+        REQUIRE(tetrakis_surface_hit(tiles, from.data(), down.data(), 1e9, &t, nullptr) ==
+                tetrakis_surface_hit(terrain, from.data(), down.data(), 1e9, &other, nullptr));
         CHECK(t == doctest::Approx(other));
     }
     double height = 0, other_height = 1;
@@ -100,6 +185,114 @@ TEST_CASE("capi: tiles are the terrain that they were cut from") {
     tetrakis_free_view(view);
     tetrakis_free_surface(tiles);
     tetrakis_free_surface(terrain);
+}
+
+TEST_CASE("capi: tiles that come while one looks, and tiles that cannot be read") {
+    const ScratchDir scratch;
+    const std::string heights = (scratch / "h.r32").string(), path = (scratch / "h.tiles").string();
+    const HeightGrid grid = rough(1025, 1025, 5);
+    spill(heights, std::string(reinterpret_cast<const char*>(grid.heights.data()), 4 * grid.heights.size()));
+    tetrakis_surface* tiles = nullptr;
+    tetrakis_view* view = nullptr;
+    REQUIRE(tetrakis_write_tiles(heights.c_str(), nullptr, path.c_str()) == TETRAKIS_OK);
+    REQUIRE(tetrakis_open_tiles(path.c_str(), 1 << 26, &tiles) == TETRAKIS_OK);
+    REQUIRE(tetrakis_make_view(tiles, nullptr, &view) == TETRAKIS_OK);
+    const std::uint64_t before = tetrakis_surface_revision(tiles);
+    tetrakis_update update = TETRAKIS_UPDATE;
+    tetrakis_tile_statistics statistics = TETRAKIS_TILE_STATISTICS;
+    const auto update_until = [&](double x, const auto& done) {
+        tetrakis_camera camera = TETRAKIS_CAMERA;
+        camera.eye[0] = x;
+        camera.eye[1] = -x;
+        for (int frame = 0; frame < 2000 && !done(); ++frame) {
+            if (frame > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            REQUIRE(tetrakis_update_view(view, &camera, nullptr, &update) == TETRAKIS_OK);
+            REQUIRE(tetrakis_get_tile_statistics(tiles, &statistics) == TETRAKIS_OK);
+        }
+        CHECK(done());
+    };
+    update_until(100, [&] { return statistics.loads > 0 && update.waiting == 0; });
+    CHECK(tetrakis_surface_revision(tiles) > before);
+    CHECK(statistics.cached_bytes > 0);
+    CHECK(std::string(statistics.last_error) == "");
+    std::filesystem::resize_file(path, 1000);
+    update_until(900, [&] { return statistics.failures > 0; });
+    CHECK(statistics.wanted > 0);
+    CHECK(std::string(statistics.last_error) != "");
+    tetrakis_free_view(view);
+    tetrakis_free_surface(tiles);
+}
+
+TEST_CASE("capi: a planet of six faces is the C++ one") {
+    std::array<HeightGrid, 6> grids;
+    std::array<const float*, 6> faces{};
+    for (unsigned i = 0; i < 6; ++i) faces[i] = (grids[i] = rough(33, 33, i + 1)).heights.data();
+    const lod::PlanetSurface planet(grids, {.radius = 200});
+    tetrakis_surface* c_planet = nullptr;
+    REQUIRE(tetrakis_make_cube_planet(faces.data(), 33, 200, 0, &c_planet) == TETRAKIS_OK);
+    double height = 0;
+    Vec3d normal{};
+    for (int i = 0; i < 100; ++i) {
+        const Vec3d out(std::sin(i), std::cos(2 * i), std::sin(3 * i + 1));
+        REQUIRE(tetrakis_planet_at(c_planet, &out.x, &height, &normal.x) == 1);
+        CHECK(height == doctest::Approx(planet.height(out)));
+        CHECK(glm::dot(normal, planet.normal(out)) == doctest::Approx(1));
+    }
+    for (const double wrong : {0.0, double{NAN}, double{INFINITY}}) {
+        const std::array<double, 3> nowhere{0, wrong, 0};
+        CHECK(tetrakis_planet_at(c_planet, nowhere.data(), &height, nullptr) == 0);
+    }
+    check_same(planet, c_planet, 400);
+    CHECK(tetrakis_make_cube_planet(faces.data(), 33, -1, 0, &c_planet) == TETRAKIS_INVALID_INPUT);
+    faces[4] = nullptr;
+    CHECK(tetrakis_make_cube_planet(faces.data(), 33, 200, 0, &c_planet) == TETRAKIS_INVALID_INPUT);
+}
+
+TEST_CASE("capi: procedural planes and balls, of the fractal and of one's own functions") {
+    const lod::ProceduralHeights fractal = lod::fractal_heights(3, 40, 6, 11);
+    tetrakis_procedural_heights heights = TETRAKIS_PROCEDURAL_HEIGHTS, own = heights;
+    tetrakis_surface *plane = nullptr, *ball = nullptr, *none = nullptr;
+    REQUIRE(tetrakis_make_fractal_heights(3, 40, 6, 11, &heights) == TETRAKIS_OK);
+    REQUIRE(tetrakis_make_procedural_plane(1000, 1, &heights, &plane) == TETRAKIS_OK);
+    check_same(lod::ProceduralSurface::plane(1000, 1, fractal), plane, 1000);
+    REQUIRE(tetrakis_make_procedural_ball(500, 1, &heights, &ball) == TETRAKIS_OK);
+    check_same(lod::ProceduralSurface::ball(500, 1, fractal), ball, 1000);
+    tetrakis_free_fractal_heights(&heights);
+    CHECK(heights.user == nullptr);
+    tetrakis_free_fractal_heights(&heights);
+    tetrakis_free_fractal_heights(nullptr);
+
+    const auto refused = [&](double finest, const std::string& words) {
+        CHECK(tetrakis_make_procedural_plane(100, finest, &own, &none) == TETRAKIS_INVALID_INPUT);
+        CHECK(last_error_says(words));
+        CHECK(tetrakis_make_procedural_ball(100, finest, &own, &none) == TETRAKIS_INVALID_INPUT);
+        CHECK(last_error_says(words));
+    };
+    refused(1, "is NULL");
+    double factor = 2;
+    own.height = [](void* user, const double p[3]) { return *static_cast<double*>(user) * std::sin(p[0]); };
+    own.deviation = [](void* user, double radius) {
+        return *static_cast<double*>(user) * std::min(2.0, radius * radius / 2);
+    };
+    own.user = &factor;
+    own.slope = own.high = 2;
+    own.low = -2;
+    refused(0, "above 0");
+    REQUIRE(tetrakis_make_procedural_plane(100, 0.01, &own, &plane) == TETRAKIS_OK);
+    const std::array<double, 3> above{1, 2, 50}, down{0, 0, -1};
+    double t = 0;
+    REQUIRE(tetrakis_surface_hit(plane, above.data(), down.data(), 100, &t, nullptr) == 1);
+    CHECK(50 - t == doctest::Approx(2 * std::sin(1)).epsilon(1e-4));
+    tetrakis_free_surface(plane);
+    tetrakis_free_fractal_heights(&own);
+    CHECK(own.user == &factor);
+    factor = NAN;
+    refused(1, "deviations have to be finite");
+    own.high = -3;
+    refused(1, "from -2 to -3");
+    CHECK(tetrakis_make_procedural_plane(1, 1, nullptr, &none) == TETRAKIS_INVALID_INPUT);
+    CHECK(tetrakis_make_fractal_heights(3, 40, 0, 11, &own) == TETRAKIS_INVALID_INPUT);
+    CHECK(none == nullptr);
 }
 
 TEST_CASE("capi: planets and subdivision surfaces, and rays that meet what is shown") {
@@ -136,7 +329,7 @@ TEST_CASE("capi: planets and subdivision surfaces, and rays that meet what is sh
         double full = 0, shown = 0, height = 0;
         std::array<double, 3> normal{};
         const std::array<double, 3> direction{0.001, 1, 0.002};
-        REQUIRE(tetrakis_surface_hit(surface, camera.eye, direction.data(), 100, &full) == 1);
+        REQUIRE(tetrakis_surface_hit(surface, camera.eye, direction.data(), 100, &full, nullptr) == 1);
         REQUIRE(tetrakis_snapshot_hit(snapshot, camera.eye, direction.data(), 100, &shown, normal.data()) == 1);
         CHECK(shown == doctest::Approx(full).epsilon(1e-6));
         CHECK(normal[1] < -0.5);
@@ -182,7 +375,7 @@ TEST_CASE("capi: a tessellation from arrays, by a program that knows fewer optio
 TEST_CASE("[bad-input] capi: sentences, and nothing that flies") {
     tetrakis_control_mesh* control = nullptr;
     CHECK(tetrakis_load_control_mesh("no/such.obj", &control) == TETRAKIS_IO);
-    CHECK(std::string(tetrakis_last_error()).find("no/such.obj") != std::string::npos);
+    CHECK(last_error_says("no/such.obj"));
     CHECK(tetrakis_load_control_mesh(nullptr, &control) == TETRAKIS_INVALID_INPUT);
     CHECK(std::string(tetrakis_last_error()) == "path is NULL");
     const std::array<double, 9> positions{};
@@ -209,7 +402,7 @@ TEST_CASE("[bad-input] capi: sentences, and nothing that flies") {
     tetrakis_surface* surface = nullptr;
     CHECK(tetrakis_make_terrain(heights.data(), 2, 2, 1, &surface) == TETRAKIS_INVALID_INPUT);
     CHECK(tetrakis_make_terrain(heights.data(), 3, 1, 1, &surface) == TETRAKIS_INVALID_INPUT);
-    CHECK(tetrakis_load_terrain(cli::data("cube.obj").c_str(), 0, 1, 0, &surface) != TETRAKIS_OK);
+    CHECK(tetrakis_load_terrain(cli::data("cube.obj").c_str(), nullptr, &surface) != TETRAKIS_OK);
     const std::array<float, 4> plane{};
     REQUIRE(tetrakis_make_terrain(plane.data(), 2, 2, 1, &surface) == TETRAKIS_OK);
     tetrakis_view* view = nullptr;
@@ -226,7 +419,7 @@ TEST_CASE("[bad-input] capi: sentences, and nothing that flies") {
     REQUIRE(tetrakis_update_view(view, &camera, nullptr, &update) == TETRAKIS_OK);
     CHECK(update.vertex_range_count > 0);  // all of it, still: what failed has changed nothing
     CHECK(tetrakis_surface_at(nullptr, 0, 0, nullptr, nullptr) == 0);
-    CHECK(tetrakis_surface_hit(surface, nullptr, nullptr, 1, nullptr) == 0);
+    CHECK(tetrakis_surface_hit(surface, nullptr, nullptr, 1, nullptr, nullptr) == 0);
     CHECK(tetrakis_snapshot_hit(nullptr, nullptr, nullptr, 1, nullptr, nullptr) == 0);
     CHECK(tetrakis_view_triangles(nullptr, nullptr, nullptr) == nullptr);
     CHECK(tetrakis_view_vertices(nullptr, nullptr, nullptr) == nullptr);

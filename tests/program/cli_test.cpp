@@ -305,10 +305,14 @@ TEST_CASE("lod: a planet and control meshes keep what they promise") {
         heights.append(reinterpret_cast<const char*>(&height), sizeof height);
     }
     spill(scratch / "planet.r32", heights);
-    const std::string planet = (scratch / "planet.r32").string(), out = (scratch / "out").string(),
-                      report = (scratch / "r.json").string();
+    spill(scratch / "face.r32", heights.substr(heights.size() / 2));
+    const std::string planet = (scratch / "planet.r32").string(), face = (scratch / "face.r32").string(),
+                      out = (scratch / "out").string(), report = (scratch / "r.json").string();
     for (const std::vector<std::string>& input :
          {std::vector<std::string>{planet, "--columns", "64", "--rows", "32", "--planet", "3"},
+          {face, face, face, face, face, face, "--planet", "3"},
+          {"--fractal", "7", "--spacing", "20"},
+          {"--fractal", "7", "--planet", "6e6", "--orbit"},
           {cli::data("pawn.obj"), "--level", "2"},
           {cli::data("knot_tri.obj"), "--scheme", "loop", "--level", "1", "--orbit"}}) {
         std::vector<std::string> arguments{"lod",    "--frames", "4",  "--pixels", "2",        "--images", "1",
@@ -379,6 +383,16 @@ TEST_CASE("[bad-input] lod") {
     cli::check_refused({"lod", island, "--level", "3", "-o", out}, 2, "--level");
     cli::check_refused({"lod", island, "--planet", "0.1", "--offset", "-1", "-o", out}, 3, "as deep as the planet");
     cli::check_refused({"lod", island, "--fly", "--orbit", "-o", out}, 2, "--");
+    cli::check_refused({"lod", "-o", out}, 2, "IN is required");
+    cli::check_refused({"lod", island, island, "-o", out}, 2, "2 files");
+    cli::check_refused({"lod", island, island, island, "--planet", "9", "-o", out}, 2, "six faces of a cube");
+    cli::check_refused({"lod", island, "--fractal", "1", "-o", out}, 2, "no IN");
+    cli::check_refused({"lod", "--fractal", "1", "--level", "3", "-o", out}, 2, "--level");
+    cli::check_refused({"lod", "--fractal", "x", "-o", out}, 2, "--fractal");
+    cli::check_refused({"lod", "--fractal", "1", "--spacing", "1e9", "-o", out}, 2, "--spacing: finest triangles");
+    cli::check_refused({"lod", "--fractal", "1", "--spacing", "1e-9", "-o", out}, 2, "--spacing: triangles");
+    cli::check_refused({"lod", "missing.png", island, island, island, island, island, "--planet", "9", "-o", out}, 3,
+                       "missing.png");
     cli::check_refused({"lod", island, "--pixels", "0", "-o", out}, 2, "--pixels");
     cli::check_refused({"lod", island, "--frames", "0", "-o", out}, 2, "--frames");
     cli::check_refused({"lod", island, "-o", path}, 2, "is a file");

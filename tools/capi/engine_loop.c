@@ -24,7 +24,10 @@ static void fly(const char* heights) {
     tetrakis_surface* surface;
     tetrakis_view* view;
     const tetrakis_view_options options = TETRAKIS_VIEW_OPTIONS;
-    check(tetrakis_load_terrain(heights, 10, 0.1, 0, &surface));
+    tetrakis_height_options reading = TETRAKIS_HEIGHT_OPTIONS;
+    reading.spacing[0] = reading.spacing[1] = 10;
+    reading.scale = 0.1;
+    check(tetrakis_load_terrain(heights, &reading, &surface));
     check(tetrakis_make_view(surface, &options, &view));
     uint32_t vertices, triangles, count;
     tetrakis_view_vertices(view, &count, &vertices);

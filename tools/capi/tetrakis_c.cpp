@@ -4,6 +4,7 @@
 #include "../../eval/io/gpu_mesh.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/planet_surface.hpp"
+#include "../../eval/lod_surfaces/procedural_surface.hpp"
 #include "../../eval/lod_surfaces/subdivision_surface.hpp"
 #include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../eval/lod_surfaces/terrain_tiles.hpp"
@@ -14,7 +15,11 @@
 #include "../../hier/base/version.hpp"
 #include "../../hier/obj/obj_reader.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <memory>
@@ -34,7 +39,11 @@ struct tetrakis_mesh {
 };
 struct tetrakis_surface {
     std::unique_ptr<const lod::Surface> surface;
-    const lod::Terrain* terrain = nullptr;  // if it is one
+    /// Null: it is none, or null itself.
+    template <class Kind>
+    static const Kind* as(const tetrakis_surface* surface) {
+        return surface == nullptr ? nullptr : dynamic_cast<const Kind*>(surface->surface.get());
+    }
 };
 struct tetrakis_snapshot {
     TriangleMesh mesh;
@@ -134,20 +143,74 @@ HeightGrid grid_of(const float* heights, std::uint32_t columns, std::uint32_t ro
             .heights = std::vector<float>(heights, heights + std::size_t{columns} * rows)};
 }
 
-HeightReadOptions read_options(double spacing, double scale, double offset) {
+tetrakis_height_options known_options(const tetrakis_height_options* given) {
+    const tetrakis_height_options known = taken(given, TETRAKIS_HEIGHT_OPTIONS, "options");
+    static_assert(static_cast<int>(HeightFormat::gdal) == TETRAKIS_HEIGHTS_GDAL);
+    if (known.format < 0 || known.format > TETRAKIS_HEIGHTS_GDAL)
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("format is {}; it is a tetrakis_height_format", known.format));
+    if (known.gaps < 0 || known.gaps > TETRAKIS_GAPS_LEVEL)
+        throw Error(ErrorCode::invalid_input, fmt::format("gaps is {}; it is a tetrakis_gaps", known.gaps));
+    if (known.gaps == TETRAKIS_GAPS_LEVEL && !std::isfinite(known.gap_height))
+        throw Error(ErrorCode::invalid_input, "gap_height is no number");
+    return known;
+}
+HeightReadOptions read_options(const tetrakis_height_options& known) {
     HeightReadOptions options;
-    options.scale = scale;
-    options.offset = offset;
-    if (spacing != 0) options.spacing = Vec2d(spacing);
+    options.format = static_cast<HeightFormat>(known.format);
+    options.columns = known.columns;
+    options.rows = known.rows;
+    options.big_endian = known.big_endian != 0;
+    options.scale = known.scale;
+    options.offset = known.offset;
+    if (known.has_no_data != 0) options.no_data = known.no_data;
+    if (known.spacing[0] != 0 || known.spacing[1] != 0) options.spacing = Vec2d(known.spacing[0], known.spacing[1]);
     return options;
 }
+HeightGrid load_heights(const char* path, const tetrakis_height_options& known) {
+    HeightGrid grid = load_height_grid(path, read_options(known));
+    if (known.gaps == TETRAKIS_GAPS_FILLED) fill_missing_heights(grid);
+    for (std::size_t i = 0; i < grid.heights.size(); ++i) {
+        if (!std::isnan(grid.heights[i])) continue;
+        if (known.gaps != TETRAKIS_GAPS_LEVEL)
+            throw Error(ErrorCode::invalid_input,
+                        fmt::format("the height at column {}, row {} is missing; with TETRAKIS_GAPS_FILLED or "
+                                    "TETRAKIS_GAPS_LEVEL it gets one",
+                                    i % grid.columns, i / grid.columns),
+                        path);
+        grid.heights[i] = known.gap_height;
+    }
+    return grid;
+}
 
-tetrakis_surface* terrain_of(HeightGrid grid) {
-    auto terrain = std::make_unique<lod::TerrainSurface>(std::move(grid));
+lod::ProceduralHeights heights_of(const tetrakis_procedural_heights* given) {
+    require(given, "heights");
+    const tetrakis_procedural_heights known = taken(given, TETRAKIS_PROCEDURAL_HEIGHTS, "heights");
+    if (known.height == nullptr || known.deviation == nullptr)
+        throw Error(ErrorCode::invalid_input, "the heights' function height or deviation is NULL");
+    return {.height = [known](const Vec3d& place) { return known.height(known.user, &place.x); },
+            .deviation = [known](double radius) { return known.deviation(known.user, radius); },
+            .slope = known.slope,
+            .low = known.low,
+            .high = known.high};
+}
+double fractal_height(void* user, const double place[3]) {
+    return static_cast<const lod::ProceduralHeights*>(user)->height({place[0], place[1], place[2]});
+}
+double fractal_deviation(void* user, double radius) {
+    return static_cast<const lod::ProceduralHeights*>(user)->deviation(radius);
+}
+
+template <class Kind, class... Arguments>
+tetrakis_surface* made(Arguments&&... arguments) {
     auto result = std::make_unique<tetrakis_surface>();
-    result->terrain = terrain.get();
-    result->surface = std::move(terrain);
+    result->surface = std::make_unique<const Kind>(std::forward<Arguments>(arguments)...);
     return result.release();
+}
+
+/// Writes what a caller may have left out.
+void give(const Vec3d& from, double* to) {
+    if (to != nullptr) std::copy_n(&from.x, 3, to);
 }
 
 Vec3d vec(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
@@ -230,14 +293,12 @@ tetrakis_status tetrakis_get_mesh_arrays(const tetrakis_mesh* mesh, tetrakis_mes
 int tetrakis_mesh_reached_tolerance(const tetrakis_mesh* mesh) { return mesh != nullptr && mesh->reached_tolerance; }
 void tetrakis_free_mesh(tetrakis_mesh* mesh) { delete mesh; }
 
-tetrakis_status tetrakis_load_terrain(const char* path, double spacing, double scale, double offset,
+tetrakis_status tetrakis_load_terrain(const char* path, const tetrakis_height_options* options,
                                       tetrakis_surface** surface) {
     return guarded([&] {
         require(path, "path");
         require(surface, "surface");
-        HeightGrid grid = load_height_grid(path, read_options(spacing, scale, offset));
-        fill_missing_heights(grid);
-        *surface = terrain_of(std::move(grid));
+        *surface = made<lod::TerrainSurface>(load_heights(path, known_options(options)));
     });
 }
 tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, uint32_t rows, double spacing,
@@ -246,37 +307,77 @@ tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, ui
         require(surface, "surface");
         HeightGrid grid = grid_of(heights, columns, rows);
         grid.spacing = Vec2d(spacing);
-        *surface = terrain_of(std::move(grid));
+        *surface = made<lod::TerrainSurface>(std::move(grid));
     });
 }
-tetrakis_status tetrakis_write_tiles(const char* heights_path, double spacing, double scale, double offset,
+tetrakis_status tetrakis_write_tiles(const char* heights_path, const tetrakis_height_options* options,
                                      const char* tiles_path) {
     return guarded([&] {
         require(heights_path, "heights_path");
         require(tiles_path, "tiles_path");
-        lod::write_tiles(*open_height_source(heights_path, read_options(spacing, scale, offset)), tiles_path);
+        const tetrakis_height_options known = known_options(options);
+        if (known.gaps == TETRAKIS_GAPS_FILLED) {
+            const HeightGrid grid = load_heights(heights_path, known);
+            return lod::write_tiles(*make_height_source(grid), tiles_path);
+        }
+        lod::TileOptions tiles;
+        if (known.gaps == TETRAKIS_GAPS_LEVEL) tiles.missing_height = known.gap_height;
+        lod::write_tiles(*open_height_source(heights_path, read_options(known)), tiles_path, tiles);
     });
 }
 tetrakis_status tetrakis_open_tiles(const char* tiles_path, uint64_t cache_bytes, tetrakis_surface** surface) {
     return guarded([&] {
         require(tiles_path, "tiles_path");
         require(surface, "surface");
-        auto result = std::make_unique<tetrakis_surface>();
-        auto terrain =
-            std::make_unique<lod::TiledTerrain>(tiles_path, lod::TiledTerrainOptions{.cache_bytes = cache_bytes});
-        result->terrain = terrain.get();
-        result->surface = std::move(terrain);
-        *surface = result.release();
+        *surface = made<lod::TiledTerrain>(tiles_path, lod::TiledTerrainOptions{.cache_bytes = cache_bytes});
     });
 }
 tetrakis_status tetrakis_make_planet(const float* heights, uint32_t columns, uint32_t rows, double radius, int level,
                                      tetrakis_surface** surface) {
     return guarded([&] {
         require(surface, "surface");
-        auto result = std::make_unique<tetrakis_surface>();
-        result->surface = std::make_unique<lod::PlanetSurface>(grid_of(heights, columns, rows),
-                                                               lod::PlanetOptions{radius, level, {}});
-        *surface = result.release();
+        *surface = made<lod::PlanetSurface>(grid_of(heights, columns, rows), lod::PlanetOptions{radius, level, {}});
+    });
+}
+tetrakis_status tetrakis_make_cube_planet(const float* const faces[6], uint32_t side, double radius, int level,
+                                          tetrakis_surface** surface) {
+    return guarded([&] {
+        require(faces, "faces");
+        require(surface, "surface");
+        std::array<HeightGrid, 6> grids;
+        for (std::size_t i = 0; i < grids.size(); ++i) grids[i] = grid_of(faces[i], side, side);
+        *surface = made<lod::PlanetSurface>(std::move(grids), lod::PlanetOptions{radius, level, {}});
+    });
+}
+tetrakis_status tetrakis_make_fractal_heights(double amplitude, double wavelength, int octaves, uint64_t seed,
+                                              tetrakis_procedural_heights* heights) {
+    return guarded([&] {
+        auto fractal =
+            std::make_unique<lod::ProceduralHeights>(lod::fractal_heights(amplitude, wavelength, octaves, seed));
+        const tetrakis_procedural_heights result{sizeof result,  fractal_height, fractal_deviation, fractal.get(),
+                                                 fractal->slope, fractal->low,   fractal->high};
+        give(heights, result, "heights");
+        fractal.release();
+    });
+}
+void tetrakis_free_fractal_heights(tetrakis_procedural_heights* heights) {
+    if (heights == nullptr || heights->height != fractal_height) return;
+    delete static_cast<lod::ProceduralHeights*>(heights->user);
+    heights->height = nullptr;
+    heights->user = nullptr;
+}
+tetrakis_status tetrakis_make_procedural_plane(double side, double finest, const tetrakis_procedural_heights* heights,
+                                               tetrakis_surface** surface) {
+    return guarded([&] {
+        require(surface, "surface");
+        *surface = made<lod::ProceduralSurface>(lod::ProceduralSurface::plane(side, finest, heights_of(heights)));
+    });
+}
+tetrakis_status tetrakis_make_procedural_ball(double radius, double finest, const tetrakis_procedural_heights* heights,
+                                              tetrakis_surface** surface) {
+    return guarded([&] {
+        require(surface, "surface");
+        *surface = made<lod::ProceduralSurface>(lod::ProceduralSurface::ball(radius, finest, heights_of(heights)));
     });
 }
 tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_control_mesh* control, const char* scheme, int level,
@@ -287,32 +388,60 @@ tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_control_mesh* c
         require(surface, "surface");
         lod::SubdivisionSurfaceOptions options;
         options.level = level;
-        auto result = std::make_unique<tetrakis_surface>();
-        result->surface = std::make_unique<lod::SubdivisionSurface>(control->mesh, scheme, options);
-        *surface = result.release();
+        *surface = made<lod::SubdivisionSurface>(control->mesh, scheme, options);
     });
 }
 void tetrakis_free_surface(tetrakis_surface* surface) { delete surface; }
 
 int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, double* height, double normal[3]) {
     return looked([&] {
-        if (surface == nullptr || surface->terrain == nullptr) return false;
-        const auto ground = surface->terrain->at({x, y});
+        const auto* terrain = tetrakis_surface::as<lod::Terrain>(surface);
+        const auto ground = terrain == nullptr ? std::nullopt : terrain->at({x, y});
         if (!ground) return false;
         if (height != nullptr) *height = ground->height;
-        if (normal != nullptr)
-            for (int k = 0; k < 3; ++k) normal[k] = ground->normal[k];
+        give(ground->normal, normal);
         return true;
     });
 }
+int tetrakis_planet_at(const tetrakis_surface* surface, const double direction[3], double* height, double normal[3]) {
+    return looked([&] {
+        const auto* planet = tetrakis_surface::as<lod::PlanetSurface>(surface);
+        if (planet == nullptr || direction == nullptr) return false;
+        const Vec3d out = unit_or_zero(Vec3d(direction[0], direction[1], direction[2]));
+        if (!(glm::length(out) > 0)) return false;
+        if (height != nullptr) *height = planet->height(out);
+        if (normal != nullptr) give(planet->normal(out), normal);
+        return true;
+    });
+}
+uint64_t tetrakis_surface_revision(const tetrakis_surface* surface) {
+    return surface == nullptr ? 0 : surface->surface->revision();
+}
+tetrakis_status tetrakis_get_tile_statistics(const tetrakis_surface* surface, tetrakis_tile_statistics* statistics) {
+    return guarded([&] {
+        require(surface, "surface");
+        const auto* tiles = tetrakis_surface::as<lod::TiledTerrain>(surface);
+        if (tiles == nullptr)
+            throw Error(ErrorCode::invalid_input, "the surface has no tiles; those of tetrakis_open_tiles() have");
+        const lod::TileStatistics now = tiles->statistics();
+        thread_local std::string last_error;
+        last_error = now.last_error;
+        give(statistics,
+             tetrakis_tile_statistics{sizeof(tetrakis_tile_statistics), now.loads, now.failures, now.wanted,
+                                      now.cached_bytes, last_error.c_str()},
+             "statistics");
+    });
+}
 int tetrakis_surface_hit(const tetrakis_surface* surface, const double origin[3], const double direction[3],
-                         double farthest, double* t) {
+                         double farthest, double* t, double normal[3]) {
     return looked([&] {
         if (surface == nullptr || origin == nullptr || direction == nullptr) return false;
         const auto hit = surface->surface->hit({origin[0], origin[1], origin[2]},
                                                {direction[0], direction[1], direction[2]}, farthest);
-        if (hit && t != nullptr) *t = hit->t;
-        return hit.has_value();
+        if (!hit) return false;
+        if (t != nullptr) *t = hit->t;
+        give(hit->normal, normal);
+        return true;
     });
 }
 
@@ -407,8 +536,7 @@ int tetrakis_snapshot_hit(const tetrakis_snapshot* snapshot, const double origin
     if (normal != nullptr) {
         const auto& corner = snapshot->mesh.triangles[hit.triangle];
         const auto at = [&](std::size_t k) { return snapshot->mesh.positions[corner[k]]; };
-        const Vec3d across = unit_or_zero(glm::cross(at(1) - at(0), at(2) - at(0)));
-        for (int k = 0; k < 3; ++k) normal[k] = across[k];
+        give(unit_or_zero(glm::cross(at(1) - at(0), at(2) - at(0))), normal);
     }
     return 1;
 }

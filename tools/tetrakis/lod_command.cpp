@@ -264,7 +264,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
     if (!options.report.empty()) {
         written.push_back(options.report);
         files.add(options.report)
-            .write(dump({{"input", options.input.heights.path.string()},
+            .write(dump({{"input", options.input.title().string()},
                          {"surface", scene.description},
                          {"frames", cameras.size()},
                          {"budget_leaves", options.leaves},
@@ -289,7 +289,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
     process.end_progress();
     print_warnings(warnings);
     Table table;
-    table.row("input", fmt::format("{} ({})", options.input.heights.path.string(), scene.description));
+    table.row("input", fmt::format("{} ({})", options.input.title().string(), scene.description));
     table.row("frames", fmt::format("{}, of up to {} triangles; the last has {}", cameras.size(),
                                     format_count(options.leaves), format_count(view.leaf_count())));
     table.row("an update",
@@ -314,10 +314,10 @@ ExitCode run_checked(const LodCommandOptions& options) {
 ExitCode run(const LodCommandOptions& options) {
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
-    outputs.check({options.input.heights.path, options.path});
+    outputs.check(options.input.inputs(options.path));
     if (std::filesystem::exists(options.directory) && !std::filesystem::is_directory(options.directory))
         throw UsageError(fmt::format("-o {} is a file; it has to be a directory", options.directory.string()));
-    return about(options.input.heights.path, [&] { return run_checked(options); });
+    return about(options.input.title(), [&] { return run_checked(options); });
 }
 
 }  // namespace
@@ -327,7 +327,7 @@ void add_lod_command(CLI::App& app, Command& chosen) {
     options->render.width = 960;
     options->render.height = 540;
     CLI::App* command = app.add_subcommand(
-        "lod", "Flies over heights, a planet or a control mesh with view-dependent LOD, frame by frame");
+        "lod", "Flies over heights, a planet, a control mesh or a fractal with view-dependent LOD, frame by frame");
     options->input.add(*command);
     CLI::Option_group* way = command->add_option_group("camera", "At most one of these; default: --fly");
     way->add_flag("--fly", options->fly, "Once around, above the ground, looking ahead");

@@ -6,6 +6,7 @@
 #include "scheme_option.hpp"
 
 #include "../../eval/lod_surfaces/planet_surface.hpp"
+#include "../../eval/lod_surfaces/procedural_surface.hpp"
 #include "../../eval/lod_surfaces/subdivision_surface.hpp"
 #include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../hier/base/error.hpp"
@@ -13,6 +14,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -71,12 +73,62 @@ LodScene tiles_scene(const std::filesystem::path& path, std::uint64_t cache_byte
     return scene;
 }
 
+/// Nothing of it is stored.
+/// @param planet_radius  0: a square
+/// @param finest         sides of the smallest triangles; 0: a millionth of the whole
+LodScene fractal_scene(std::uint64_t seed, double planet_radius, double finest) {
+    constexpr double k_side = 1e5;  // of the square
+    // Of the first layer, as parts of the size. With these, 200000 triangles do for a pixel of a flight at 960 x 540.
+    constexpr double k_wavelength = 0.5, k_amplitude = 1 / 150.0, k_ball_amplitude = 1 / 400.0;
+    LodScene scene;
+    scene.is_round = planet_radius > 0;
+    scene.size = scene.is_round ? 2 * planet_radius : k_side;
+    if (finest == 0) finest = 1e-6 * scene.size;
+    // The shortest waves are longer than two of the smallest triangles.
+    const double octaves = std::floor(std::log2(k_wavelength * scene.size / (2 * finest)));
+    try {
+        const lod::ProceduralHeights heights =
+            lod::fractal_heights((scene.is_round ? k_ball_amplitude : k_amplitude) * scene.size,
+                                 k_wavelength * scene.size, static_cast<int>(std::clamp(octaves, 1.0, 48.0)), seed);
+        scene.low = [heights, planet_radius](const Vec3d& p) {
+            return planet_radius > 0 ? planet_radius + heights.height(planet_radius * glm::normalize(p))
+                                     : heights.height({p.x, p.y, 0});
+        };
+        scene.surface = std::make_unique<lod::ProceduralSurface>(
+            scene.is_round ? lod::ProceduralSurface::ball(planet_radius, finest, heights)
+                           : lod::ProceduralSurface::plane(k_side, finest, heights));
+    } catch (const Error& error) {
+        throw UsageError(fmt::format("--spacing: {}", error.what()));
+    }
+    scene.description = fmt::format("nothing stored, triangles down to {:.3g}", finest);
+    return scene;
+}
+
 }  // namespace
+
+std::filesystem::path LodInput::title() const {
+    return fractal ? std::filesystem::path(fmt::format("fractal {}", *fractal)) : heights.path;
+}
+
+std::vector<std::filesystem::path> LodInput::inputs(const std::filesystem::path& path) const {
+    std::vector<std::filesystem::path> files = faces;
+    files.insert(files.end(), {heights.path, path});
+    return files;
+}
 
 void LodInput::add(CLI::App& command) {
     heights.add(command, "Heights, as `tetrakis terrain` reads them, .tiles, or a control mesh (.obj)");
+    command.get_option("IN")->required(false);
+    command.add_option("FACES", faces, "With --planet: IN is a cube's face +x, and these are -x, +y, -y, +z, -z")
+        ->type_name("");
     command
-        .add_option("--planet", planet_radius, "Heights are over longitudes and latitudes of a planet of this radius")
+        .add_option("--fractal", fractal,
+                    "In place of IN: fractal heights, of a square of 100000 or, with --planet, a ball, down to "
+                    "triangles of --spacing")
+        ->type_name("SEED");
+    command
+        .add_option("--planet", planet_radius,
+                    "Heights are over longitudes and latitudes, or a cube's faces, of a planet of this radius")
         ->type_name("R")
         ->check(number_check("a positive number", [](double value) { return value > 0; }));
     command.add_option("--scheme", scheme, "Of a control mesh: loop, or one on quads (catmull-clark)")
@@ -98,10 +150,20 @@ void LodInput::add(CLI::App& command) {
 }
 
 LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) const {
-    const bool mesh = has_extension(heights.path, ".obj");
+    const bool mesh = has_extension(heights.path, ".obj"),
+               for_others = level != 0 || !scheme.empty() || heights.read.scale != 1 || heights.read.offset != 0;
+    if (fractal) {
+        if (!heights.path.empty() || for_others)
+            throw UsageError(
+                "--fractal takes --planet and --spacing, but no IN, --level, --scheme, --scale or --offset");
+        return fractal_scene(*fractal, planet_radius, heights.spacing);
+    }
+    if (heights.path.empty()) throw UsageError("IN is required: heights, .tiles, a control mesh, or --fractal SEED");
+    if (!faces.empty() && (planet_radius == 0 || faces.size() != 5))
+        throw UsageError(
+            fmt::format("{} files; one is read, or with --planet the six faces of a cube", 1 + faces.size()));
     if (has_extension(heights.path, ".tiles")) {
-        if (planet_radius > 0 || level != 0 || !scheme.empty() || heights.spacing > 0 || heights.read.scale != 1 ||
-            heights.read.offset != 0)
+        if (planet_radius > 0 || for_others || heights.spacing > 0)
             throw UsageError(
                 "--planet, --level, --scheme, --spacing, --scale and --offset do not change tiles; the last three "
                 "are for `tetrakis tiles`");
@@ -116,10 +178,17 @@ LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) 
     LodScene scene;
     scene.is_round = planet_radius > 0;
     if (scene.is_round) {
-        HeightGrid grid = heights.load(process, warnings);
-        scene.description = fmt::format("{} x {} samples around a planet", grid.columns, grid.rows);
-        auto surface = std::make_unique<lod::PlanetSurface>(
-            std::move(grid), lod::PlanetOptions{planet_radius, level, process.context()});
+        const lod::PlanetOptions options{planet_radius, level, process.context()};
+        std::array<HeightGrid, 6> grids{heights.load(process, warnings)};
+        scene.description = fmt::format("{} x {} samples {} a planet", grids[0].columns, grids[0].rows,
+                                        faces.empty() ? "around" : "on each of six faces of");
+        for (std::size_t i = 0; i < faces.size(); ++i) {
+            HeightInput face = heights;
+            face.path = faces[i];
+            grids[i + 1] = face.load(process, warnings);
+        }
+        auto surface = faces.empty() ? std::make_unique<lod::PlanetSurface>(std::move(grids[0]), options)
+                                     : std::make_unique<lod::PlanetSurface>(std::move(grids), options);
         scene.surface_bytes = surface->memory_bytes();
         scene.size = 2 * planet_radius;
         scene.low = [planet = surface.get()](const Vec3d& p) { return planet->radius() + planet->height(p); };

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,16 +48,21 @@ struct LodScene {
     std::uint64_t surface_bytes = 0;
 };
 
-/// A scene on the command line: heights, tiles of them, heights around a planet, or a control mesh.
+/// A scene on the command line: heights, tiles of them, heights around a planet, a control mesh, or a fractal.
 struct LodInput {
-    HeightInput heights;
-    double planet_radius = 0;  ///< 0: no planet
+    HeightInput heights;                       ///< without a path: a fractal
+    std::vector<std::filesystem::path> faces;  ///< of a planet from the six faces of a cube: the other five
+    std::optional<std::uint64_t> fractal;      ///< its seed
+    double planet_radius = 0;                  ///< 0: no planet
     std::string scheme;
     int level = 0;  ///< 0: the surface's own
     std::uint64_t cache_bytes = lod::TiledTerrainOptions().cache_bytes;
     ReadOptions read_mesh;
 
     void add(CLI::App& command);
+    std::filesystem::path title() const;  ///< for messages: the (first) file, or "fractal 7"
+    /// The files that are read, and `path`.
+    std::vector<std::filesystem::path> inputs(const std::filesystem::path& path) const;
     /// @param warnings  receives what was filled or cut
     /// @throws InputError, UsageError, Error (memory_limit, cancelled)
     LodScene load(const Run& process, std::vector<std::string>& warnings) const;

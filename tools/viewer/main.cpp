@@ -246,7 +246,7 @@ void take_screenshot(const ViewerOptions& options, const cli::LodScene& scene) {
 void run(const ViewerOptions& options) {
     cli::OutputFiles outputs;
     outputs.add(cli::OutputFiles::Kind::picture, "--screenshot", options.screenshot);
-    outputs.check({options.input.heights.path, options.path});
+    outputs.check(options.input.inputs(options.path));
     cli::Run process(options.run);
     std::vector<std::string> warnings;
     const cli::LodScene scene = options.input.load(process, warnings);
