@@ -138,8 +138,9 @@ class View::Impl {
                 update.complete = false;
                 break;
             }
-            if (look_at_due()) continue;
-            const int split = candidates_.highest(Kind::split), merge = candidates_.lowest(Kind::merge);
+            const int split = candidates_.highest(Kind::split);
+            if ((split < level_ || candidates_.has_many_due()) && look_at_due()) continue;
+            const int merge = candidates_.lowest(Kind::merge);
             level_ = std::max(k_limit_bucket, split);
             bool may_merge = merge < merge_bucket_ || (too_many && merge < Candidates::k_buckets);
             if (!too_many && split >= k_limit_bucket) {
@@ -157,7 +158,10 @@ class View::Impl {
                 // No room, unless something that matters less makes it.
                 may_merge = may_merge || merge <= split - 2;
             }
-            if (!may_merge) break;
+            if (!may_merge) {
+                if (look_at_due()) continue;
+                break;
+            }
             const std::uint32_t node = candidates_.first(Kind::merge, merge);
             if (look_at_first(Kind::merge, merge)) continue;
             forest_.merge_diamond(LeafId(candidates_.owner(node)), changed_merge);
