@@ -90,10 +90,11 @@ class Candidates {
             nodes_[n.next].prev = node;
             mask(n.kind, bucket) |= std::uint64_t{1} << (bucket % 64);
         }
+        const bool waits = n.due_at == due_at && n.odometer == odometer;
         set_odometer(n, odometer);
         n.due_at = due_at;
         n.round = is_own ? round_ : round_ - 1;
-        if (due_at == std::numeric_limits<double>::infinity()) return;
+        if (waits || due_at == std::numeric_limits<double>::infinity()) return;
         wait(odometer, {due_at, node});
         if (++waits_ > nodes_.size() + nodes_.size() / 2) drop_some_idle_waits();
     }
@@ -137,8 +138,8 @@ class Candidates {
             fresh_.push_back(i);
         }
     }
-    /// Whether to call take_due() though others are as urgent as those that were split. New ones can wait until they are
-    /// many: a diamond's error is larger than of those that its split makes possible.
+    /// Whether to call take_due() though others are as urgent as those that were split. New ones can wait until they
+    /// are many: a diamond's error is larger than of those that its split makes possible.
     bool has_many_due() const { return !ripe_.empty() || fresh_.size() >= k_batch; }
     /// Candidates that are due, in the first places of `nodes`; list() of each is to follow.
     /// @return  how many there are; 0: no more
