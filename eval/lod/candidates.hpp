@@ -78,7 +78,7 @@ class Candidates {
     std::uint32_t unknown_count() const { return unknown_count_; }
 
     /// A candidate's bucket, and the reading of an odometer, beyond the present one, at which it is due: from when on
-    /// it may belong into another bucket.
+    /// it may belong into another bucket. By readings waits are told apart: they are to be different ones.
     /// @param is_own  whether it belongs there, and not somewhere beyond
     void list(std::uint32_t node, int bucket, bool is_own, std::size_t odometer, double due_at) {
         Node& n = nodes_[node];
@@ -90,11 +90,10 @@ class Candidates {
             nodes_[n.next].prev = node;
             mask(n.kind, bucket) |= std::uint64_t{1} << (bucket % 64);
         }
-        const bool waits = n.due_at == due_at && n.odometer == odometer;
         set_odometer(n, odometer);
         n.due_at = due_at;
         n.round = is_own ? round_ : round_ - 1;
-        if (waits || due_at == std::numeric_limits<double>::infinity()) return;
+        if (due_at == std::numeric_limits<double>::infinity()) return;
         wait(odometer, {due_at, node});
         if (++waits_ > nodes_.size() + nodes_.size() / 2) drop_some_idle_waits();
     }

@@ -333,8 +333,11 @@ class View::Impl {
     /// Neither split nor merged, but where leaves are too many.
     void wait_for_revision(std::uint32_t node) {
         const bool is_split = candidates_.kind(node) == Kind::split;
+        // Until the next one, by a number that tells this wait from earlier ones of the same candidate.
+        constexpr std::uint32_t k_parts = 1 << 20;
+        const double part = static_cast<double>(++revision_waits_ % k_parts + 1) / k_parts;
         candidates_.list(node, is_split ? 0 : Candidates::k_buckets - 1, true, Candidates::k_revisions,
-                         static_cast<double>(revision_) + 1);
+                         static_cast<double>(revision_) + part);
     }
     /// Whether the leaf's diamond is known, and all that have to be split before it.
     bool is_known_from_base(LeafId leaf) const {
@@ -538,6 +541,7 @@ class View::Impl {
     std::array<DiamondBounds, Candidates::k_batch> bounds_{};
     double morph_scale_ = 0;
     std::uint64_t revision_ = 0;  // of the surface
+    std::uint32_t revision_waits_ = 0;
     int merge_bucket_ = 0;
     int level_ = k_limit_bucket;  // of the largest errors that are left
     std::vector<std::uint32_t> batch_points_;
