@@ -204,7 +204,9 @@ class View::Impl {
         if (!is_finite(origin) || std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)}) > k_farthest)
             refuse(fmt::format("an origin at ({}, {}, {}); coordinates are finite, up to {}", origin.x, origin.y,
                                origin.z, k_farthest));
-        for (Vertex& v : vertices_) {
+        for (std::uint32_t p = 0; p < forest_.point_slots(); ++p) {
+            if (!is_vertex(PointId(p))) continue;
+            Vertex& v = vertices_[p];
             v.position = packed(unpacked(v.position) + origin_ - origin);
             v.on_edge = packed(unpacked(v.on_edge) + origin_ - origin);
         }
@@ -228,8 +230,8 @@ class View::Impl {
     detail::PoolVector<Vertex> vertices_;     // by points
 
   private:
-    // 98 in buffers and the forest; 32 for each candidate, of which there are fewer than leaves, and where it waits.
-    static constexpr std::uint64_t k_bytes_a_leaf = 144, k_bytes = 256 << 10;
+    // 98 in buffers and the forest; 32 for each candidate, of which there are fewer than leaves, and its waits.
+    static constexpr std::uint64_t k_bytes_a_leaf = 156, k_bytes = 384 << 10;
     /// How a diamond's error looks from the eye.
     struct Look {
         double size = 0;  // in multiples of the pixels allowed, at distance 1
@@ -322,7 +324,12 @@ class View::Impl {
             sites_[i] = candidates_.kind(nodes[i]) == Kind::split ? midpoint_site(leaf)
                                                                   : forest_.point_site(forest_.leaf(leaf).vertex[2]);
         }
-        surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
+        try {
+            surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
+        } catch (...) {
+            candidates_.advance_all();
+            throw;
+        }
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             if (bounds_[i].known)
                 list(nodes[i], look_at(bounds_[i]));
@@ -488,9 +495,10 @@ class View::Impl {
 
     /// Vertices and centres of holes are points of the forest, but not of the surface.
     bool is_beside(const Site& site) const { return forest_.mesh().is_hole(forest_.mesh().face(site.root)); }
+    bool is_vertex(PointId p) const { return forest_.is_point(p) && !is_beside(forest_.point_site(p)); }
     void mark_vertices() {
         for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
-            if (forest_.is_point(PointId(p)) && !is_beside(forest_.point_site(PointId(p)))) dirty_vertices_.mark(p);
+            if (is_vertex(PointId(p))) dirty_vertices_.mark(p);
     }
     void write_vertices() {
         constexpr std::size_t k_batch = 256;

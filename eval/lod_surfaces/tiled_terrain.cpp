@@ -139,9 +139,11 @@ class TiledTerrain::Impl {
         const Spot spot(*this, *corner, 0);
         const Tile* const tile = find(spot.tile);
         if (tile == nullptr) {
-            // Whoever asks in vain counts as a use, so that there is room for the tile though no view is updated.
-            ++last_use_;
-            if (waits_for_use_) changed_.notify_all();
+            // Whoever asks in vain counts as a use where the tile has no room otherwise: no view may be updated.
+            if (waits_for_use_) {
+                ++last_use_;
+                changed_.notify_all();
+            }
             return {};
         }
         const auto known = [&](LatticePlace p) { return position(p, spot.point(*tile, p)); };
