@@ -71,7 +71,7 @@ struct Update {
         std::uint32_t first = 0, count = 0;
     };
     std::span<const Range> vertices, triangles;  ///< ascending; valid until the next update
-    std::uint32_t splits = 0, merges = 0;        ///< diamonds
+    std::uint32_t splits = 0, merges = 0;        ///< diamonds; none for what a jump of the camera gives up at once
     std::uint32_t leaves = 0;
     /// No error of a triangle that can be split looks larger than so many pixels; out of sight, times outside_weight.
     /// The budget's, or more where its leaves did not suffice; infinite where its time did not.
@@ -85,7 +85,8 @@ struct Update {
 
 /// A surface as one camera needs it: a conforming triangle mesh in two buffers, changed by each update() where the
 /// camera's way asks for it. A diamond is looked at again when the camera has moved so far that the decision about it
-/// may be another: a camera that stands still costs nothing, and a moving one as much as changes.
+/// may be another: a camera that stands still costs nothing, and a moving one as much as changes. One that jumps so far
+/// that half of the triangles are to be merged begins with the roots.
 ///
 /// A triangle is at the place of its leaf's slot, which stays the same while the leaf is there, unless a third of the
 /// slots is free: then the last leaves move to free ones. A leaf is split where its diamond's error, seen from the
