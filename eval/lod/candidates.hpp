@@ -173,6 +173,11 @@ class Candidates {
         }
         return count;
     }
+    /// Candidates that were taken, but not looked at, are due again.
+    void give_back(std::span<const std::uint32_t> nodes) {
+        for (const std::uint32_t node : nodes) nodes_[node].due_at = 0;
+        fresh_.insert(fresh_.end(), nodes.begin(), nodes.end());
+    }
     /// Some of a bucket, from the first on, that are not known.
     std::size_t take_unknown(Kind kind, int bucket, std::array<std::uint32_t, k_batch>& nodes) const {
         std::size_t count = 0;
@@ -255,7 +260,7 @@ class Candidates {
         fresh_.clear();
         waits_ = 0;
     }
-    /// Of the next list.
+    /// Goes through the next list.
     void drop_some_idle_waits() {
         auto& lists = due_[swept_];
         if (next_swept_ >= lists.size()) {

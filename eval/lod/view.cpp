@@ -127,7 +127,7 @@ class View::Impl {
             ++merges;
         };
         const auto is_over = [&](std::uint32_t steps) {
-            // A fifth is for the vertices.
+            // The last fifth of the time is for writing vertices.
             return budget.milliseconds > 0 && steps % 16 == 0 &&
                    std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > 0.8 * budget.milliseconds;
         };
@@ -253,7 +253,7 @@ class View::Impl {
         odometers_.move(travel, turn, candidates_);
     }
 
-    /// With the roots.
+    /// Begins with the roots.
     void start() {
         forest_.clear();
         candidates_.clear();
@@ -264,8 +264,8 @@ class View::Impl {
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
     }
 
-    /// Whether half of the finest diamonds are farther from an eye than they were, by as much as lets them be merged:
-    /// to begin with the roots takes less time than to merge what is farther.
+    /// Whether an eye is so much farther from half of the finest diamonds that these are to be merged. To begin with
+    /// the roots then takes less time than the merges do.
     bool is_elsewhere(const Eye& eye) const {
         constexpr std::uint32_t k_samples = 64;
         const std::uint32_t slots = forest_.point_slots();
@@ -327,7 +327,7 @@ class View::Impl {
         try {
             surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
         } catch (...) {
-            candidates_.advance_all();
+            candidates_.give_back(nodes);
             throw;
         }
         for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -502,6 +502,8 @@ class View::Impl {
     }
     void write_vertices() {
         constexpr std::size_t k_batch = 256;
+        batch_points_.clear();
+        batch_sites_.clear();
         const auto write = [&] {
             batch_places_.resize(batch_points_.size());
             batch_bounds_.resize(batch_points_.size());

@@ -1,3 +1,4 @@
+#include "../../eval/lod/candidates.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../hier/base/error.hpp"
@@ -19,6 +20,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -166,6 +168,20 @@ TEST_CASE("lod: with a few microseconds a frame the same mesh comes about later"
     std::sort(late.begin(), late.end());
     std::sort(soon.begin(), soon.end());
     CHECK(late == soon);
+}
+
+TEST_CASE("lod: a candidate that comes and goes leaves no waits behind") {
+    detail::Candidates candidates;
+    for (int i = 0; i < 200'000; ++i) {
+        const std::uint32_t node = candidates.add(detail::Candidates::Kind::split, 0);
+        std::array<std::uint32_t, detail::Candidates::k_batch> due{};
+        REQUIRE(candidates.take_due(due) == 1);
+        candidates.list(node, 0, true, detail::Candidates::k_revisions, 1 + i * 1e-6);
+        CHECK(candidates.unknown_count() == 1);
+        candidates.remove(node);
+    }
+    CHECK(candidates.unknown_count() == 0);
+    CHECK(candidates.memory_bytes() < 200'000);
 }
 
 TEST_CASE("lod: a view keeps within its bytes") {
@@ -329,6 +345,43 @@ TEST_CASE("lod: regions are finer, and buffers follow their origin") {
             if (at.x == column && -at.y == row)
                 REQUIRE(at.z == doctest::Approx(double{grid.at(column, row)}).epsilon(1e-5));
         }
+}
+
+TEST_CASE("lod: after a surface has thrown, the next updates make up for it") {
+    /// Each hundredth call of bounds() throws.
+    struct Unreliable final : lod::Surface {
+        explicit Unreliable(const lod::Surface& all) : surface(all) {}
+        const ControlMesh& roots() const override { return surface.roots(); }
+        int max_depth() const override { return surface.max_depth(); }
+        void places(std::span<const Site> sites, std::span<lod::Place> places) const override {
+            surface.places(sites, places);
+        }
+        void bounds(std::span<const Site> sites, std::span<lod::DiamondBounds> bounds) const override {
+            if (++calls % 100 == 0) throw std::runtime_error("the line is down");
+            surface.bounds(sites, bounds);
+        }
+        const lod::Surface& surface;
+        mutable int calls = 0;
+    };
+    const HeightGrid grid = rough(129, 129, 8);
+    const lod::TerrainSurface surface(grid);
+    const Unreliable unreliable(surface);
+    lod::View view(unreliable), sure(surface);
+    int failures = 0;
+    for (Wanderer wanderer(grid, 4), same(grid, 4); failures < 100;) {
+        const lod::Camera camera = wanderer.next();
+        sure.update(same.next());
+        for (bool is_done = false; !is_done;) {
+            try {
+                view.update(camera, {.milliseconds = 1e6});
+                is_done = true;
+            } catch (const std::runtime_error&) {
+                ++failures;
+            }
+        }
+        REQUIRE(judged_pixels(view, grid, camera) <= 1 + 1e-3);
+    }
+    CHECK(view.leaf_count() < 1.1 * sure.leaf_count());
 }
 
 TEST_CASE("lod: views of two threads on one surface are what they are by themselves") {

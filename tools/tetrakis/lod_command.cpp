@@ -238,7 +238,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
                      pop = shown.move_to(view, update, at.eye, sight);
         csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{},{:.4g}\n", frame, splits, merges, update.leaves, upload,
                            took, update.pixel_error, places.empty() ? "" : fmt::format("{:.4g}", error), pop);
-        // Nothing is promised of what is still to be loaded.
+        // The promise does not include diamonds that wait to be loaded.
         if (update.waiting == 0) kept_promise = kept_promise && error <= update.pixel_error * (1 + 1e-3);
         worst_error = std::max(worst_error, error);
         worst_promise = std::max(worst_promise, update.pixel_error);
