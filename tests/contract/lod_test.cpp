@@ -1,4 +1,3 @@
-#include "../../eval/lod/candidates.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../hier/base/error.hpp"
@@ -168,20 +167,6 @@ TEST_CASE("lod: with a few microseconds a frame the same mesh comes about later"
     std::sort(late.begin(), late.end());
     std::sort(soon.begin(), soon.end());
     CHECK(late == soon);
-}
-
-TEST_CASE("lod: a candidate that comes and goes leaves no waits behind") {
-    detail::Candidates candidates;
-    for (int i = 0; i < 200'000; ++i) {
-        const std::uint32_t node = candidates.add(detail::Candidates::Kind::split, 0);
-        std::array<std::uint32_t, detail::Candidates::k_batch> due{};
-        REQUIRE(candidates.take_due(due) == 1);
-        candidates.list(node, 0, true, detail::Candidates::k_revisions, 1 + i * 1e-6);
-        CHECK(candidates.unknown_count() == 1);
-        candidates.remove(node);
-    }
-    CHECK(candidates.unknown_count() == 0);
-    CHECK(candidates.memory_bytes() < 200'000);
 }
 
 TEST_CASE("lod: a view keeps within its bytes") {

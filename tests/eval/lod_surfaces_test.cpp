@@ -1,4 +1,5 @@
 #include "../../eval/distance/triangle_bvh.hpp"
+#include "../../eval/lod/candidates.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
@@ -486,4 +487,18 @@ TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
     CHECK_THROWS_AS(lod::ProceduralSurface::plane(10, 0, heights), Error);
     CHECK_THROWS_AS(lod::ProceduralSurface::ball(1, 1, heights), Error);
     CHECK_THROWS_WITH_AS(lod::ProceduralSurface::plane(1e9, 1e-3, heights), doctest::Contains("too small"), Error);
+}
+
+TEST_CASE("lod: a candidate that comes and goes leaves no waits behind") {
+    tetrakis::detail::Candidates candidates;
+    for (int i = 0; i < 200'000; ++i) {
+        const std::uint32_t node = candidates.add(tetrakis::detail::Candidates::Kind::split, 0);
+        std::array<std::uint32_t, tetrakis::detail::Candidates::k_batch> due{};
+        REQUIRE(candidates.take_due(due) == 1);
+        candidates.list(node, 0, true, tetrakis::detail::Candidates::k_revisions, 1 + i * 1e-6);
+        CHECK(candidates.unknown_count() == 1);
+        candidates.remove(node);
+    }
+    CHECK(candidates.unknown_count() == 0);
+    CHECK(candidates.memory_bytes() < 200'000);
 }
