@@ -142,19 +142,15 @@ class View::Impl {
             if ((split < level_ || candidates_.has_many_due()) && look_at_due()) continue;
             const int merge = candidates_.lowest(Kind::merge);
             level_ = std::max(k_limit_bucket, split);
+            told_from_ = std::min(told_from_, level_);
             bool may_merge = merge < merge_bucket_ || (too_many && merge < Candidates::k_buckets);
             if (!too_many && split >= k_limit_bucket) {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
                 if (look_at_first(Kind::split, split)) continue;
                 const LeafId leaf(candidates_.owner(node));
-                const auto cost = forest_.split_cost(leaf);
-                if (cost.leaves <= most - forest_.leaf_count()) {
-                    if (!is_known_from_base(leaf)) {
-                        wait_for_revision(node);
-                        continue;
-                    }
-                    if (forest_.split_diamond(leaf, changed_split)) continue;
-                }
+                if (forest_.split_cost(leaf).leaves <= most - forest_.leaf_count() &&
+                    forest_.split_diamond(leaf, changed_split))
+                    continue;
                 // No room, unless something that matters less makes it.
                 may_merge = may_merge || merge <= split - 2;
             }
@@ -166,6 +162,7 @@ class View::Impl {
             if (look_at_first(Kind::merge, merge)) continue;
             forest_.merge_diamond(LeafId(candidates_.owner(node)), changed_merge);
         }
+        told_from_ = level_;
         close_up(is_over);
         const int left = candidates_.highest(Kind::split);
         const double over = update.complete && left >= k_limit_bucket ? edge_of(left + 1)
@@ -246,11 +243,12 @@ class View::Impl {
         const bool is_other = scale != scale_ || !eye.has_opening_of(eye_);
         if (is_other) candidates_.advance_all();
         const double travel = glm::length(eye.at - eye_.at), turn = eye.turn_to(eye_);
-        // A camera that stands still knows what it has seen.
-        if (is_other || travel > 0 || turn > 0) candidates_.begin_round();
+        const double inward = std::max(0.0, -eye_.inside(eye.at - eye_.at, Vec3d(0)));
+        // A camera that stands still knows what it has seen, unless something may have been given up since.
+        if (is_other || travel > 0 || turn > 0 || revision_ != 0) candidates_.begin_round();
         eye_ = eye;
         scale_ = scale;
-        odometers_.move(travel, turn, candidates_);
+        odometers_.move(travel, inward, turn, candidates_);
     }
 
     /// Begins with the roots.
@@ -297,9 +295,9 @@ class View::Impl {
         Look look;
         look.distance = distance(bounds, eye_);
         look.size = bounds.error * boost(bounds) * scale_;
-        // Of the ball around the box.
-        const double radius = glm::length(bounds.half_sides), least = eye_.inside(center) + radius;
-        look.reach = glm::length(center) + radius;
+        // Both are larger for boxes around this one: no diamond is inside and those that it is from are not.
+        const double least = eye_.inside(center, bounds.half_sides);
+        look.reach = glm::length(glm::abs(center) + bounds.half_sides);
         look.inside = least >= -k_beside * look.reach;
         // It may be late that something is found to be outside, but not that it is inside.
         look.gap = look.inside ? std::max(least, 0.0) + k_beside * look.reach : -least;
@@ -346,20 +344,6 @@ class View::Impl {
         candidates_.list(node, is_split ? 0 : Candidates::k_buckets - 1, true, Candidates::k_revisions,
                          static_cast<double>(revision_) + part);
     }
-    /// Whether the leaf's diamond is known, and all that have to be split before it.
-    bool is_known_from_base(LeafId leaf) const {
-        // Nothing has been loaded, so nothing can be gone.
-        if (revision_ == 0 && candidates_.unknown_count() == 0) return true;
-        for (;;) {
-            const Site site = midpoint_site(leaf);
-            DiamondBounds bounds;
-            surface_.bounds(std::span(&site, 1), std::span(&bounds, 1));
-            if (!bounds.known) return false;
-            const LeafId base = forest_.leaf(leaf).neighbour[0];
-            if (!base.valid() || forest_.depth(base) >= forest_.depth(leaf)) return true;
-            leaf = base;
-        }
-    }
     /// Looks at some of the first in a bucket, if the first of all is not known as it is now. Returns whether it has
     /// left the bucket.
     bool look_at_first(Kind kind, int bucket) {
@@ -382,7 +366,7 @@ class View::Impl {
         // What is far from being decided upon is not told apart.
         if (is_split) {
             own = bucket_of(look.at(weight) * k_room);
-            bucket = std::max(own, level_ - 1);
+            bucket = std::max(own, told_from_ - 1);
             const double edge = edge_of(bucket + 1);
             const bool always = edge == k_infinite || look.size == 0;
             way = always ? k_infinite : look.distance - weight * look.size / edge;
@@ -421,13 +405,14 @@ class View::Impl {
         triangles_[id.value] = {v[0].value, v[1].value, v[2].value};
         dirty_triangles_.mark(id.value);
     }
-    /// The leaf of two that share their base for which the diamond is a candidate.
+    /// The leaf of two that share their base for which the diamond is a candidate. Where the other one is coarser, the
+    /// diamond at that one's base comes first: it has the larger error and box.
     void consider(LeafId id) {
         const BisectionLeaf& leaf = forest_.leaf(id);
         if (leaf.depth >= surface_.max_depth() || leaf_candidate_[id.value] != Candidates::k_none) return;
         const LeafId across = leaf.neighbour[0];
-        if (across.valid() && forest_.depth(across) == leaf.depth &&
-            leaf_candidate_[across.value] != Candidates::k_none)
+        if (across.valid() &&
+            (forest_.depth(across) < leaf.depth || leaf_candidate_[across.value] != Candidates::k_none))
             return;
         leaf_candidate_[id.value] = candidates_.add(Kind::split, id.value);
     }
@@ -461,10 +446,9 @@ class View::Impl {
         for (const auto& pair : diamond.siblings()) {
             const LeafId parent = pair[0];
             added(parent);
-            // The children may have stood for these.
             const BisectionLeaf& leaf = forest_.leaf(parent);
             for (const LeafId beside : {leaf.neighbour[1], leaf.neighbour[2]})
-                if (beside.valid()) consider(beside);
+                if (beside.valid() && forest_.depth(beside) > leaf.depth) forget(leaf_candidate_[beside.value]);
             const Diamond above = forest_.find_diamond(parent);
             if (above.pair_count == 0) continue;
             std::uint32_t& candidate = point_candidate_[above.midpoint.value];
@@ -553,7 +537,8 @@ class View::Impl {
     std::uint64_t revision_ = 0;  // of the surface
     std::uint32_t revision_waits_ = 0;
     int merge_bucket_ = 0;
-    int level_ = k_limit_bucket;  // of the largest errors that are left
+    int level_ = k_limit_bucket;      // of the largest errors that are left
+    int told_from_ = k_limit_bucket;  // the lowest level since the last update
     std::vector<std::uint32_t> batch_points_;
     std::vector<Site> batch_sites_;
     std::vector<Place> batch_places_;
