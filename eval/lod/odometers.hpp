@@ -10,9 +10,8 @@
 
 namespace tetrakis::detail {
 
-/// How far a camera has moved. Odometer 0 reads its travel. Each other one has a length, and reads what may have come
-/// into sight or gone at that distance from the eye: how far the travel brought points towards the inside of the
-/// frustum, what the turns moved them, and a part of the travel.
+/// How far a camera has moved. Odometer 0 reads its travel; each other one has a length, and adds to the travel what
+/// turns move at that distance from the eye.
 class Odometers {
   public:
     static constexpr std::size_t k_travel = 0;
@@ -25,16 +24,14 @@ class Odometers {
     }
 
     double reading(std::size_t odometer) const { return readings_[odometer]; }
-    /// @param inward  how far the travel has brought any point towards the inside of a side of the frustum
-    /// @param turn    radians
-    void move(double travel, double inward, double turn, Candidates& candidates) {
+    void move(double travel, double turn, Candidates& candidates) {
         // Beyond its end a reading has no digits left for short ways.
         if (!(readings_.back() + travel < k_end * extent_)) {
             readings_.fill(k_start * extent_);
             return candidates.restart(k_start * extent_);
         }
         for (std::size_t i = 0; i < readings_.size(); ++i) {
-            readings_[i] += i == k_travel ? travel : inward + k_part * travel + lengths_[i] * turn;
+            readings_[i] += travel + lengths_[i] * turn;
             candidates.advance(i, readings_[i]);
         }
     }
@@ -49,17 +46,15 @@ class Odometers {
         const auto i = static_cast<std::size_t>(octave);
         return i + (lengths_[i] < reach) + (i + 1 < k_last && lengths_[i + 1] < reach);
     }
-    /// What that odometer may move before a point that is at most `reach` away can have moved by `gap` towards the
-    /// inside of a side. It moves by the turn times its distance, too, which the travel adds to. So where the odometer
-    /// moves by w, of it part * t by a travel t, that is at most w - part * t + t * (w - part * t) / length, whose
-    /// maximum is w as long as w <= part * length, and (w + part * length)^2 / (4 part * length) beyond.
+    /// What that odometer may move before a point that is at most `reach` away can have moved by `gap`, as seen from
+    /// the camera. A point moves by the travel, and by the turn times its distance, which travel adds to: by
+    /// w + w^2 / (4 length) at most where the odometer moves by w.
     double way(std::size_t odometer, double gap, double reach) const {
-        const double length = lengths_[odometer], least = k_part * length;
-        return (gap <= least ? gap : 2 * std::sqrt(gap * least) - least) * std::min(1.0, length / reach);
+        const double length = lengths_[odometer];
+        return 2 * length * (std::sqrt(1 + gap / length) - 1) * std::min(1.0, length / reach);
     }
 
   private:
-    static constexpr double k_part = 1.0 / 8;
     static constexpr int k_lowest = -14;  // lengths are multiples of 2^k_lowest extents
     // In extents. From the start on, readings have equal exponents for long: candidates are sorted by the digits that
     // they differ in.

@@ -243,12 +243,11 @@ class View::Impl {
         const bool is_other = scale != scale_ || !eye.has_opening_of(eye_);
         if (is_other) candidates_.advance_all();
         const double travel = glm::length(eye.at - eye_.at), turn = eye.turn_to(eye_);
-        const double inward = std::max(0.0, -eye_.inside(eye.at - eye_.at, Vec3d(0)));
         // A camera that stands still knows what it has seen, unless something may have been given up since.
         if (is_other || travel > 0 || turn > 0 || revision_ != 0) candidates_.begin_round();
         eye_ = eye;
         scale_ = scale;
-        odometers_.move(travel, inward, turn, candidates_);
+        odometers_.move(travel, turn, candidates_);
     }
 
     /// Begins with the roots.
