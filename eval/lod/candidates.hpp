@@ -192,7 +192,8 @@ class Candidates {
         for (const auto& lists : due_)
             for (const Waits& list : lists) waits += list.capacity();
         for (const auto& [odometer, list] : ripe_) waits += list.capacity();
-        return nodes_.capacity() * sizeof(Node) + waits * sizeof(Wait) + fresh_.capacity() * sizeof(std::uint32_t);
+        // What is reserved beyond them takes no memory.
+        return nodes_.size() * sizeof(Node) + waits * sizeof(Wait) + fresh_.capacity() * sizeof(std::uint32_t);
     }
 
   private:

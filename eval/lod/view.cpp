@@ -36,9 +36,11 @@ using Clock = std::chrono::steady_clock;
 using Kind = Candidates::Kind;
 
 // Decisions hold for errors that are larger or smaller by this, so that a camera has a way to go before the next look.
-constexpr double k_room = 1.02;
+constexpr double k_room = 1.04;
 // How far from the frustum something is when it counts as outside, as a part of its distance: a way to go, too.
 constexpr double k_beside = 0.1;
+// How far it goes, or more, until it is found to be outside.
+constexpr double k_late = 0.25;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 [[noreturn]] void refuse(const std::string& text) { throw Error(ErrorCode::invalid_input, text); }
@@ -101,7 +103,8 @@ class View::Impl {
         vertices_.assign(points, Vertex{});
         dirty_triangles_.resize(slots);
         dirty_vertices_.resize(points);
-        candidates_.reserve(static_cast<std::uint32_t>(leaves - leaves / 8));
+        // Every second leaf may be split, and every fourth one may be merged.
+        candidates_.reserve(static_cast<std::uint32_t>(leaves - leaves / 4));
         start();
     }
 
@@ -299,7 +302,7 @@ class View::Impl {
         look.reach = glm::length(glm::abs(center) + bounds.half_sides);
         look.inside = least >= -k_beside * look.reach;
         // It may be late that something is found to be outside, but not that it is inside.
-        look.gap = look.inside ? std::max(least, 0.0) + k_beside * look.reach : -least;
+        look.gap = look.inside ? std::max(least, 0.0) + k_late * look.reach : -least;
         return look;
     }
 
