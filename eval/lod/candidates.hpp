@@ -151,11 +151,11 @@ class Candidates {
                 __builtin_prefetch(&nodes_[wait.node]);
                 taken[waits++] = wait;
             };
-            for (; waits < k_batch && !fresh_.empty(); fresh_.pop_back()) take(Wait(0, fresh_.back()));
+            for (; waits < k_batch && !fresh_.empty(); fresh_.pop_back()) take({0.0, fresh_.back()});
             while (waits < k_batch && !ripe_.empty()) {
                 auto& [odometer, list] = ripe_.back();
                 for (; waits < k_batch && !list.empty(); list.pop_back()) {
-                    if (list.back().due_at() > now_[odometer]) {
+                    if (list.back().due_at > now_[odometer]) {
                         wait(odometer, list.back());
                     } else {
                         take(list.back());
@@ -166,7 +166,7 @@ class Candidates {
             }
             for (const Wait& wait : std::span(taken).first(waits)) {
                 Node& n = nodes_[wait.node];
-                if (n.due_at != wait.due_at()) continue;
+                if (n.due_at != wait.due_at) continue;
                 n.due_at = k_taken;
                 nodes[count++] = wait.node;
             }
@@ -197,25 +197,28 @@ class Candidates {
     }
 
   private:
+    /// A double as small as it can be.
+    class Reading {
+      public:
+        Reading() = default;
+        Reading(double value) : bits_(std::bit_cast<decltype(bits_)>(value)) {}
+        operator double() const { return std::bit_cast<double>(bits_); }
+
+      private:
+        std::array<std::uint32_t, 2> bits_{};
+    };
     struct Node {
-        double due_at = 0;         // 0: it is fresh
+        Reading due_at;            // 0: it is fresh
         std::uint32_t next, prev;  // of its bucket, a ring
         std::uint32_t owner;       // of those not in use: the next one
         std::uint32_t round;       // in which it was listed in its own bucket
         Kind kind;
         std::uint8_t odometer = 0, bucket;
     };
-    static_assert(sizeof(Node) == 32);
-    class Wait {
-      public:
-        Wait() = default;
-        Wait(double due_at, std::uint32_t node_) : node(node_), due_at_(std::bit_cast<decltype(due_at_)>(due_at)) {}
-        double due_at() const { return std::bit_cast<double>(due_at_); }
-
-        std::uint32_t node = 0;
-
-      private:
-        std::array<std::uint32_t, 2> due_at_{};  // as small as it can be
+    static_assert(sizeof(Node) == 28);
+    struct Wait {
+        Reading due_at;
+        std::uint32_t node;
     };
     static_assert(sizeof(Wait) == 12);
     using Waits = std::vector<Wait>;  // few, so that nothing of it takes long
@@ -250,7 +253,7 @@ class Candidates {
     // As integers, readings have the same order.
     static std::uint64_t bits(double reading) { return std::bit_cast<std::uint64_t>(reading); }
     void wait(std::size_t odometer, const Wait& wait) {
-        const int digit = std::bit_width(bits(wait.due_at()) ^ bits(now_[odometer]));
+        const int digit = std::bit_width(bits(wait.due_at) ^ bits(now_[odometer]));
         auto& lists = due_[odometer * k_digits + static_cast<std::size_t>(digit)];
         if (lists.empty() || lists.back().size() == k_most_waits) lists.emplace_back();
         lists.back().push_back(wait);
@@ -271,7 +274,7 @@ class Candidates {
             return;
         }
         Waits& list = lists[next_swept_++];
-        waits_ -= std::erase_if(list, [&](const Wait& wait) { return nodes_[wait.node].due_at != wait.due_at(); });
+        waits_ -= std::erase_if(list, [&](const Wait& wait) { return nodes_[wait.node].due_at != wait.due_at; });
         if (list.capacity() > list.size() + list.size() / 2) list.shrink_to_fit();
     }
 

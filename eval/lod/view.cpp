@@ -92,8 +92,9 @@ class View::Impl {
             leaves = std::min(leaves, (options.max_bytes - k_bytes) / k_bytes_a_leaf);
         }
         max_leaves_ = static_cast<std::uint32_t>(leaves);
-        // Half as many vertices as triangles, and those on the boundary.
-        const std::uint64_t midpoints = leaves / 2 + leaves / 16 + roots;
+        // Half as many vertices as triangles, and those on the boundary, which is some multiple of a root.
+        const std::uint64_t midpoints =
+            leaves / 2 + 4 * static_cast<std::uint64_t>(std::sqrt(static_cast<double>(leaves))) + roots;
         forest_.reserve(leaves, midpoints);
         const std::uint64_t slots = leaves + surface.roots().halfedge_count() - roots,
                             points = midpoints + forest_.point_slots();
@@ -230,8 +231,8 @@ class View::Impl {
     detail::PoolVector<Vertex> vertices_;     // by points
 
   private:
-    // 98 in buffers and the forest; 32 for each candidate, of which there are fewer than leaves, and its waits.
-    static constexpr std::uint64_t k_bytes_a_leaf = 156, k_bytes = 384 << 10;
+    // 95 in buffers and the forest; 28 for each candidate, of which there are three for four leaves, and its waits.
+    static constexpr std::uint64_t k_bytes_a_leaf = 136, k_bytes = 384 << 10;
     /// How a diamond's error looks from the eye.
     struct Look {
         double size = 0;  // in multiples of the pixels allowed, at distance 1
