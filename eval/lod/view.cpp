@@ -385,7 +385,8 @@ class View::Impl {
         if (weight == other_weight || other_way > 0.25 * way) {
             way = std::min(way, other_way);
         } else {
-            odometer = odometers_.at(look.reach);
+            // The one that counts turns as little as it may without being the sooner one.
+            odometer = odometers_.at(look.reach * std::min(1.0, way / look.gap));
             way = std::min(way, odometers_.way(odometer, look.gap, look.reach));
         }
         const double now = odometers_.reading(odometer);
