@@ -28,8 +28,7 @@ namespace {
 constexpr std::string_view k_schemes[] = {"catmull-clark", "4-8",       "kobbelt", "loop",
                                           "tuned-loop",    "doo-sabin", "midedge", "sqrt3"};
 
-/// What is finite is there in the limit only as it is on the first level that has the vertex, so that meshes of dual
-/// schemes have infinitely sharp tags or none.
+/// Meshes of dual schemes have infinitely sharp tags, tags of all kinds, or none.
 ControlMesh mesh_for(std::string_view scheme, std::uint64_t seed) {
     if (scheme == "sqrt3") return test::random_sqrt3_mesh(seed);
     test::RandomMeshOptions options = test::random_options(seed);
@@ -37,7 +36,8 @@ ControlMesh mesh_for(std::string_view scheme, std::uint64_t seed) {
     if (find_scheme(scheme)->lattice == FanLattice::dual) {
         options.crease = seed % 2 == 1 ? 0.25 : 0;
         options.corner = seed % 2 == 1 ? 0.1 : 0;
-        return test::random_dual_mesh(seed, options);
+        return test::random_dual_mesh(seed, options,
+                                      seed % 4 == 3 ? test::DualTags::of_all_kinds : test::DualTags::infinitely_sharp);
     }
     options.triangles_only = find_scheme(scheme)->family == MeshFamily::triangles;
     return test::random_mesh(seed, options);

@@ -166,51 +166,6 @@ struct Snapshot {
     std::vector<std::pair<std::uint32_t, Site>> points;
 };
 
-/// Leaves and points as told by split_diamond() and merge_diamond().
-class Replay {
-  public:
-    explicit Replay(const BisectionForest& forest)
-        : forest_(&forest), leaves_(nodes_of(forest)), points_(points_of(forest)) {}
-
-    void split(const Diamond& d) {
-        CHECK(points_.insert(d.midpoint.value).second);
-        for (const auto& [child0, child1] : d.siblings()) CHECK(leaves_.erase(child0.value) == 1);
-        for (const auto& pair : d.siblings())
-            for (LeafId child : pair) add(child);
-    }
-    void merge(const Diamond& d) {
-        CHECK(points_.erase(d.midpoint.value) == 1);
-        for (const auto& [child0, child1] : d.siblings()) {
-            CHECK(leaves_.erase(child0.value) == 1);
-            CHECK(leaves_.erase(child1.value) == 1);
-        }
-        for (const auto& [child0, child1] : d.siblings()) add(child0);
-    }
-    void move(LeafId from, LeafId to) {
-        CHECK(to < from);
-        auto leaf = leaves_.extract(from.value);
-        REQUIRE(!leaf.empty());
-        leaf.key() = to.value;
-        CHECK(leaves_.insert(std::move(leaf)).inserted);
-    }
-    void check() const {
-        CHECK(nodes_of(*forest_) == leaves_);
-        CHECK(points_of(*forest_) == points_);
-    }
-
-  private:
-    void add(LeafId id) { CHECK(leaves_.emplace(id.value, node_of(*forest_, id)).second); }
-    static std::set<std::uint32_t> points_of(const BisectionForest& forest) {
-        std::set<std::uint32_t> points;
-        for (std::uint32_t p = 0; p < forest.point_slots(); ++p)
-            if (forest.is_point(PointId(p))) points.insert(p);
-        return points;
-    }
-    const BisectionForest* forest_;
-    std::map<std::uint32_t, Node> leaves_;
-    std::set<std::uint32_t> points_;
-};
-
 /// A small mesh with boundary and holes, and a forest of it after a few random batches.
 ControlMesh small_mesh(std::uint64_t seed) {
     test::RandomMeshOptions options = test::random_options(seed);
@@ -229,75 +184,6 @@ BisectionForest random_forest(const ControlMesh& mesh, Random& random) {
 }  // namespace
 
 TEST_SUITE_BEGIN("hier");
-
-TEST_CASE("[inv2] random diamonds one by one give what batches give, and are reported leaf by leaf") {
-    std::uint32_t moved = 0;
-    for (std::uint64_t seed : test::seeds(8)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = small_mesh(seed);
-        Random random(seed);
-        BisectionForest single(mesh), batch(mesh);
-        single.reserve(20000);
-        Replay replay(single);
-        std::vector<LeafId> created;
-        for (int step = 0; step < 8; ++step) {
-            CAPTURE(step);
-            const bool split = step % 3 != 2;
-            // The same nodes in both, one by one in another order.
-            std::map<Node, LeafId> of_node;
-            for (LeafId id : batch.ordered_leaves()) of_node[node_of(batch, id)] = id;
-            std::vector<LeafId> ids = random_subset(single.ordered_leaves(), split ? 0.1 : 0.8, random), marked;
-            std::map<std::uint32_t, Node> nodes;
-            for (LeafId id : ids) {
-                nodes[id.value] = node_of(single, id);
-                marked.push_back(of_node.at(node_of(single, id)));
-            }
-            random.shuffle(ids);
-            for (LeafId id : ids) {
-                const auto is_as_before = [&](LeafId leaf) {
-                    return single.is_leaf(leaf) && nodes.count(leaf.value) != 0 &&
-                           node_of(single, leaf) == nodes.at(leaf.value);
-                };
-                if (!is_as_before(id)) continue;
-                if (split) {
-                    const auto cost = single.split_cost(id);
-                    const std::uint32_t leaves = single.leaf_count(), midpoints = single.midpoint_count();
-                    REQUIRE(single.split_diamond(id, [&](const Diamond& d) { replay.split(d); }));
-                    CHECK(single.leaf_count() == leaves + cost.leaves);
-                    CHECK(single.midpoint_count() == midpoints + cost.midpoints);
-                    check_sound(single);
-                } else {
-                    // Only where all leaves around the midpoint are marked: the diamond is found on a copy.
-                    BisectionForest copy = single;
-                    bool all = true;
-                    const bool merges = copy.merge_diamond(id, [&](const Diamond& d) {
-                        for (const auto& pair : d.siblings())
-                            for (LeafId leaf : pair) all = all && is_as_before(leaf);
-                    });
-                    if (!merges || !all) continue;
-                    REQUIRE(single.merge_diamond(id, [&](const Diamond& d) { replay.merge(d); }));
-                    check_sound(single);
-                }
-            }
-            // All of them, or some.
-            const std::uint32_t slots = single.leaf_slots();
-            std::uint32_t moves = 0;
-            while ((step % 2 == 0 || moves < 5) &&
-                   single.move_last_leaf([&](LeafId from, LeafId to) { replay.move(from, to); })) {
-                ++moves;
-                check_sound(single);
-            }
-            CHECK(single.leaf_slots() <= slots - moves);
-            moved += moves;
-            replay.check();
-            split ? batch.refine(marked, created) : static_cast<void>(batch.coarsen(marked, created));
-            check_sound(batch);
-            check_same_export(single.exported(), batch.exported());
-        }
-        CHECK(single.leaf_count() > mesh.halfedge_count());
-    }
-    CHECK(moved > 50);
-}
 
 TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back every slot, link and point") {
     int with_closure = 0, at_boundary = 0;

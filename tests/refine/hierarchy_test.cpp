@@ -41,6 +41,11 @@ void check_sound(const Hierarchy& h) {
     CHECK_MESSAGE(!fault, fault.value_or(""));
 }
 
+/// Back to back.
+ControlMeshData two_triangles() {
+    return test::mesh_data({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}}, {{0, 1, 2}, {0, 2, 1}});
+}
+
 bool is_dual(const Hierarchy& h) { return h.family() == "vertices"; }
 
 // Mean normals by area, face by face.
@@ -196,11 +201,7 @@ TEST_CASE("long Chaikin creases: sites of first levels have limits, and too deep
 }
 
 TEST_CASE("points of any depth around vertices of two triangles") {
-    ControlMeshData data;
-    data.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}};
-    data.face_offsets = {0, 3, 6};
-    data.face_vertices = {0, 1, 2, 0, 2, 1};
-    const ControlMesh mesh = ControlMesh::build(data);
+    const ControlMesh mesh = ControlMesh::build(two_triangles());
     const Hierarchy h = make_hierarchy(mesh, "loop");
     const Site site{HalfedgeId(0), {1, 0}, 1};
     CHECK(glm::length(h.position(site, 25) - h.limit(site).position) < 1e-6);
@@ -216,10 +217,7 @@ TEST_CASE("[bad-input] a hierarchy's memory limit holds for the levels that its 
 }
 
 TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, and it says where") {
-    ControlMeshData data;
-    data.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}};
-    data.face_offsets = {0, 3, 6};
-    data.face_vertices = {0, 1, 2, 0, 2, 1};
+    ControlMeshData data = two_triangles();
     for (const float sharpness : {2.0f, k_sharpness_infinity}) {
         data.creases = {{0, 1, sharpness}};
         const ControlMesh mesh = ControlMesh::build(data);
@@ -485,8 +483,9 @@ TEST_CASE("[bad-input] the deepest leaves are found, in order, and cannot be spl
         check_sound(h);
         CHECK(test::nodes_of(h) == before);
         for (const LeafHandle leaf : h.leaves()) CHECK(h.find(h.node(leaf)) == leaf);
-        const HierarchyMesh out = h.to_mesh();
+        const HierarchyMesh out = h.to_mesh({.normals = true});
         CHECK(out.mesh.face_count() > before.size() / 2);
+        for (const Vec3d& n : out.mesh.normals) CHECK(glm::length(n) == doctest::Approx(1));
         CHECK(test::topology(test::faces_of(out.mesh)).fault.empty());
         h.shrink();
         CHECK(h.memory_bytes() < 160 * before.size() + 65536);
