@@ -1,5 +1,7 @@
 #include "../../eval/distance/closest_bvh.hpp"
 
+#include "../kit/input_helpers.hpp"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -107,12 +109,7 @@ TEST_CASE("building boxes reports to the calling thread alone and can be cancell
     CHECK(all > 50000 / 4096);
     for (last = 1; last <= 50000 / 4096 + 1; last += 4) {
         reports = 0;
-        try {
-            ClosestBvh(boxes, context);
-            FAIL("not cancelled at report ", last);
-        } catch (const Error& error) {
-            CHECK(error.code() == ErrorCode::cancelled);
-        }
+        CHECK(test::error_of([&] { ClosestBvh(boxes, context); }).code() == ErrorCode::cancelled);
     }
 }
 
