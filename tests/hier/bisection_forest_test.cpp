@@ -3,14 +3,15 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/check.hpp"
-#include "../../hier/forest/corner_cell.hpp"
 #include "../kit/input_helpers.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include <doctest/doctest.h>
 
-#include <map>
+#include <array>
 #include <set>
+#include <utility>
+#include <vector>
 
 using namespace tetrakis;
 using test::Random;
@@ -31,82 +32,6 @@ Node node_of(const BisectionForest& forest, LeafId id) {
     return {forest.root(id).value, l.depth == 0 ? 0 : l.path << (64 - l.depth), l.depth};
 }
 
-std::uint64_t path_of(const Node& n) { return n.depth == 0 ? 0 : n.aligned >> (64 - n.depth); }
-
-/// The forest by brute force: a set of nodes, made conforming by looking for vertices in the middle of edges.
-class NaiveForest {
-  public:
-    explicit NaiveForest(const ControlMesh& mesh) : mesh_(mesh) {
-        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h)
-            if (!mesh.is_hole(mesh.face(HalfedgeId(h)))) leaves.insert({h, 0, 0});
-    }
-
-    void split(const Node& n) {
-        leaves.erase(n);
-        leaves.insert({n.root, n.aligned, n.depth + 1});
-        leaves.insert({n.root, n.aligned | std::uint64_t{1} << (63 - n.depth), n.depth + 1});
-    }
-    /// Splits every leaf that has a vertex inside one of its edges until there is none.
-    void close() {
-        for (bool again = true; again;) {
-            again = false;
-            std::set<Site> vertices;
-            for (const Node& n : leaves)
-                for (const Site& s : corners(n)) vertices.insert(s);
-            std::vector<Node> bad;
-            for (const Node& n : leaves)
-                for (const Site& s : middles(n))
-                    if (vertices.count(s) != 0) {
-                        bad.push_back(n);
-                        break;
-                    }
-            for (const Node& n : bad) split(n);
-            again = !bad.empty();
-        }
-    }
-    std::vector<std::array<Site, 3>> triangles() const {
-        std::vector<std::array<Site, 3>> result;
-        for (const Node& n : leaves) result.push_back(corners(n));
-        return result;
-    }
-
-    std::set<Node> leaves;
-
-  private:
-    Site site(HalfedgeId root, int level, std::int64_t x, std::int64_t y) const {
-        const std::int64_t size = std::int64_t{1} << level;
-        CellPoint p{root, x, y};
-        if (p.x > size) p = cross(mesh_, p, CellSide::next_cell, size);
-        return canonical(mesh_, {p.root,
-                                 {static_cast<std::uint32_t>(p.x), static_cast<std::uint32_t>(p.y)},
-                                 static_cast<std::uint8_t>(level)});
-    }
-    std::array<Site, 3> corners(const Node& n) const {
-        const CellTriangle t = cell_triangle(mesh_, HalfedgeId(n.root), n.depth, path_of(n));
-        std::array<Site, 3> result;
-        for (std::size_t k = 0; k < 3; ++k) result[k] = site(t.root, t.level, t.corner[k].x, t.corner[k].y);
-        return result;
-    }
-    std::array<Site, 3> middles(const Node& n) const {
-        const CellTriangle t = cell_triangle(mesh_, HalfedgeId(n.root), n.depth, path_of(n));
-        std::array<Site, 3> result;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto &p = t.corner[k], &q = t.corner[(k + 1) % 3];
-            // Legs of the root triangle have their middle at (1/2, 1/2) of a corner cell: level 1, in its own frame.
-            result[k] = site(t.root, t.level + 1, std::int64_t{p.x} + q.x, std::int64_t{p.y} + q.y);
-        }
-        return result;
-    }
-    const ControlMesh& mesh_;
-};
-
-/// The nodes of the leaves by their slots.
-std::map<std::uint32_t, Node> nodes_of(const BisectionForest& forest) {
-    std::map<std::uint32_t, Node> nodes;
-    for (const LeafId id : forest.ordered_leaves()) nodes.emplace(id.value, node_of(forest, id));
-    return nodes;
-}
-
 void check_same_export(const ExportedTriangles& a, const ExportedTriangles& b) {
     CHECK(a.triangles == b.triangles);
     CHECK(a.faces == b.faces);
@@ -116,31 +41,6 @@ void check_same_export(const ExportedTriangles& a, const ExportedTriangles& b) {
 void check_sound(const BisectionForest& forest) {
     const auto fault = check_forest(forest);
     CHECK_MESSAGE(!fault, fault.value_or(""));
-}
-
-/// What refine() promises: the parts of the marked leaves in their order, then those of other leaves, in path order.
-void check_order(const std::vector<LeafId>& created, const std::vector<LeafId>& marked,
-                 const std::map<std::uint32_t, Node>& old, const BisectionForest& forest) {
-    std::vector<std::pair<Node, Node>> parts;  // a leaf of before, and its part
-    std::set<Node> before;
-    for (const auto& [slot, node] : old) before.insert(node);
-    for (const LeafId id : created) {
-        const Node part = node_of(forest, id);
-        Node whole = part;
-        while (before.count(whole) == 0) {
-            REQUIRE(whole.depth > 0);
-            --whole.depth;
-            whole.aligned = whole.depth == 0 ? 0 : whole.aligned >> (64 - whole.depth) << (64 - whole.depth);
-        }
-        if (!parts.empty() && parts.back().first == whole) CHECK(parts.back().second < part);
-        parts.emplace_back(whole, part);
-    }
-    std::vector<Node> wholes;
-    for (const auto& [whole, part] : parts)
-        if (wholes.empty() || wholes.back() != whole) wholes.push_back(whole);
-    REQUIRE(wholes.size() >= marked.size());
-    for (std::size_t i = 0; i < marked.size(); ++i) CHECK(wholes[i] == old.at(marked[i].value));
-    CHECK(std::set<Node>(wholes.begin(), wholes.end()).size() == wholes.size());
 }
 
 /// All leaves and points with their numbers and links.
@@ -277,43 +177,6 @@ TEST_CASE("a split beyond the capacity is refused and changes nothing") {
         check_sound(forest);
     }
     CHECK(refused_closures > 0);
-}
-
-TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as found by brute force") {
-    for (std::uint64_t seed : test::seeds(12)) {
-        CAPTURE(seed);
-        test::RandomMeshOptions options = test::random_options(seed);
-        options.columns = options.rows = 3;
-        const ControlMesh mesh = test::random_mesh(seed, options);
-        Random random(seed);
-        BisectionForest forest(mesh);
-        NaiveForest naive(mesh);
-        std::vector<LeafId> created;
-        for (int pass = 0; pass < 5; ++pass) {
-            const auto marked = random_subset(forest.ordered_leaves(), 0.15, random);
-            const std::map<std::uint32_t, Node> old = nodes_of(forest);
-            for (LeafId id : marked) naive.split(node_of(forest, id));
-            naive.close();
-            forest.refine(marked, created);
-            check_sound(forest);
-            std::set<Node> leaves;
-            for (const auto& [slot, node] : nodes_of(forest)) leaves.insert(node);
-            REQUIRE(leaves == naive.leaves);
-            check_order(created, marked, old, forest);
-            // `created` are exactly the leaves that were none before.
-            std::set<std::uint32_t> fresh;
-            for (LeafId id : created) REQUIRE(fresh.insert(id.value).second);
-            for (LeafId id : forest.ordered_leaves()) {
-                const auto was = old.find(id.value);
-                REQUIRE((was != old.end() && was->second == node_of(forest, id)) == (fresh.count(id.value) == 0));
-            }
-        }
-        const ExportedTriangles out = forest.exported();
-        const auto expected = naive.triangles();
-        REQUIRE(out.triangles.size() == expected.size());
-        for (std::size_t t = 0; t < expected.size(); ++t)
-            for (std::size_t k = 0; k < 3; ++k) REQUIRE(out.sites[out.triangles[t][k]] == expected[t][k]);
-    }
 }
 
 TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes") {
