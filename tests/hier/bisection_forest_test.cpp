@@ -139,6 +139,16 @@ TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back ever
     CHECK(at_boundary > 0);
 }
 
+TEST_CASE("points beside holes have their sites in cells of the surface") {
+    for (std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = small_mesh(seed);
+        Random random(seed);
+        const ExportedTriangles out = random_forest(mesh, random).exported();
+        for (const Site& site : out.sites) REQUIRE(!mesh.is_hole(mesh.face(site.root)));
+    }
+}
+
 TEST_CASE("a split beyond the capacity is refused and changes nothing") {
     int refused_closures = 0;
     for (std::uint64_t seed : test::seeds(8)) {

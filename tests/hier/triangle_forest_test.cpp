@@ -1,4 +1,5 @@
 #include "../../hier/trees/triangle_forest.hpp"
+#include "../../hier/trees/triangle_cell.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/check.hpp"
 #include "../kit/triangle_test_mesh.hpp"
@@ -33,6 +34,21 @@ void require_whole(const TriangleForest& forest) {
 }  // namespace
 
 TEST_SUITE_BEGIN("hier");
+
+TEST_CASE("sites of a triangle mesh are the same from tables and without") {
+    for (const std::uint64_t seed : test::seeds(24)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_triangle_mesh(seed);
+        const TriangleSites sites(mesh);
+        for (const std::uint8_t level : {0, 1, 2, 3})
+            for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+                for (std::uint32_t x = 0; x <= 1u << level; ++x)
+                    for (std::uint32_t y = 0; x + y <= 1u << level; ++y) {
+                        const Site site{mesh.face_halfedge(FaceId(f)), {x, y}, level};
+                        REQUIRE(canonical_triangle_site(mesh, site) == sites.canonical(site));
+                    }
+    }
+}
 
 TEST_CASE("[bad-input] a triangle forest refuses stale handles and polygons") {
     const ControlMesh mesh = test::random_triangle_mesh(0);

@@ -33,14 +33,6 @@ using test::Random;
 
 namespace {
 
-/// One scheme of each family.
-constexpr std::string_view k_each_family[] = {"catmull-clark", "loop", "doo-sabin", "sqrt3"};
-
-void check_sound(const Hierarchy& h) {
-    const auto fault = h.check();
-    CHECK_MESSAGE(!fault, fault.value_or(""));
-}
-
 /// Back to back.
 ControlMeshData two_triangles() {
     return test::mesh_data({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}}, {{0, 1, 2}, {0, 2, 1}});
@@ -241,7 +233,7 @@ TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, a
 }
 
 TEST_CASE("equal parts of the leaves are compact") {
-    for (const std::string_view scheme : {"catmull-clark", "loop", "doo-sabin", "sqrt3"}) {
+    for (const std::string_view scheme : test::k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 3);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -409,7 +401,7 @@ TEST_CASE("an estimator is asked for all four triangles of a leaf between split 
 }
 
 TEST_CASE("[bad-input] handles, diamonds, nodes, sides, sites, levels and depths that are none: nothing changes") {
-    for (const std::string_view scheme : k_each_family) {
+    for (const std::string_view scheme : test::k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -423,7 +415,7 @@ TEST_CASE("[bad-input] handles, diamonds, nodes, sides, sites, levels and depths
             const std::string message = error.what();
             CAPTURE(message);
             CHECK(message.find(text) != std::string::npos);
-            check_sound(h);
+            test::check_sound(h);
             CHECK(test::same_mesh(h.to_mesh(), before));
         };
         fails([&] { h.refine(roots[0]); }, "split or merged");
@@ -464,7 +456,7 @@ TEST_CASE("[bad-input] handles, diamonds, nodes, sides, sites, levels and depths
 }
 
 TEST_CASE("[bad-input] the deepest leaves are found, in order, and cannot be split") {
-    for (const std::string_view scheme : k_each_family) {
+    for (const std::string_view scheme : test::k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -480,7 +472,7 @@ TEST_CASE("[bad-input] the deepest leaves are found, in order, and cannot be spl
         const auto before = test::nodes_of(h);
         CHECK(error_of([&] { h.refine(deepest); }).code() == ErrorCode::unsupported);
         CHECK(h.children(h.node(deepest)).empty());
-        check_sound(h);
+        test::check_sound(h);
         CHECK(test::nodes_of(h) == before);
         for (const LeafHandle leaf : h.leaves()) CHECK(h.find(h.node(leaf)) == leaf);
         const HierarchyMesh out = h.to_mesh({.normals = true});
