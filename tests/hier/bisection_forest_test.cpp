@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -139,6 +140,33 @@ TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back ever
     CHECK(at_boundary > 0);
 }
 
+TEST_CASE("a batch creates the parts of the marked leaves in their order, each's in path order, then those of others") {
+    for (std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = small_mesh(seed);
+        Random random(seed);
+        BisectionForest forest = random_forest(mesh, random);
+        std::vector<LeafId> marked = random_subset(forest.ordered_leaves(), 0.3, random), created;
+        random.shuffle(marked);
+        std::map<Node, std::size_t> rank;
+        for (std::size_t i = 0; i < marked.size(); ++i) rank[node_of(forest, marked[i])] = i;
+        forest.refine(marked, created);
+        std::pair<std::size_t, Node> before{};
+        for (const LeafId id : created) {
+            const Node part = node_of(forest, id);
+            Node whole = part;
+            while (whole.depth > 0 && !rank.contains(whole)) {
+                --whole.depth;
+                whole.aligned = whole.depth == 0 ? 0 : whole.aligned >> (64 - whole.depth) << (64 - whole.depth);
+            }
+            const std::size_t r = rank.contains(whole) ? rank[whole] : marked.size();
+            CHECK(r >= before.first);
+            if (r == before.first && r < marked.size()) CHECK(part >= before.second);
+            before = {r, part};
+        }
+    }
+}
+
 TEST_CASE("points beside holes have their sites in cells of the surface") {
     for (std::uint64_t seed : test::seeds(8)) {
         CAPTURE(seed);
@@ -165,13 +193,16 @@ TEST_CASE("a split beyond the capacity is refused and changes nothing") {
             const auto ids = forest.ordered_leaves();
             const LeafId id = ids[random.below(static_cast<std::uint32_t>(ids.size()))];
             const auto cost = forest.split_cost(id);
-            const bool has_room = forest.leaf_count() + cost.leaves <= capacity;
+            const std::uint32_t leaves = forest.leaf_count(), midpoints = forest.midpoint_count();
+            const bool has_room = leaves + cost.leaves <= capacity;
             const Snapshot before(forest);
             int reported = 0;
             REQUIRE(forest.split_diamond(id, [&](const Diamond&) { ++reported; }) == has_room);
             CHECK(forest.leaf_count() <= capacity);
             CHECK(forest.memory_bytes() == bytes);
             check_sound(forest);
+            CHECK(forest.leaf_count() == leaves + (has_room ? cost.leaves : 0));
+            CHECK(forest.midpoint_count() == midpoints + (has_room ? cost.midpoints : 0));
             if (has_room) continue;
             ++refused;
             CHECK(reported == 0);
