@@ -44,8 +44,8 @@ TEST_CASE("terrain surface: heights are those of the finest mesh, and rays meet 
             const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
             REQUIRE(glm::length(ground->normal - glm::normalize(glm::cross(b - a, c - a))) < 1e-6);
             // From above and below.
-            const Vec3d from = i % 4 == 0 ? Vec3d(p.x, p.y, i % 8 == 0 ? 500 : -500)
-                                          : place() + Vec3d(0, 0, i % 2 == 0 ? 80 : -80);
+            const Vec3d from =
+                i % 4 == 0 ? Vec3d(p.x, p.y, i % 8 == 0 ? 500 : -500) : place() + Vec3d(0, 0, i % 2 == 0 ? 80 : -80);
             const auto hit = surface.hit(from, p - from);
             REQUIRE(hit);
             REQUIRE(hit->t <= 1 + 1e-9);

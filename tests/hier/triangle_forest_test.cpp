@@ -1,7 +1,7 @@
 #include "../../hier/trees/triangle_forest.hpp"
-#include "../../hier/trees/triangle_cell.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/check.hpp"
+#include "../../hier/trees/triangle_cell.hpp"
 #include "../kit/triangle_test_mesh.hpp"
 
 #include <doctest/doctest.h>

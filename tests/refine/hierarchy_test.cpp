@@ -34,9 +34,7 @@ using test::Random;
 namespace {
 
 /// Back to back.
-ControlMeshData two_triangles() {
-    return test::mesh_data({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}}, {{0, 1, 2}, {0, 2, 1}});
-}
+ControlMeshData two_triangles() { return test::mesh_data({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}}, {{0, 1, 2}, {0, 2, 1}}); }
 
 bool is_dual(const Hierarchy& h) { return h.family() == "vertices"; }
 
