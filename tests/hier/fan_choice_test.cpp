@@ -5,12 +5,14 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 using namespace tetrakis;
+using test::Random;
 
 namespace {
 
@@ -20,6 +22,11 @@ ControlMesh mesh_of(std::vector<Vec3d> positions, const std::vector<std::vector<
 
 FanChoice choose_all(const ControlMesh& mesh) {
     return choose_fans(mesh, mesh.positions(), std::vector<std::uint8_t>(mesh.face_count(), 1));
+}
+
+std::vector<std::array<std::uint8_t, 3>> fan(const FanChoice& fans, std::uint32_t f) {
+    const auto span = fans.of(FaceId(f));
+    return {span.begin(), span.end()};
 }
 
 /// Unordered vertex pairs of the fan's inner edges.
@@ -39,6 +46,39 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> diagonals(const ControlMesh
 }  // namespace
 
 TEST_SUITE_BEGIN("hier");
+
+TEST_CASE("fans tile their face and turn the right way") {
+    for (std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        Random random(seed);
+        // Star-shaped polygons, mostly concave.
+        for (std::uint32_t n = 3; n <= k_max_fan_corners; ++n) {
+            CAPTURE(n);
+            std::vector<Vec3d> positions;
+            std::vector<std::uint32_t> face;
+            for (std::uint32_t i = 0; i < n; ++i) {
+                const double a = 2 * std::numbers::pi * i / n, r = random.uniform(0.6, 1.6);
+                positions.emplace_back(r * std::cos(a), r * std::sin(a), 0);
+                face.push_back(i);
+            }
+            const ControlMesh mesh = mesh_of(positions, {face});
+            const FanChoice fans = choose_all(mesh);
+            REQUIRE(fans.has(FaceId(0)));
+            double polygon = 0, sum = 0;
+            for (std::uint32_t i = 0; i < n; ++i) {
+                const Vec3d &p = positions[i], &q = positions[(i + 1) % n];
+                polygon += p.x * q.y - p.y * q.x;
+            }
+            REQUIRE(fan(fans, 0).size() == n - 2);
+            for (const auto& [a, b, c] : fan(fans, 0)) {
+                const double area = glm::cross(positions[b] - positions[a], positions[c] - positions[a]).z;
+                CHECK(area > 0);
+                sum += area;
+            }
+            CHECK(sum == doctest::Approx(polygon).epsilon(1e-12));
+        }
+    }
+}
 
 TEST_CASE("faces of more corners than fans may have keep their centres") {
     for (const std::uint32_t n : {k_max_fan_corners, k_max_fan_corners + 1}) {
