@@ -194,6 +194,32 @@ TEST_CASE("[inv9] bounds of roots whose centre is given") {
     }
 }
 
+TEST_CASE_TEMPLATE("samples of leaves are points of the surface, with its normals", Family, QuadFamily, LoopFamily) {
+    const ControlMesh mesh = test::random_patch_mesh<Family>(22);
+    const typename Family::Patches patches(mesh);
+    typename Family::Bounder bounder(patches);
+    test::Random random(5);
+    constexpr int n = 4;
+    std::vector<Vec3d> positions((n + 1) * (n + 2) / 2), normals(positions.size()), alone(positions.size());
+    for (int i = 0; i < 300; ++i) {
+        const CellTriangle leaf = random_leaf<Family>(random, mesh, 5);
+        bounder.sample(leaf, n, positions, normals);
+        bounder.sample(leaf, n, alone, {});
+        std::size_t at = 0;
+        for (int row = 0; row <= n; ++row)
+            for (int j = 0; j <= row; ++j, ++at) {
+                const SurfaceParameter p =
+                    Family::parameter(mesh, leaf, double(row - j) / n, double(j) / n, double(n - row) / n);
+                const SurfacePoint s = patches.evaluate(p.root, p.x, p.y);
+                CHECK(glm::length(positions[at] - s.position) < 1e-12);
+                CHECK(glm::length(alone[at] - s.position) < 1e-12);
+                if (!s.has_second) continue;  // where a corner has several normals, each root has its own
+                const double length = glm::length(normals[at]);
+                if (length > 1e-9) CHECK(glm::dot(normals[at], s.normal) > length * (1 - 1e-9));
+            }
+    }
+}
+
 TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners") {
     int checked = 0;
     for (std::uint32_t n = 3; n <= 9; ++n)
