@@ -276,4 +276,19 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
     CHECK(checked > 30);
 }
 
+TEST_CASE("corners and sides of fans are sampled where they are: beside them trees would grow without end") {
+    const ControlMesh mesh = test::random_patch_mesh<QuadFamily>(4);
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        for (std::uint32_t k = 1; k + 1 < mesh.face_size(FaceId(f)); ++k) {
+            const OutputTriangle triangle{{}, FaceId(f), {0, k, k + 1}};
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto at = [&](std::size_t i) { return i == c ? 1.0 : 0.0; };
+                const SurfaceParameter p = triangle.parameter<QuadFamily>(mesh, at(0), at(1), at(2));
+                CHECK((p.x == 0 || p.x == 1));
+                CHECK(p.y == 0);
+            }
+            CHECK(triangle.parameter<QuadFamily>(mesh, 0, 0.7, 0.3).y == 0);
+        }
+}
+
 TEST_SUITE_END();
