@@ -155,7 +155,7 @@ TEST_CASE("lod: after every frame of a walk over any surface the mesh is whole, 
     }
 }
 
-TEST_CASE("lod: on every surface vertices come and go on their edges, and move no more than is promised [slow]") {
+TEST_CASE("lod: on every surface vertices come and go on their edges, and move no more than is promised") {
     for (const Example& example : examples()) {
         CAPTURE(example.name);
         lod::View view(*example.surface);
