@@ -1,5 +1,4 @@
 #include "../../eval/bounds/quad_bounder.hpp"
-#include "../../eval/bounds/star_norms.hpp"
 #include "../../eval/triangles/point_triangle.hpp"
 
 #include "../kit/patch_meshes.hpp"
@@ -195,21 +194,6 @@ TEST_CASE("[inv9] bounds of roots whose centre is given") {
     }
 }
 
-TEST_CASE_TEMPLATE("bounds of leaves do not depend on what was asked before", Family, QuadFamily, LoopFamily) {
-    const ControlMesh mesh = test::random_patch_mesh<Family>(15);
-    const typename Family::Patches patches(mesh);
-    typename Family::Bounder kept(patches);
-    test::Random random(5);
-    for (int i = 0; i < 300; ++i) {
-        const CellTriangle leaf = random_leaf<Family>(random, mesh, 5);
-        const typename Family::Patches fresh_patches(mesh);
-        typename Family::Bounder fresh(fresh_patches);
-        const LeafError a = kept.leaf_error(leaf, 0.01), b = fresh.leaf_error(leaf, 0.01);
-        CHECK(a.lower == b.lower);
-        CHECK(a.upper == b.upper);
-    }
-}
-
 TEST_CASE_TEMPLATE("samples of leaves are points of the surface, with its normals", Family, QuadFamily, LoopFamily) {
     const ControlMesh mesh = test::random_patch_mesh<Family>(22);
     const typename Family::Patches patches(mesh);
@@ -290,142 +274,6 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
             CHECK(error.certified(face, 10 * sampled, false) >= sampled - 1e-12);
         }
     CHECK(checked > 30);
-}
-
-TEST_CASE("norms bound what a star is off its linear interpolants, closely where it is regular") {
-    using detail::QuadNode;
-    using detail::QuadStar;
-    using detail::StarNorms;
-    test::Random random(3);
-    int close = 0, all = 0;
-    for (const int n : {3, 4, 5, 6, 9, 17})
-        for (const int k : {3, 4, 5, 8})
-            for (const double noise : {0.0, 0.1, 3.0}) {
-                if (n == 4 && k == 4) continue;
-                // Faces around both corners as on a grid, bent and stretched.
-                const auto point = [&](double x, double y) {
-                    const auto off = [&] { return noise * random.uniform(-1, 1); };
-                    return Vec3d(3 * x + y + off(), y + off(), 0.05 * x * x - 0.1 * x * y + off());
-                };
-                auto star = std::make_unique<QuadStar>();
-                star->resize(n, k);
-                const auto ring = [&](const Vec2d& centre, double radius, double angle) {
-                    return point(centre.x + radius * std::cos(angle), centre.y + radius * std::sin(angle));
-                };
-                const double pi = std::numbers::pi;
-                star->points[0] = point(0, 0);
-                for (int i = 0; i < 2 * n; ++i)
-                    star->points[static_cast<std::size_t>(1 + i)] = ring({0, 0}, i % 2 ? std::sqrt(2) : 1, i * pi / n);
-                const Vec2d far(std::sqrt(2) * std::cos(pi / n), std::sqrt(2) * std::sin(pi / n));
-                for (int i = 2; i <= 2 * k - 2; ++i)
-                    star->points[static_cast<std::size_t>(2 * n + i)] =
-                        ring(far, i % 2 ? 1 : std::sqrt(2), pi + pi / n + i * pi / k);
-                star->points[static_cast<std::size_t>(2 * n + 1)] = point(2, -1);
-                star->points[static_cast<std::size_t>(2 * n + 2 * k - 1)] = ring({0, 0}, 2.2, 2.5 * pi / n);
-                star->find_limit();
-                QuadNode node;
-                node.adopt(std::move(star));
-                const StarNorms* norms = StarNorms::catmull_clark(n, k);
-                REQUIRE(norms);
-                const Vec2d corner[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-                for (int t = 0; t < 8; ++t) {
-                    const bool half = t < 4;
-                    const Vec2d at[3] = {half ? corner[t] : Vec2d(0.5), corner[half ? (t + 1) % 4 : t - 4],
-                                         corner[half ? (t + 3) % 4 : (t - 3) % 4]};
-                    const auto surface = [&](const Vec2d& p) { return QuadPatches::position(node, p.x, p.y); };
-                    const Vec3d value[3] = {surface(at[0]), surface(at[1]), surface(at[2])};
-                    double worst = 0;
-                    for (int i = 0; i <= 16; ++i)
-                        for (int j = 0; i + j <= 16; ++j) {
-                            const double a = i / 16.0, b = j / 16.0, c = 1 - a - b;
-                            worst = std::max(worst, glm::length(surface(a * at[0] + b * at[1] + c * at[2]) -
-                                                                (a * value[0] + b * value[1] + c * value[2])));
-                        }
-                    const double bound = norms->deviation(node.star->points, t);
-                    CAPTURE(n);
-                    CAPTURE(k);
-                    CAPTURE(t);
-                    CHECK(bound >= worst - 1e-12);
-                    ++all;
-                    close += bound < 5 * worst;
-                }
-            }
-    CHECK(close > 0.75 * all);
-    CHECK(StarNorms::catmull_clark(2, 4) == nullptr);
-    CHECK(StarNorms::catmull_clark(4, 1000) == nullptr);
-}
-
-TEST_CASE("norms of a Loop star bound what its surface is off a plane, closely where its faces are alike") {
-    using namespace detail;
-    test::Random random(12);
-    int close = 0, all = 0;
-    for (const int n : {3, 4, 5, 7, 8, 12})
-        for (const double noise : {0.0, 0.1, 3.0}) {
-            std::vector<Vec3d> star;
-            const auto add = [&](double x, double y) {
-                const auto off = [&] { return noise * random.uniform(-1, 1); };
-                star.emplace_back(3 * x + y + off(), y + off(), 0.05 * x * x - 0.1 * x * y + off());
-            };
-            const auto ring = [&](int i, double radius) {
-                const double angle = 2 * std::numbers::pi * i / n;
-                return radius * Vec2d(std::cos(angle), std::sin(angle));
-            };
-            add(0, 0);
-            for (int i = 0; i < n; ++i) add(ring(i, 1).x, ring(i, 1).y);
-            for (const Vec2d& p :
-                 {ring(0, 1) + ring(-1, 1), ring(0, 2), ring(0, 1) + ring(1, 1), ring(1, 2), ring(1, 1) + ring(2, 1)})
-                add(p.x, p.y);
-            const auto surface = [&](Bary b) {
-                std::vector<Vec3d> points = star, step(static_cast<std::size_t>(loop_star_step_size(n)));
-                for (;;) {
-                    if (b[0] == 1) return loop_star_limit(n, points.data());
-                    loop_star_step(n, loop_vertex_rule(n).beta, points.data(), step.data());
-                    const int quarter = quarter_of(b);
-                    b = in_quarter(b, quarter);
-                    if (quarter != 0) return box_spline_position(loop_star_quarter(n, step.data(), quarter), b);
-                    std::copy_n(step.begin(), points.size(), points.begin());
-                }
-            };
-            const Vec3d corner[3] = {surface({1, 0, 0}), surface({0, 1, 0}), surface({0, 0, 1})};
-            double worst = 0;
-            for (int i = 0; i <= 32; ++i)
-                for (int j = 0; i + j <= 32; ++j) {
-                    const Bary b{i / 32.0, j / 32.0, (32 - i - j) / 32.0};
-                    worst = std::max(
-                        worst, glm::length(surface(b) - (b[0] * corner[0] + b[1] * corner[1] + b[2] * corner[2])));
-                }
-            const StarNorms* norms = StarNorms::loop(n);
-            REQUIRE(norms);
-            const double bound = norms->deviation(star, 0);
-            CAPTURE(n);
-            CAPTURE(noise);
-            CHECK(bound >= worst - 1e-12);
-            ++all;
-            close += bound < 5 * worst;
-        }
-    CHECK(close > 0.75 * all);
-    CHECK(StarNorms::loop(2) == nullptr);
-    CHECK(StarNorms::loop(1000) == nullptr);
-}
-
-TEST_CASE("corner limits of stars before they grow are those of their quarters") {
-    const ControlMesh mesh = test::random_patch_mesh<QuadFamily>(10);
-    const QuadPatches patches(mesh);
-    int stars = 0;
-    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
-        const detail::QuadNode& node = patches.root_node(HalfedgeId(h));
-        if (node.kind != detail::QuadNode::Kind::star) continue;
-        ++stars;
-        for (int k = 0; k < 4; ++k) {
-            const Vec3d before = node.corner(k);
-            const detail::QuadNode& quarter = node.grown()[2 * detail::k_corner_y[k] + detail::k_corner_x[k]];
-            const Vec3d after = quarter.kind == detail::QuadNode::Kind::star
-                                    ? quarter.star->limit
-                                    : QuadPatches::position(quarter, detail::k_corner_x[k], detail::k_corner_y[k]);
-            CHECK(glm::length(before - after) < 1e-13 * bounding_box(mesh.positions()).diagonal());
-        }
-    }
-    CHECK(stars > 10);
 }
 
 TEST_CASE("corners and sides of fans are sampled where they are: beside them trees would grow without end") {

@@ -11,7 +11,7 @@ using namespace tetrakis;
 
 namespace {
 
-constexpr double k_infinity = std::numeric_limits<double>::infinity();
+constexpr double k_anywhere = std::numeric_limits<double>::infinity();
 
 struct Sample {
     SurfaceParameter at;
@@ -32,7 +32,7 @@ std::vector<Sample> samples(const typename Family::Patches& patches, int n) {
 }
 
 double brute(const std::vector<Sample>& all, const Vec3d& q) {
-    double best = k_infinity;
+    double best = k_anywhere;
     for (const Sample& s : all) best = std::min(best, glm::length(q - s.point.position));
     return best;
 }
@@ -54,11 +54,11 @@ void check_mesh(const ControlMesh& mesh, std::uint64_t seed) {
         const Sample& s = coarse[random.below(static_cast<std::uint32_t>(coarse.size()))];
         // A surface point is at distance zero of itself, whatever the search starts with.
         CHECK(closest.local(s.point.position, s.at) < 1e-12 * size);
-        CHECK(closest.global(s.point.position, k_infinity) < 1e-7 * size);
+        CHECK(closest.global(s.point.position, k_anywhere) < 1e-7 * size);
         const Vec3d q =
             s.point.position + 0.05 * size * Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
         const double sampled = brute(coarse, q), start = glm::length(q - s.point.position);
-        const double local = closest.local(q, s.at), global = closest.global(q, k_infinity);
+        const double local = closest.local(q, s.at), global = closest.global(q, k_anywhere);
         CHECK(local <= start);
         CHECK(global <= sampled + 1e-12 * size);
         // The finer the lattice, the closer to the truth, from above.

@@ -135,14 +135,20 @@ TEST_CASE("[slow] the bound of a tuned scheme comes to an end where there is non
 }
 
 TEST_CASE("[slow] degenerate cages come to an end, by every scheme and both estimators") {
-    for (const SchemeInfo& scheme : scheme_table())
-        for (const Degenerate& degenerate : cages())
+    for (const SchemeInfo& scheme : scheme_table()) {
+        // Mask norms are found anew for each mesh, and by the measured estimator as well: some cages have to do for
+        // both.
+        constexpr int k_of_norms = 3;
+        int number = 0;
+        for (const Degenerate& degenerate : cages()) {
+            const bool has_both = scheme_support(scheme).patches || number++ % k_of_norms == 0;
             for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
                 CAPTURE(std::string(scheme.name));
                 CAPTURE(std::string(degenerate.name));
                 CAPTURE(estimator == EstimatorKind::certified);
                 const ControlMesh mesh = cage(degenerate.map, scheme.family == MeshFamily::triangles);
-                if (estimator == EstimatorKind::certified && !scheme_support(mesh, scheme).certified) continue;
+                if (estimator == EstimatorKind::certified && !(has_both && scheme_support(mesh, scheme).certified))
+                    continue;
                 TessellateOptions options{.scheme = scheme, .estimator = estimator, .tolerance = 1e-1};
                 options.measure_samples = 500;
                 if (mesh.bounding_box().diagonal() == 0) {
@@ -160,6 +166,8 @@ TEST_CASE("[slow] degenerate cages come to an end, by every scheme and both esti
                     CHECK(error.code() == ErrorCode::unsupported);
                 }
             }
+        }
+    }
 }
 
 TEST_SUITE_END();

@@ -1,6 +1,7 @@
 #include "../../eval/distance/hausdorff.hpp"
 
 #include "../../eval/distance/mesh_sampling.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/shapes.hpp"
 
 #include <doctest/doctest.h>
@@ -150,8 +151,7 @@ TEST_CASE("[inv10] batches give what single queries give, in any number of threa
     std::vector<ClosestPoint> single(points.size()), batch(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) single[i] = bvh.closest(points[i]);
     for (const int threads : {1, 2, 3}) {
-        RunContext context;
-        context.threads = threads;
+        const RunContext context = test::with_thread_count(threads);
         bvh.closest(points, batch, context);
         for (std::size_t i = 0; i < points.size(); ++i) {
             REQUIRE(batch[i].triangle == single[i].triangle);
@@ -245,9 +245,7 @@ TEST_CASE("[inv10] the thread count changes no byte of a comparison") {
     options.per_triangle = true;
     MeshComparison reference;
     for (const int threads : {1, 2, 3}) {
-        RunContext context;
-        context.threads = threads;
-        const MeshComparison result = compare(a, b, options, context);
+        const MeshComparison result = compare(a, b, options, test::with_thread_count(threads));
         if (threads == 1) {
             reference = result;
             REQUIRE(result.backward.triangle_max.size() == b.triangles.size());
@@ -278,12 +276,7 @@ TEST_CASE("[bad-input] meshes that cannot be measured, and a comparison that is 
     CHECK_THROWS_AS(TriangleBvh{broken}, Error);
     RunContext context;
     context.progress = [](std::string_view, double) { return false; };
-    try {
-        compare_meshes(good, good, {}, context);
-        FAIL("not cancelled");
-    } catch (const Error& error) {
-        CHECK(error.code() == ErrorCode::cancelled);
-    }
+    CHECK(test::error_of([&] { compare_meshes(good, good, {}, context); }).code() == ErrorCode::cancelled);
 }
 
 TEST_SUITE_END();

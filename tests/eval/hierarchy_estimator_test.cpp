@@ -51,11 +51,6 @@ class TrianglesOnly final : public ErrorEstimator {
     void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
 };
 
-void check_whole(const Hierarchy& h) {
-    const auto fault = h.check();
-    CHECK_MESSAGE(!fault, fault.value_or(""));
-}
-
 }  // namespace
 
 TEST_SUITE_BEGIN("eval");
@@ -74,7 +69,7 @@ TEST_CASE("[slow] hierarchies of every family are refined to a tolerance, tighte
                 CAPTURE(tolerance);
                 const std::size_t created = h.refine_where(HierarchyEstimator(h, tolerance), tolerance, deep);
                 CHECK(created > 0);
-                check_whole(h);
+                test::check_sound(h);
                 const double measured = distance_to(surface, h);
                 CHECK(measured <= tolerance);
                 // Not far finer than needed, either.
@@ -126,7 +121,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
             return ++reports < 3;
         };
         CHECK(code_of([&] { cancelled.refine_where(estimator, 0.0, 8, context); }) == ErrorCode::cancelled);
-        check_whole(cancelled);
+        test::check_sound(cancelled);
         CHECK(cancelled.leaf_count() > make_hierarchy(mesh, scheme).leaf_count());
         CHECK(cancelled.leaf_count() < h.leaf_count() + 1);
         context.progress = [](std::string_view, double) { return false; };
@@ -150,7 +145,7 @@ TEST_CASE("coarsening by an estimator undoes what a tolerance does not need, and
         const std::uint32_t many = h.leaf_count();
         REQUIRE(many > needed);
         CHECK(h.coarsen_where(HierarchyEstimator(h, tolerance), tolerance) > 0);
-        check_whole(h);
+        test::check_sound(h);
         const double measured = distance_to(surface, h);
         CHECK(measured <= tolerance);
         CHECK(h.leaf_count() < needed + needed / 4);
@@ -177,7 +172,7 @@ TEST_CASE("coarsening by an estimator leaves nothing over the tolerance beside w
             const auto once = h.saved();
             h.coarsen_where(estimator, tolerance);
             CHECK(h.saved() == once);
-            check_whole(h);
+            test::check_sound(h);
         }
 }
 

@@ -3,11 +3,8 @@
 
 #include "../../eval/distance/limit_samples.hpp"
 #include "../../eval/estimate/mask_norm_bound.hpp"
-#include "../../eval/estimate/normed_cells.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-#include "../../refine/points/cell_frame.hpp"
-#include "../../refine/rules/rule_refiner.hpp"
 
 #include <doctest/doctest.h>
 
@@ -179,98 +176,6 @@ TEST_CASE("[inv9] mask norms bound the smallest triangles, too") {
             CHECK(found <= largest);
             CHECK(largest > 0);
         }
-    }
-}
-
-namespace {
-
-/// Of all cells of a level that have norms: the rows of their children against the rules on the whole mesh.
-void check_rows(const SchemeInfo& scheme, const RuleOptions& rules, std::uint64_t seed, bool with_angles = false) {
-    CAPTURE(scheme.name);
-    CAPTURE(seed);
-    constexpr int k_level = 2;
-    const detail::CellNormTable norms(scheme, rules);
-    const int n = norms.corners();
-    const ControlMesh control = random_mesh(seed, n == 3, with_angles);
-    const double size = control.bounding_box().diagonal();
-    RuleStep here;
-    here.mesh = rule_mesh(control, rules);
-    std::vector<Vec3d> net(control.positions().begin(), control.positions().end());
-    const auto go_down = [&](const RuleMesh& mesh, auto&& step) {
-        RuleStep made = step(mesh, rules);
-        std::vector<Vec3d> finer(static_cast<std::size_t>(made.stencils.row_count()));
-        made.stencils.apply<Vec3d>(net, finer);
-        net.swap(finer);
-        return made;
-    };
-    if (n == 4) here = go_down(here.mesh, first_rule_step(scheme, here.mesh));
-    for (int level = 0; level < k_level; ++level) here = go_down(here.mesh, scheme.step);
-    const std::vector<Vec3d> above = net;
-    const RuleStep next = go_down(here.mesh, scheme.step);
-    const detail::NormedCells cells(norms, here.mesh, k_level);
-    detail::MeshPartFinder parts;
-    std::vector<Vec3d> points, found;
-    int checked = 0;
-    for (int f = 0; f < here.mesh.face_count(); ++f) {
-        const detail::NormedCells::Cell& cell = cells.at(here.mesh.face_begin(f), parts);
-        if (cell.norms == nullptr) continue;
-        ++checked;
-        points.clear();
-        for (const int v : cell.points) points.push_back(above[static_cast<std::size_t>(v)]);
-        for (int k = 0; k < 4; ++k) {
-            const detail::CellFrame child = n == 3 ? detail::triangle_child(here.mesh, next, {cell.first, 0}, k)
-                                                   : detail::quad_child(here.mesh, next, {cell.first, 0}, k);
-            const auto around =
-                detail::cell_surroundings(next.mesh, detail::face_corner(next.mesh, child, 0, n), norms.rings(), parts);
-            REQUIRE(around);
-            const detail::CellNorms::Child& by_rows = cell.norms->children[static_cast<std::size_t>(k)];
-            REQUIRE(norms.find(around->key) == by_rows.norms);
-            found.resize(by_rows.norms->point.size());
-            by_rows.rows.apply<Vec3d>(points, found);
-            for (std::size_t i = 0; i < found.size(); ++i) {
-                const int v = around->vertices[static_cast<std::size_t>(by_rows.norms->point[i])];
-                CHECK(glm::length(found[i] - net[static_cast<std::size_t>(v)]) <= 1e-12 * size);
-            }
-        }
-    }
-    CHECK(checked > here.mesh.face_count() / 4);
-}
-
-}  // namespace
-
-TEST_CASE("[inv1] rows that come with norms give the points that the rules give") {
-    check_rows(*find_scheme("tuned-loop"), {}, 0);
-    check_rows(*find_scheme("averaging"), {.averaging_steps = 2}, 0);
-}
-
-TEST_CASE("[slow] [inv1] rows that come with norms give the points that the rules give: other schemes and rules") {
-    for (const char* name : {"kobbelt", "4-8", "modified-butterfly", "butterfly"})
-        check_rows(*find_scheme(name), {}, 1);
-    for (const char* name : {"loop", "catmull-clark"}) check_rows(*find_scheme(name), {}, 2, true);
-    const RuleOptions others{.edge_beside_crease = EdgeBesideCrease::cosine,
-                             .hoppe_crease = true,
-                             .reflect_at_boundary = true,
-                             .butterfly_w = 0.02};
-    for (const char* name : {"modified-butterfly", "loop", "catmull-clark"}) check_rows(*find_scheme(name), others, 3);
-}
-
-TEST_CASE("[inv10] weights of surroundings do not depend on what was asked for before") {
-    const SchemeInfo& scheme = *find_scheme("kobbelt");
-    const RuleOptions rules;
-    std::vector<detail::SurroundingsKey> keys;
-    for (const int faces : {3, 5})
-        for (const bool boundary : {false, true})
-            keys.push_back(detail::fan_surroundings(FanLattice::quads, {.faces = faces, .boundary = boundary}, 3));
-    const detail::CellNormTable forwards(scheme, rules), backwards(scheme, rules);
-    for (const auto& key : keys) forwards.find(key);
-    std::reverse(keys.begin(), keys.end());
-    for (const auto& key : keys) {
-        const detail::CellNorms *a = backwards.find(key), *b = forwards.find(key);
-        REQUIRE(a != nullptr);
-        REQUIRE(b != nullptr);
-        CHECK(a->point == b->point);
-        CHECK(a->weight == b->weight);
-        CHECK(a->anchor == b->anchor);
     }
 }
 

@@ -1,6 +1,7 @@
 #include "../../eval/render/render.hpp"
 
 #include "../../eval/tessellate/shading_normals.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/shapes.hpp"
 
 #include <doctest/doctest.h>
@@ -105,9 +106,7 @@ TEST_CASE("[inv10] the thread count changes no byte of a picture") {
     options.wireframe = true;
     std::vector<std::uint8_t> first;
     for (const int threads : {1, 2}) {
-        RunContext context;
-        context.threads = threads;
-        const Image image = render(mesh, options, context);
+        const Image image = render(mesh, options, test::with_thread_count(threads));
         if (threads == 1) first = image.rgb;
         CHECK(image.rgb == first);
     }
@@ -116,12 +115,7 @@ TEST_CASE("[inv10] the thread count changes no byte of a picture") {
 TEST_CASE("[bad-input] pictures that cannot be drawn") {
     const TriangleMesh good = shapes::octahedron();
     const auto refused = [](const TriangleMesh& mesh, const RenderOptions& options) {
-        try {
-            render(mesh, options);
-        } catch (const Error& error) {
-            return error.code() == ErrorCode::invalid_input;
-        }
-        return false;
+        return test::error_of([&] { render(mesh, options); }).code() == ErrorCode::invalid_input;
     };
     const auto with = [](auto change) {
         RenderOptions options = plain(20, 20);

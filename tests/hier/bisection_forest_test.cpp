@@ -3,14 +3,16 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/check.hpp"
-#include "../../hier/forest/corner_cell.hpp"
 #include "../kit/input_helpers.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 using namespace tetrakis;
 using test::Random;
@@ -31,82 +33,6 @@ Node node_of(const BisectionForest& forest, LeafId id) {
     return {forest.root(id).value, l.depth == 0 ? 0 : l.path << (64 - l.depth), l.depth};
 }
 
-std::uint64_t path_of(const Node& n) { return n.depth == 0 ? 0 : n.aligned >> (64 - n.depth); }
-
-/// The forest by brute force: a set of nodes, made conforming by looking for vertices in the middle of edges.
-class NaiveForest {
-  public:
-    explicit NaiveForest(const ControlMesh& mesh) : mesh_(mesh) {
-        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h)
-            if (!mesh.is_hole(mesh.face(HalfedgeId(h)))) leaves.insert({h, 0, 0});
-    }
-
-    void split(const Node& n) {
-        leaves.erase(n);
-        leaves.insert({n.root, n.aligned, n.depth + 1});
-        leaves.insert({n.root, n.aligned | std::uint64_t{1} << (63 - n.depth), n.depth + 1});
-    }
-    /// Splits every leaf that has a vertex inside one of its edges until there is none.
-    void close() {
-        for (bool again = true; again;) {
-            again = false;
-            std::set<Site> vertices;
-            for (const Node& n : leaves)
-                for (const Site& s : corners(n)) vertices.insert(s);
-            std::vector<Node> bad;
-            for (const Node& n : leaves)
-                for (const Site& s : middles(n))
-                    if (vertices.count(s) != 0) {
-                        bad.push_back(n);
-                        break;
-                    }
-            for (const Node& n : bad) split(n);
-            again = !bad.empty();
-        }
-    }
-    std::vector<std::array<Site, 3>> triangles() const {
-        std::vector<std::array<Site, 3>> result;
-        for (const Node& n : leaves) result.push_back(corners(n));
-        return result;
-    }
-
-    std::set<Node> leaves;
-
-  private:
-    Site site(HalfedgeId root, int level, std::int64_t x, std::int64_t y) const {
-        const std::int64_t size = std::int64_t{1} << level;
-        CellPoint p{root, x, y};
-        if (p.x > size) p = cross(mesh_, p, CellSide::next_cell, size);
-        return canonical(mesh_, {p.root,
-                                 {static_cast<std::uint32_t>(p.x), static_cast<std::uint32_t>(p.y)},
-                                 static_cast<std::uint8_t>(level)});
-    }
-    std::array<Site, 3> corners(const Node& n) const {
-        const CellTriangle t = cell_triangle(mesh_, HalfedgeId(n.root), n.depth, path_of(n));
-        std::array<Site, 3> result;
-        for (std::size_t k = 0; k < 3; ++k) result[k] = site(t.root, t.level, t.corner[k].x, t.corner[k].y);
-        return result;
-    }
-    std::array<Site, 3> middles(const Node& n) const {
-        const CellTriangle t = cell_triangle(mesh_, HalfedgeId(n.root), n.depth, path_of(n));
-        std::array<Site, 3> result;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto &p = t.corner[k], &q = t.corner[(k + 1) % 3];
-            // Legs of the root triangle have their middle at (1/2, 1/2) of a corner cell: level 1, in its own frame.
-            result[k] = site(t.root, t.level + 1, std::int64_t{p.x} + q.x, std::int64_t{p.y} + q.y);
-        }
-        return result;
-    }
-    const ControlMesh& mesh_;
-};
-
-/// The nodes of the leaves by their slots.
-std::map<std::uint32_t, Node> nodes_of(const BisectionForest& forest) {
-    std::map<std::uint32_t, Node> nodes;
-    for (const LeafId id : forest.ordered_leaves()) nodes.emplace(id.value, node_of(forest, id));
-    return nodes;
-}
-
 void check_same_export(const ExportedTriangles& a, const ExportedTriangles& b) {
     CHECK(a.triangles == b.triangles);
     CHECK(a.faces == b.faces);
@@ -116,31 +42,6 @@ void check_same_export(const ExportedTriangles& a, const ExportedTriangles& b) {
 void check_sound(const BisectionForest& forest) {
     const auto fault = check_forest(forest);
     CHECK_MESSAGE(!fault, fault.value_or(""));
-}
-
-/// What refine() promises: the parts of the marked leaves in their order, then those of other leaves, in path order.
-void check_order(const std::vector<LeafId>& created, const std::vector<LeafId>& marked,
-                 const std::map<std::uint32_t, Node>& old, const BisectionForest& forest) {
-    std::vector<std::pair<Node, Node>> parts;  // a leaf of before, and its part
-    std::set<Node> before;
-    for (const auto& [slot, node] : old) before.insert(node);
-    for (const LeafId id : created) {
-        const Node part = node_of(forest, id);
-        Node whole = part;
-        while (before.count(whole) == 0) {
-            REQUIRE(whole.depth > 0);
-            --whole.depth;
-            whole.aligned = whole.depth == 0 ? 0 : whole.aligned >> (64 - whole.depth) << (64 - whole.depth);
-        }
-        if (!parts.empty() && parts.back().first == whole) CHECK(parts.back().second < part);
-        parts.emplace_back(whole, part);
-    }
-    std::vector<Node> wholes;
-    for (const auto& [whole, part] : parts)
-        if (wholes.empty() || wholes.back() != whole) wholes.push_back(whole);
-    REQUIRE(wholes.size() >= marked.size());
-    for (std::size_t i = 0; i < marked.size(); ++i) CHECK(wholes[i] == old.at(marked[i].value));
-    CHECK(std::set<Node>(wholes.begin(), wholes.end()).size() == wholes.size());
 }
 
 /// All leaves and points with their numbers and links.
@@ -166,51 +67,6 @@ struct Snapshot {
     std::vector<std::pair<std::uint32_t, Site>> points;
 };
 
-/// Leaves and points as told by split_diamond() and merge_diamond().
-class Replay {
-  public:
-    explicit Replay(const BisectionForest& forest)
-        : forest_(&forest), leaves_(nodes_of(forest)), points_(points_of(forest)) {}
-
-    void split(const Diamond& d) {
-        CHECK(points_.insert(d.midpoint.value).second);
-        for (const auto& [child0, child1] : d.siblings()) CHECK(leaves_.erase(child0.value) == 1);
-        for (const auto& pair : d.siblings())
-            for (LeafId child : pair) add(child);
-    }
-    void merge(const Diamond& d) {
-        CHECK(points_.erase(d.midpoint.value) == 1);
-        for (const auto& [child0, child1] : d.siblings()) {
-            CHECK(leaves_.erase(child0.value) == 1);
-            CHECK(leaves_.erase(child1.value) == 1);
-        }
-        for (const auto& [child0, child1] : d.siblings()) add(child0);
-    }
-    void move(LeafId from, LeafId to) {
-        CHECK(to < from);
-        auto leaf = leaves_.extract(from.value);
-        REQUIRE(!leaf.empty());
-        leaf.key() = to.value;
-        CHECK(leaves_.insert(std::move(leaf)).inserted);
-    }
-    void check() const {
-        CHECK(nodes_of(*forest_) == leaves_);
-        CHECK(points_of(*forest_) == points_);
-    }
-
-  private:
-    void add(LeafId id) { CHECK(leaves_.emplace(id.value, node_of(*forest_, id)).second); }
-    static std::set<std::uint32_t> points_of(const BisectionForest& forest) {
-        std::set<std::uint32_t> points;
-        for (std::uint32_t p = 0; p < forest.point_slots(); ++p)
-            if (forest.is_point(PointId(p))) points.insert(p);
-        return points;
-    }
-    const BisectionForest* forest_;
-    std::map<std::uint32_t, Node> leaves_;
-    std::set<std::uint32_t> points_;
-};
-
 /// A small mesh with boundary and holes, and a forest of it after a few random batches.
 ControlMesh small_mesh(std::uint64_t seed) {
     test::RandomMeshOptions options = test::random_options(seed);
@@ -229,75 +85,6 @@ BisectionForest random_forest(const ControlMesh& mesh, Random& random) {
 }  // namespace
 
 TEST_SUITE_BEGIN("hier");
-
-TEST_CASE("[inv2] random diamonds one by one give what batches give, and are reported leaf by leaf") {
-    std::uint32_t moved = 0;
-    for (std::uint64_t seed : test::seeds(8)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = small_mesh(seed);
-        Random random(seed);
-        BisectionForest single(mesh), batch(mesh);
-        single.reserve(20000);
-        Replay replay(single);
-        std::vector<LeafId> created;
-        for (int step = 0; step < 8; ++step) {
-            CAPTURE(step);
-            const bool split = step % 3 != 2;
-            // The same nodes in both, one by one in another order.
-            std::map<Node, LeafId> of_node;
-            for (LeafId id : batch.ordered_leaves()) of_node[node_of(batch, id)] = id;
-            std::vector<LeafId> ids = random_subset(single.ordered_leaves(), split ? 0.1 : 0.8, random), marked;
-            std::map<std::uint32_t, Node> nodes;
-            for (LeafId id : ids) {
-                nodes[id.value] = node_of(single, id);
-                marked.push_back(of_node.at(node_of(single, id)));
-            }
-            random.shuffle(ids);
-            for (LeafId id : ids) {
-                const auto is_as_before = [&](LeafId leaf) {
-                    return single.is_leaf(leaf) && nodes.count(leaf.value) != 0 &&
-                           node_of(single, leaf) == nodes.at(leaf.value);
-                };
-                if (!is_as_before(id)) continue;
-                if (split) {
-                    const auto cost = single.split_cost(id);
-                    const std::uint32_t leaves = single.leaf_count(), midpoints = single.midpoint_count();
-                    REQUIRE(single.split_diamond(id, [&](const Diamond& d) { replay.split(d); }));
-                    CHECK(single.leaf_count() == leaves + cost.leaves);
-                    CHECK(single.midpoint_count() == midpoints + cost.midpoints);
-                    check_sound(single);
-                } else {
-                    // Only where all leaves around the midpoint are marked: the diamond is found on a copy.
-                    BisectionForest copy = single;
-                    bool all = true;
-                    const bool merges = copy.merge_diamond(id, [&](const Diamond& d) {
-                        for (const auto& pair : d.siblings())
-                            for (LeafId leaf : pair) all = all && is_as_before(leaf);
-                    });
-                    if (!merges || !all) continue;
-                    REQUIRE(single.merge_diamond(id, [&](const Diamond& d) { replay.merge(d); }));
-                    check_sound(single);
-                }
-            }
-            // All of them, or some.
-            const std::uint32_t slots = single.leaf_slots();
-            std::uint32_t moves = 0;
-            while ((step % 2 == 0 || moves < 5) &&
-                   single.move_last_leaf([&](LeafId from, LeafId to) { replay.move(from, to); })) {
-                ++moves;
-                check_sound(single);
-            }
-            CHECK(single.leaf_slots() <= slots - moves);
-            moved += moves;
-            replay.check();
-            split ? batch.refine(marked, created) : static_cast<void>(batch.coarsen(marked, created));
-            check_sound(batch);
-            check_same_export(single.exported(), batch.exported());
-        }
-        CHECK(single.leaf_count() > mesh.halfedge_count());
-    }
-    CHECK(moved > 50);
-}
 
 TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back every slot, link and point") {
     int with_closure = 0, at_boundary = 0;
@@ -353,6 +140,45 @@ TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back ever
     CHECK(at_boundary > 0);
 }
 
+TEST_CASE("a batch creates the parts of the marked leaves in their order, each's in path order, then those of others") {
+    for (std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = small_mesh(seed);
+        Random random(seed);
+        BisectionForest forest = random_forest(mesh, random);
+        std::vector<LeafId> marked = random_subset(forest.ordered_leaves(), 0.3, random), created;
+        random.shuffle(marked);
+        std::map<Node, std::size_t> rank;
+        for (std::size_t i = 0; i < marked.size(); ++i) rank[node_of(forest, marked[i])] = i;
+        forest.refine(marked, created);
+        std::pair<std::size_t, Node> before{};
+        for (const LeafId id : created) {
+            const Node part = node_of(forest, id);
+            Node whole = part;
+            while (whole.depth > 0 && !rank.contains(whole)) {
+                --whole.depth;
+                whole.aligned = whole.depth == 0 ? 0 : whole.aligned >> (64 - whole.depth) << (64 - whole.depth);
+            }
+            const std::size_t r = rank.contains(whole) ? rank[whole] : marked.size();
+            CHECK(r >= before.first);
+            if (r == before.first && r < marked.size()) CHECK(part >= before.second);
+            before = {r, part};
+        }
+    }
+}
+
+TEST_CASE("points beside holes have their sites in cells of the surface") {
+    for (std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        test::RandomMeshOptions options = test::random_options(seed);
+        options.hole = 0.3;
+        const ControlMesh mesh = test::random_mesh(seed, options);
+        Random random(seed);
+        const ExportedTriangles out = random_forest(mesh, random).exported();
+        for (const Site& site : out.sites) CHECK(!mesh.is_hole(mesh.face(site.root)));
+    }
+}
+
 TEST_CASE("a split beyond the capacity is refused and changes nothing") {
     int refused_closures = 0;
     for (std::uint64_t seed : test::seeds(8)) {
@@ -369,13 +195,16 @@ TEST_CASE("a split beyond the capacity is refused and changes nothing") {
             const auto ids = forest.ordered_leaves();
             const LeafId id = ids[random.below(static_cast<std::uint32_t>(ids.size()))];
             const auto cost = forest.split_cost(id);
-            const bool has_room = forest.leaf_count() + cost.leaves <= capacity;
+            const std::uint32_t leaves = forest.leaf_count(), midpoints = forest.midpoint_count();
+            const bool has_room = leaves + cost.leaves <= capacity;
             const Snapshot before(forest);
             int reported = 0;
             REQUIRE(forest.split_diamond(id, [&](const Diamond&) { ++reported; }) == has_room);
             CHECK(forest.leaf_count() <= capacity);
             CHECK(forest.memory_bytes() == bytes);
             check_sound(forest);
+            CHECK(forest.leaf_count() == leaves + (has_room ? cost.leaves : 0));
+            CHECK(forest.midpoint_count() == midpoints + (has_room ? cost.midpoints : 0));
             if (has_room) continue;
             ++refused;
             CHECK(reported == 0);
@@ -391,43 +220,6 @@ TEST_CASE("a split beyond the capacity is refused and changes nothing") {
         check_sound(forest);
     }
     CHECK(refused_closures > 0);
-}
-
-TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as found by brute force") {
-    for (std::uint64_t seed : test::seeds(12)) {
-        CAPTURE(seed);
-        test::RandomMeshOptions options = test::random_options(seed);
-        options.columns = options.rows = 3;
-        const ControlMesh mesh = test::random_mesh(seed, options);
-        Random random(seed);
-        BisectionForest forest(mesh);
-        NaiveForest naive(mesh);
-        std::vector<LeafId> created;
-        for (int pass = 0; pass < 5; ++pass) {
-            const auto marked = random_subset(forest.ordered_leaves(), 0.15, random);
-            const std::map<std::uint32_t, Node> old = nodes_of(forest);
-            for (LeafId id : marked) naive.split(node_of(forest, id));
-            naive.close();
-            forest.refine(marked, created);
-            check_sound(forest);
-            std::set<Node> leaves;
-            for (const auto& [slot, node] : nodes_of(forest)) leaves.insert(node);
-            REQUIRE(leaves == naive.leaves);
-            check_order(created, marked, old, forest);
-            // `created` are exactly the leaves that were none before.
-            std::set<std::uint32_t> fresh;
-            for (LeafId id : created) REQUIRE(fresh.insert(id.value).second);
-            for (LeafId id : forest.ordered_leaves()) {
-                const auto was = old.find(id.value);
-                REQUIRE((was != old.end() && was->second == node_of(forest, id)) == (fresh.count(id.value) == 0));
-            }
-        }
-        const ExportedTriangles out = forest.exported();
-        const auto expected = naive.triangles();
-        REQUIRE(out.triangles.size() == expected.size());
-        for (std::size_t t = 0; t < expected.size(); ++t)
-            for (std::size_t k = 0; k < 3; ++k) REQUIRE(out.sites[out.triangles[t][k]] == expected[t][k]);
-    }
 }
 
 TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes") {

@@ -5,7 +5,11 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
+#include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 using namespace tetrakis;
 using test::Random;
@@ -13,14 +17,7 @@ using test::Random;
 namespace {
 
 ControlMesh mesh_of(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces) {
-    ControlMeshData data;
-    data.positions = std::move(positions);
-    data.face_offsets = {0};
-    for (const auto& f : faces) {
-        data.face_vertices.insert(data.face_vertices.end(), f.begin(), f.end());
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    }
-    return ControlMesh::build(std::move(data));
+    return ControlMesh::build(test::mesh_data(std::move(positions), faces));
 }
 
 FanChoice choose_all(const ControlMesh& mesh) {
@@ -81,14 +78,19 @@ TEST_CASE("fans tile their face and turn the right way") {
             CHECK(sum == doctest::Approx(polygon).epsilon(1e-12));
         }
     }
-    std::vector<Vec3d> positions;
-    std::vector<std::uint32_t> face;
-    for (std::uint32_t i = 0; i <= k_max_fan_corners; ++i) {
-        const double a = 2 * std::numbers::pi * i / (k_max_fan_corners + 1);
-        positions.emplace_back(std::cos(a), std::sin(a), 0);
-        face.push_back(i);
+}
+
+TEST_CASE("faces of more corners than fans may have keep their centres") {
+    for (const std::uint32_t n : {k_max_fan_corners, k_max_fan_corners + 1}) {
+        std::vector<Vec3d> positions;
+        std::vector<std::vector<std::uint32_t>> face(1);
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const double a = 2 * std::numbers::pi * i / n;
+            positions.emplace_back(std::cos(a), std::sin(a), 0);
+            face[0].push_back(i);
+        }
+        CHECK(choose_all(mesh_of(positions, face)).has(FaceId(0)) == (n == k_max_fan_corners));
     }
-    CHECK(!choose_all(mesh_of(positions, {face})).has(FaceId(0)));
 }
 
 TEST_CASE("no diagonal repeats an edge or another face's diagonal") {

@@ -7,6 +7,8 @@
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 
+#include <doctest/doctest.h>
+
 #include <algorithm>
 #include <array>
 #include <set>
@@ -15,6 +17,9 @@
 
 // Hierarchies for tests: random meshes that a scheme takes, random sequences of changes.
 namespace tetrakis::test {
+
+/// One scheme of each family.
+inline constexpr std::string_view k_each_family[] = {"catmull-clark", "loop", "doo-sabin", "sqrt3"};
 
 /// Random triangles, closed or with a boundary that is sharp or round at its corners; without tags inside, with holes
 /// and single sharp edges and vertices, infinitely and finitely so, or with so many edges that they run together.
@@ -43,6 +48,11 @@ inline ControlMesh hierarchy_mesh(std::string_view scheme, std::uint64_t seed) {
     const ControlMesh mesh = random_mesh(seed);
     const bool triangles = find_scheme(scheme)->family == MeshFamily::triangles;
     return triangles ? triangulate(mesh) : ControlMesh::build(mesh.data());
+}
+
+inline void check_sound(const Hierarchy& h) {
+    const auto fault = h.check();
+    CHECK_MESSAGE(!fault, fault.value_or(""));
 }
 
 inline LeafPredicate everything() {

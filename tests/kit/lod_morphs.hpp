@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <utility>
 #include <vector>
@@ -59,44 +60,64 @@ struct MorphWatch {
                     largest = std::max(largest, pixels(v, on_edge, from + t * along));
                 }
         };
-        std::map<Key, lod::Vertex> now;
-        std::map<Key, std::vector<lod::Vertex>> around;
-        for (const auto& t : used(view))
-            for (std::size_t k = 0; k < 3; ++k) {
-                const lod::Vertex& v = view.vertices()[t[k]];
-                now.emplace(v.position, v);
-                for (const std::size_t other : {k + 1, k + 2})
-                    around[v.position].push_back(view.vertices()[t[other % 3]]);
-            }
-        for (const auto& [key, v] : now) {
+        Shown now(view);
+        std::vector<std::uint32_t> came_now, gone_now;
+        for (const auto& [key, number] : now.at) {
+            const lod::Vertex& v = now.vertices[number];
             edge_off = std::max(edge_off, far(v));
             const double off = pixels(v, place(v.position), shown(v));
             shown_off = std::max(shown_off, off / (update.pixel_error * std::max(1.0, far(v))));
-            if (before_.empty()) continue;
-            if (const auto old = before_.find(key); old != before_.end()) {
-                compare(v, shown_position(old->second, camera_.eye, scale_), moved);
+            if (before_.at.empty()) continue;
+            if (const auto old = before_.at.find(key); old != before_.at.end()) {
+                compare(v, shown_position(before_.vertices[old->second], camera_.eye, scale_), moved);
                 continue;
             }
-            ++came_count;
+            came_now.push_back(number);
             compare(v, place(v.on_edge), came);
-            off_edge(v, around.at(key), came_off);
         }
-        for (const auto& [key, v] : before_) {
-            if (now.contains(key)) continue;
-            ++gone_count;
+        for (const auto& [key, number] : before_.at) {
+            if (now.at.contains(key)) continue;
+            gone_now.push_back(number);
+            const lod::Vertex& v = before_.vertices[number];
             gone = std::max(gone, pixels(v, place(v.on_edge), shown(v)));
-            off_edge(v, around_.at(key), gone_off);
         }
+        came_count += came_now.size();
+        gone_count += gone_now.size();
+        for (const auto& [number, ring] : now.rings(came_now)) off_edge(now.vertices[number], ring, came_off);
+        for (const auto& [number, ring] : before_.rings(gone_now)) off_edge(before_.vertices[number], ring, gone_off);
         before_ = std::move(now);
-        around_ = std::move(around);
         camera_ = camera;
         scale_ = update.morph_scale;
     }
 
   private:
-    using Key = std::array<float, 3>;
-    std::map<Key, lod::Vertex> before_;
-    std::map<Key, std::vector<lod::Vertex>> around_;  // their neighbours
+    /// What a view shows.
+    struct Shown {
+        std::vector<lod::Vertex> vertices;
+        std::vector<lod::Triangle> triangles;
+        std::map<std::array<float, 3>, std::uint32_t> at;  ///< vertices in use, by place
+
+        Shown() = default;
+        explicit Shown(const lod::View& view)
+            : vertices(view.vertices().begin(), view.vertices().end()), triangles(used(view)) {
+            std::vector<char> is_known(vertices.size(), 0);
+            for (const lod::Triangle& t : triangles)
+                for (const std::uint32_t v : t)
+                    if (std::exchange(is_known[v], 1) == 0) at.emplace(vertices[v].position, v);
+        }
+        /// The neighbours of some vertices.
+        std::map<std::uint32_t, std::vector<lod::Vertex>> rings(const std::vector<std::uint32_t>& of) const {
+            std::vector<char> is_wanted(vertices.size(), 0);
+            for (const std::uint32_t v : of) is_wanted[v] = 1;
+            std::map<std::uint32_t, std::vector<lod::Vertex>> result;
+            for (const lod::Triangle& t : triangles)
+                for (std::size_t k = 0; k < 3; ++k)
+                    if (is_wanted[t[k]] != 0)
+                        for (const std::size_t other : {k + 1, k + 2}) result[t[k]].push_back(vertices[t[other % 3]]);
+            return result;
+        }
+    };
+    Shown before_;
     lod::Camera camera_;
     double scale_ = 0;
 };

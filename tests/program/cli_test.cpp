@@ -150,10 +150,11 @@ TEST_CASE("reports have the keys that tools/tetrakis/README.md lists, and no oth
         }
         for (const nlohmann::json& seconds : report.at("seconds")) CHECK(seconds.get<double>() >= 0);
         CHECK(report.at("warnings").is_array());
-        if (words[6] != "9,9,9") continue;
-        // A sphere that meets nothing.
-        CHECK(report.at("half_steps") == 1);
-        CHECK(report.at("warnings").size() == 1);
+        if (words[6] == "9,9,9") {
+            // A sphere that meets nothing.
+            CHECK(report.at("half_steps") == 1);
+            CHECK(report.at("warnings").size() == 1);
+        }
         CHECK(report.at("peak_memory_bytes").get<std::uint64_t>() > 1'000'000);
         CHECK(report.at("input") == cli::data("cube.obj"));
         CHECK(report.at("faces") == 6);

@@ -140,7 +140,7 @@ TEST_CASE("[bad-input] UVs of vertex quadtrees: a seam along a crease that ends 
     CHECK_THROWS_WITH_AS(dual.to_mesh({.uvs = true}), doctest::Contains("charts"), Error);
 }
 
-TEST_CASE("faces have the material of the side whose UVs they have, also beside creases that end near a seam") {
+TEST_CASE("[slow] faces have the material of the side whose UVs they have, also beside creases that end near a seam") {
     constexpr std::uint32_t k_charts = 3;
     constexpr double k_apart = 100;
     std::size_t faces = 0, wrong = 0;

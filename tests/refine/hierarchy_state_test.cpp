@@ -24,8 +24,6 @@ using test::Random;
 
 namespace {
 
-constexpr std::string_view k_each_family[] = {"catmull-clark", "loop", "doo-sabin", "sqrt3"};
-
 std::map<LeafHandle, HierarchyNode> leaf_map(const Hierarchy& h) {
     std::map<LeafHandle, HierarchyNode> leaves;
     for (LeafHandle leaf : h.leaves()) leaves[leaf] = h.node(leaf);
@@ -77,7 +75,7 @@ std::vector<HierarchyNode> children_that_exist(const Hierarchy& h, const Hierarc
 TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("the journal tells the leaves that came and went, the ones reshaped and the vertices moved since any stamp") {
-    for (const std::string_view scheme : k_each_family)
+    for (const std::string_view scheme : test::k_each_family)
         for (const std::uint64_t seed : test::seeds(2)) {
             CAPTURE(scheme);
             CAPTURE(seed);
@@ -140,7 +138,7 @@ TEST_CASE("the journal tells the leaves that came and went, the ones reshaped an
 }
 
 TEST_CASE("shrink() after coarsening leaves what new hierarchies of the same leaves take, and no handle of before") {
-    for (const std::string_view scheme : k_each_family)
+    for (const std::string_view scheme : test::k_each_family)
         for (const std::uint64_t seed : test::seeds(2)) {
             CAPTURE(scheme);
             CAPTURE(seed);
@@ -192,7 +190,7 @@ TEST_CASE("shrink() after coarsening leaves what new hierarchies of the same lea
 
 TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothing changes") {
     const ScratchDir scratch;
-    for (const std::string_view scheme : k_each_family) {
+    for (const std::string_view scheme : test::k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 1);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -250,7 +248,7 @@ TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothi
 }
 
 TEST_CASE("[bad-input] a memory limit ends refinement between two rounds, and refuses a mesh") {
-    for (const std::string_view scheme : k_each_family) {
+    for (const std::string_view scheme : test::k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
         const auto all = test::everything();
@@ -308,7 +306,7 @@ TEST_CASE("[bad-input] leaves saved with other choices of rules are refused, and
 }
 
 TEST_CASE("[bad-input] well-formed files of other leaves give these leaves or none") {
-    for (const std::string_view scheme : k_each_family)
+    for (const std::string_view scheme : test::k_each_family)
         for (const std::uint64_t seed : test::seeds(3)) {
             CAPTURE(scheme);
             CAPTURE(seed);

@@ -33,13 +33,8 @@ using test::Random;
 
 namespace {
 
-/// One scheme of each family.
-constexpr std::string_view k_each_family[] = {"catmull-clark", "loop", "doo-sabin", "sqrt3"};
-
-void check_sound(const Hierarchy& h) {
-    const auto fault = h.check();
-    CHECK_MESSAGE(!fault, fault.value_or(""));
-}
+/// Back to back.
+ControlMeshData two_triangles() { return test::mesh_data({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}}, {{0, 1, 2}, {0, 2, 1}}); }
 
 bool is_dual(const Hierarchy& h) { return h.family() == "vertices"; }
 
@@ -196,11 +191,7 @@ TEST_CASE("long Chaikin creases: sites of first levels have limits, and too deep
 }
 
 TEST_CASE("points of any depth around vertices of two triangles") {
-    ControlMeshData data;
-    data.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}};
-    data.face_offsets = {0, 3, 6};
-    data.face_vertices = {0, 1, 2, 0, 2, 1};
-    const ControlMesh mesh = ControlMesh::build(data);
+    const ControlMesh mesh = ControlMesh::build(two_triangles());
     const Hierarchy h = make_hierarchy(mesh, "loop");
     const Site site{HalfedgeId(0), {1, 0}, 1};
     CHECK(glm::length(h.position(site, 25) - h.limit(site).position) < 1e-6);
@@ -216,10 +207,7 @@ TEST_CASE("[bad-input] a hierarchy's memory limit holds for the levels that its 
 }
 
 TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, and it says where") {
-    ControlMeshData data;
-    data.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}};
-    data.face_offsets = {0, 3, 6};
-    data.face_vertices = {0, 1, 2, 0, 2, 1};
+    ControlMeshData data = two_triangles();
     for (const float sharpness : {2.0f, k_sharpness_infinity}) {
         data.creases = {{0, 1, sharpness}};
         const ControlMesh mesh = ControlMesh::build(data);
@@ -243,7 +231,7 @@ TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, a
 }
 
 TEST_CASE("equal parts of the leaves are compact") {
-    for (const std::string_view scheme : {"catmull-clark", "loop", "doo-sabin", "sqrt3"}) {
+    for (const std::string_view scheme : test::k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 3);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -411,7 +399,7 @@ TEST_CASE("an estimator is asked for all four triangles of a leaf between split 
 }
 
 TEST_CASE("[bad-input] handles, diamonds, nodes, sides, sites, levels and depths that are none: nothing changes") {
-    for (const std::string_view scheme : k_each_family) {
+    for (const std::string_view scheme : test::k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -425,7 +413,7 @@ TEST_CASE("[bad-input] handles, diamonds, nodes, sides, sites, levels and depths
             const std::string message = error.what();
             CAPTURE(message);
             CHECK(message.find(text) != std::string::npos);
-            check_sound(h);
+            test::check_sound(h);
             CHECK(test::same_mesh(h.to_mesh(), before));
         };
         fails([&] { h.refine(roots[0]); }, "split or merged");
@@ -466,7 +454,7 @@ TEST_CASE("[bad-input] handles, diamonds, nodes, sides, sites, levels and depths
 }
 
 TEST_CASE("[bad-input] the deepest leaves are found, in order, and cannot be split") {
-    for (const std::string_view scheme : k_each_family) {
+    for (const std::string_view scheme : test::k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -482,11 +470,12 @@ TEST_CASE("[bad-input] the deepest leaves are found, in order, and cannot be spl
         const auto before = test::nodes_of(h);
         CHECK(error_of([&] { h.refine(deepest); }).code() == ErrorCode::unsupported);
         CHECK(h.children(h.node(deepest)).empty());
-        check_sound(h);
+        test::check_sound(h);
         CHECK(test::nodes_of(h) == before);
         for (const LeafHandle leaf : h.leaves()) CHECK(h.find(h.node(leaf)) == leaf);
-        const HierarchyMesh out = h.to_mesh();
+        const HierarchyMesh out = h.to_mesh({.normals = true});
         CHECK(out.mesh.face_count() > before.size() / 2);
+        for (const Vec3d& n : out.mesh.normals) CHECK(glm::length(n) == doctest::Approx(1));
         CHECK(test::topology(test::faces_of(out.mesh)).fault.empty());
         h.shrink();
         CHECK(h.memory_bytes() < 160 * before.size() + 65536);
