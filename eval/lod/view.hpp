@@ -46,7 +46,7 @@ struct ViewOptions {
     std::uint64_t max_bytes = 0;      ///< fewer leaves if these would take more; 0: no limit
     std::uint32_t max_ranges = 4096;  ///< of one buffer in one update; the nearest ones are joined
     double outside_weight = 0.25;     ///< errors out of sight count this much; from 0 to 1
-    double hysteresis = 0.7;  ///< triangles are merged where the error looks this small a part of the limit; 0.1 to 0.8
+    double hysteresis = 0.8;  ///< triangles are merged where the error looks this small a part of the limit; 0.1 to 0.8
 };
 
 /// A vertex as graphics cards get it. Its shader shows mix(position, on_edge, w) with
