@@ -25,7 +25,7 @@ class Candidates {
     static constexpr std::size_t k_revisions = k_odometers;  ///< one more: what waits for a revision of the surface
     static constexpr std::uint32_t k_none = ~std::uint32_t{0};
     static constexpr int k_buckets = 128;
-    static constexpr std::size_t k_batch = 16;  ///< candidates that are looked at: they wait for memory together
+    static constexpr std::size_t k_batch = 32;  ///< candidates that are looked at: they wait for memory together
 
     Candidates() : due_((k_odometers + 1) * k_digits) { clear(); }
     /// No candidates; the odometers stay.
