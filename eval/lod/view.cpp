@@ -336,6 +336,13 @@ class View::Impl {
                 list(nodes[i], look_at(bounds_[i]));
             else
                 wait_for_revision(nodes[i]);
+            const int bucket = candidates_.bucket(nodes[i]);
+            const bool is_soon = candidates_.kind(nodes[i]) == Kind::split
+                                     ? bucket >= level_
+                                     : bucket < std::max(merge_bucket_, level_ - 1);
+            if (!is_soon) continue;
+            for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(nodes[i]))).neighbour)
+                if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside));
         }
     }
     /// Neither split nor merged, but where leaves are too many.
@@ -351,12 +358,7 @@ class View::Impl {
     /// left the bucket.
     bool look_at_first(Kind kind, int bucket) {
         const std::uint32_t first = candidates_.first(kind, bucket);
-        const auto unknown = std::span(due_).first(candidates_.take_unknown(kind, bucket, due_));
-        look(unknown);
-        // Most are split or merged soon.
-        for (const std::uint32_t node : unknown)
-            for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(node))).neighbour)
-                if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside));
+        look(std::span(due_).first(candidates_.take_unknown(kind, bucket, due_)));
         return candidates_.first(kind, bucket) != first;
     }
     void list(std::uint32_t node, const Look& look) {
