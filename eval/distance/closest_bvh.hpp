@@ -58,16 +58,6 @@ class ClosestBvh {
         return search.hit;
     }
 
-    /// Calls visit(primitive) for every primitive whose box may come within `radius` of the point (a few more, none
-    /// fewer), in no particular order.
-    template <class Visit>
-    void for_each_near(const Vec3d& point, double radius, Visit&& visit) const {
-        query(point, radius, [&](std::uint32_t primitive, double) {
-            visit(primitive);
-            return std::numeric_limits<double>::infinity();
-        });
-    }
-
   private:
     friend struct ClosestBvhCallbacks;
     struct Search {

@@ -68,24 +68,6 @@ TEST_CASE("the nearest primitive is brute force's, wherever and however large th
         }
 }
 
-TEST_CASE("a search sphere visits every primitive that it touches") {
-    std::mt19937_64 random(11);
-    std::uniform_real_distribution<double> unit(0, 1);
-    const std::vector<Box3d> boxes = random_boxes(random, 500, Vec3d(3), 1);
-    const ClosestBvh bvh(boxes);
-    for (int i = 0; i < 200; ++i) {
-        const Vec3d p = Vec3d(3) + Vec3d(unit(random), unit(random), unit(random));
-        const double radius = 0.2 * unit(random);
-        std::vector<int> visits(boxes.size());
-        bvh.for_each_near(p, radius, [&](std::uint32_t b) { ++visits[b]; });
-        for (std::size_t b = 0; b < boxes.size(); ++b) {
-            CHECK(visits[b] <= 1);
-            if (distance_to_box(p, boxes[b]) <= radius) REQUIRE(visits[b] == 1);
-            if (distance_to_box(p, boxes[b]) > radius * (1 + 1e-5) + 1e-6) CHECK(visits[b] == 0);
-        }
-    }
-}
-
 TEST_CASE("building boxes reports to the calling thread alone and can be cancelled at every report") {
     std::mt19937_64 random(9);
     const auto boxes = random_boxes(random, 50000, Vec3d(0), 1);
