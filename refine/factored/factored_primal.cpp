@@ -145,31 +145,44 @@ class FactoredPrimal final : public FactoredFaces {
             static_cast<std::uint32_t>(count), [&](std::uint32_t i) { body(static_cast<int>(i)); },
             trace != nullptr ? std::numeric_limits<std::uint32_t>::max() : k_default_grain);
     }
-    /// A vertex with its ring, over which sums begin at start_.
-    struct Around {
-        RuleMesh::Ring ring;
-        int start;
-
-        int faces() const { return ring.faces(); }
-        int neighbour(int i) const { return ring.at(start + i); }
-        int halfedge(int i) const { return ring.halfedge[(start + i) % ring.faces()]; }
+    /// Calls edge(half-edge of it, neighbour) and face(face) for what is around a vertex, from start_ on.
+    template <class Edge, class Face>
+    void around(int v, const Edge& edge, const Face& face) const {
+        int h = start_[v];
+        do {
+            edge(h, mesh_.target(h));
+            face(mesh_.face(h));
+            const int before = mesh_.prev(h);
+            h = mesh_.twin(before);
+            if (h == RuleMesh::none) edge(before, mesh_.origin(before));
+        } while (h != RuleMesh::none && h != start_[v]);
+    }
+    struct Sums {
+        Vec3d neighbours{0}, centres{0};
+        int edges = 0, faces = 0;
     };
-    Around around(int v) const {
-        Around result{mesh_.ring(v), 0};
-        while (result.ring.halfedge[result.start] != start_[v]) ++result.start;
-        return result;
-    }
-    Vec3d neighbours(const Around& of, const Reader& read) const {
-        Vec3d sum(0);
-        for (int i = 0; i < of.ring.edges(); ++i) sum += read(vertex_[of.neighbour(i)]);
-        return sum;
-    }
-    Vec3d centres(const Around& of, const Reader& read) const {
+    /// @param read_centre  (number of a face's point)
+    template <class ReadCentre>
+    Sums sums_around(int v, const Reader& read, const ReadCentre& read_centre) const {
         const auto first = static_cast<std::uint32_t>(mesh_.vertex_count());
-        Vec3d sum(0);
-        for (int i = 0; i < of.faces(); ++i)
-            sum += read(first + static_cast<std::uint32_t>(mesh_.face(of.halfedge(i))));
-        return sum;
+        Sums sums;
+        around(
+            v,
+            [&](int, int neighbour) {
+                sums.neighbours += read(vertex_[neighbour]);
+                ++sums.edges;
+            },
+            [&](int f) {
+                sums.centres += read_centre(first + static_cast<std::uint32_t>(f));
+                ++sums.faces;
+            });
+        return sums;
+    }
+    VertexRule rule(int v) const {
+        bool sharp = is_sharp(mesh_.vertex_sharpness(v));
+        around(
+            v, [&](int h, int) { sharp = sharp || mesh_.sharp(h); }, [](int) {});
+        return sharp ? mesh_.rule(v) : VertexRule::smooth;
     }
 
     /// Room for the next positions, with those of the faces.
@@ -213,32 +226,29 @@ class FactoredPrimal final : public FactoredFaces {
     /// Catmull-Clark's corner rule from old neighbours and new centres.
     Vec3d corner(int v, const HalfSharpness& halves, const std::vector<Vec3d>& next, FactoredTrace* trace) const {
         const Reader read(positions_, trace, vertex_[v]), read_next(next, trace, vertex_[v]);
-        const Around of = around(v);
         const auto smooth = [&] {
-            const Vec3d edges = neighbours(of, read), faces = centres(of, read_next);
-            const RingMask m = CatmullClark::vertex_mask(of.ring.edges());
-            return m.vertex * read(vertex_[v]) + m.edge * edges + m.face * faces;
+            const Sums sums = sums_around(v, read, read_next);
+            const RingMask m = CatmullClark::vertex_mask(sums.edges);
+            return m.vertex * read(vertex_[v]) + m.edge * sums.neighbours + m.face * sums.centres;
         };
+        if (rule(v) == VertexRule::smooth) return smooth();
+        const RuleMesh::Ring ring = mesh_.ring(v);
         const float s = mesh_.vertex_sharpness(v);
-        if (vertex_rule(of.ring.sharpness, s) == VertexRule::smooth) return smooth();
-        const VertexBlend blend = vertex_blend(of.ring.sharpness, s, halves.around(of.ring), child_sharpness(s));
+        const VertexBlend blend = vertex_blend(ring.sharpness, s, halves.around(ring), child_sharpness(s));
         Vec3d point = (blend.corner + blend.crease.weight * k_crease_vertex_mask.vertex) * read(vertex_[v]);
         if (blend.crease.weight > 0)
-            point +=
-                blend.crease.weight * k_crease_vertex_mask.neighbour *
-                (read(vertex_[of.ring.neighbour[blend.crease.a]]) + read(vertex_[of.ring.neighbour[blend.crease.b]]));
+            point += blend.crease.weight * k_crease_vertex_mask.neighbour *
+                     (read(vertex_[ring.neighbour[blend.crease.a]]) + read(vertex_[ring.neighbour[blend.crease.b]]));
         if (blend.smooth > 0) point += blend.smooth * smooth();
         return point;
     }
-    VertexRule rule(int v, const Around& of) const { return vertex_rule(of.ring.sharpness, mesh_.vertex_sharpness(v)); }
     /// 4-8's vertex rule along the sides of the faces; crease vertices wait for the half-step that cuts creases.
     Vec3d waiting_corner(int v, FactoredTrace* trace) const {
         const Reader read(positions_, trace, vertex_[v]);
-        const Around of = around(v);
-        const VertexRule rule = this->rule(v, of);
+        const VertexRule rule = this->rule(v);
         if (rule == VertexRule::crease || rule == VertexRule::corner) return read(vertex_[v]);
-        const Vec3d edges = neighbours(of, read);
-        return 0.5 * read(vertex_[v]) + (0.5 / of.ring.edges()) * edges;
+        const Sums sums = sums_around(v, read, [](std::uint32_t) { return Vec3d(0); });
+        return 0.5 * read(vertex_[v]) + (0.5 / sums.edges) * sums.neighbours;
     }
 
     // Second half-step.
@@ -277,17 +287,22 @@ class FactoredPrimal final : public FactoredFaces {
     Vec3d four_eight_vertex(int v, FactoredTrace* trace) const {
         if (mesh_.first(v) == RuleMesh::none) return positions_[vertex_[v]];
         const Reader read(positions_, trace, vertex_[v]), read_previous(previous_, trace, vertex_[v]);
-        const Around of = around(v);
-        const VertexRule rule = this->rule(v, of);
+        const VertexRule rule = this->rule(v);
         if (rule == VertexRule::corner) return read(vertex_[v]);
         if (rule == VertexRule::crease) {
             Vec3d along(0);
-            for (int i = 0; i < of.ring.edges(); ++i)
-                if (is_sharp(of.ring.sharpness[i])) along += read_previous(vertex_[of.ring.neighbour[i]]);
+            for (const int neighbour : mesh_.sharp_neighbours(v)) along += read_previous(vertex_[neighbour]);
             return k_crease_vertex_mask.vertex * read_previous(vertex_[v]) + k_crease_vertex_mask.neighbour * along;
         }
-        const Vec3d faces = centres(of, read);
-        return 0.5 * read(vertex_[v]) + (0.5 / of.faces()) * faces;
+        Vec3d faces(0);
+        int count = 0;
+        around(
+            v, [](int, int) {},
+            [&](int f) {
+                faces += read(centre_[f]);
+                ++count;
+            });
+        return 0.5 * read(vertex_[v]) + (0.5 / count) * faces;
     }
     Vec3d four_eight_centre(int f, FactoredTrace* trace) const {
         const Reader read(positions_, trace, centre_[f]);
