@@ -157,27 +157,6 @@ class FactoredPrimal final : public FactoredFaces {
             if (h == RuleMesh::none) edge(before, mesh_.origin(before));
         } while (h != RuleMesh::none && h != start_[v]);
     }
-    struct Sums {
-        Vec3d neighbours{0}, centres{0};
-        int edges = 0, faces = 0;
-    };
-    /// @param read_centre  (number of a face's point)
-    template <class ReadCentre>
-    Sums sums_around(int v, const Reader& read, const ReadCentre& read_centre) const {
-        const auto first = static_cast<std::uint32_t>(mesh_.vertex_count());
-        Sums sums;
-        around(
-            v,
-            [&](int, int neighbour) {
-                sums.neighbours += read(vertex_[neighbour]);
-                ++sums.edges;
-            },
-            [&](int f) {
-                sums.centres += read_centre(first + static_cast<std::uint32_t>(f));
-                ++sums.faces;
-            });
-        return sums;
-    }
     VertexRule rule(int v) const {
         bool sharp = is_sharp(mesh_.vertex_sharpness(v));
         around(
@@ -227,9 +206,18 @@ class FactoredPrimal final : public FactoredFaces {
     Vec3d corner(int v, const HalfSharpness& halves, const std::vector<Vec3d>& next, FactoredTrace* trace) const {
         const Reader read(positions_, trace, vertex_[v]), read_next(next, trace, vertex_[v]);
         const auto smooth = [&] {
-            const Sums sums = sums_around(v, read, read_next);
-            const RingMask m = CatmullClark::vertex_mask(sums.edges);
-            return m.vertex * read(vertex_[v]) + m.edge * sums.neighbours + m.face * sums.centres;
+            const auto first = static_cast<std::uint32_t>(mesh_.vertex_count());
+            Vec3d edges(0), faces(0);
+            int n = 0;
+            around(
+                v,
+                [&](int, int neighbour) {
+                    edges += read(vertex_[neighbour]);
+                    ++n;
+                },
+                [&](int f) { faces += read_next(first + static_cast<std::uint32_t>(f)); });
+            const RingMask m = CatmullClark::vertex_mask(n);
+            return m.vertex * read(vertex_[v]) + m.edge * edges + m.face * faces;
         };
         if (rule(v) == VertexRule::smooth) return smooth();
         const RuleMesh::Ring ring = mesh_.ring(v);
@@ -247,8 +235,16 @@ class FactoredPrimal final : public FactoredFaces {
         const Reader read(positions_, trace, vertex_[v]);
         const VertexRule rule = this->rule(v);
         if (rule == VertexRule::crease || rule == VertexRule::corner) return read(vertex_[v]);
-        const Sums sums = sums_around(v, read, [](std::uint32_t) { return Vec3d(0); });
-        return 0.5 * read(vertex_[v]) + (0.5 / sums.edges) * sums.neighbours;
+        Vec3d edges(0);
+        int n = 0;
+        around(
+            v,
+            [&](int, int neighbour) {
+                edges += read(vertex_[neighbour]);
+                ++n;
+            },
+            [](int) {});
+        return 0.5 * read(vertex_[v]) + (0.5 / n) * edges;
     }
 
     // Second half-step.
@@ -295,14 +291,14 @@ class FactoredPrimal final : public FactoredFaces {
             return k_crease_vertex_mask.vertex * read_previous(vertex_[v]) + k_crease_vertex_mask.neighbour * along;
         }
         Vec3d faces(0);
-        int count = 0;
+        int n = 0;
         around(
             v, [](int, int) {},
             [&](int f) {
                 faces += read(centre_[f]);
-                ++count;
+                ++n;
             });
-        return 0.5 * read(vertex_[v]) + (0.5 / count) * faces;
+        return 0.5 * read(vertex_[v]) + (0.5 / n) * faces;
     }
     Vec3d four_eight_centre(int f, FactoredTrace* trace) const {
         const Reader read(positions_, trace, centre_[f]);
