@@ -2,7 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
-#include "../../refine/adaptive/adaptive_dual.hpp"
+#include "../../refine/adaptive/dual_charts.hpp"
 #include "../triangles/point_triangle.hpp"
 
 #include <algorithm>

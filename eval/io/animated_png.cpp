@@ -1,10 +1,11 @@
 #include "animated_png.hpp"
 
+#include "../../hier/base/crc32.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
 
-#include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -23,24 +24,10 @@ std::string big_endian(Numbers... numbers) {
     return bytes;
 }
 
-/// The CRC of ISO 3309, as PNG has it (W3C PNG, annex D).
-std::uint32_t crc(std::string_view bytes) {
-    static const auto table = [] {
-        std::array<std::uint32_t, 256> entries;
-        for (std::uint32_t i = 0; i < entries.size(); ++i) {
-            entries[i] = i;
-            for (int bit = 0; bit < 8; ++bit) entries[i] = entries[i] >> 1 ^ ((entries[i] & 1) != 0 ? 0xEDB88320u : 0u);
-        }
-        return entries;
-    }();
-    std::uint32_t remainder = 0xFFFF'FFFFu;
-    for (const char c : bytes) remainder = table[(remainder ^ static_cast<std::uint8_t>(c)) & 0xFF] ^ remainder >> 8;
-    return ~remainder;
-}
-
 std::string chunk(std::string_view type, std::string_view data) {
     const std::string body = std::string(type).append(data);
-    return big_endian(static_cast<std::uint32_t>(data.size())) + body + big_endian(crc(body));
+    return big_endian(static_cast<std::uint32_t>(data.size())) + body +
+           big_endian(detail::crc32(std::as_bytes(std::span(body))));
 }
 
 }  // namespace

@@ -258,27 +258,20 @@ class GlbEncoder {
 
     void write_buffer(AtomicFile& file) const {
         write_in_pieces(file, split_.count, context_, 0.0, 0.3,
-                        [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                            for (std::uint64_t v = first; v < last; ++v) append_bytes(out, local(v));
-                        });
+                        [&](std::string& out, std::uint64_t v) { append_bytes(out, local(v)); });
         write_in_pieces(file, mesh_.has_normals() ? split_.count : 0, context_, 0.3, 0.5,
-                        [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                            for (std::uint64_t v = first; v < last; ++v)
-                                append_bytes(out, unit_normal(mesh_.normals[split_.normal(v)]));
+                        [&](std::string& out, std::uint64_t v) {
+                            append_bytes(out, unit_normal(mesh_.normals[split_.normal(v)]));
                         });
         write_in_pieces(file, mesh_.has_uvs() ? split_.count : 0, context_, 0.5, 0.6,
-                        [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                            for (std::uint64_t v = first; v < last; ++v) {
-                                const std::uint32_t i = split_.vertex_uv[v];
-                                const Vec2d uv = i == SplitVertices::k_no_uv ? Vec2d(0) : mesh_.uvs[i];
-                                append_bytes(out, glm::vec2(uv.x, 1 - uv.y));  // glTF counts v from the top
-                            }
+                        [&](std::string& out, std::uint64_t v) {
+                            const std::uint32_t i = split_.vertex_uv[v];
+                            const Vec2d uv = i == SplitVertices::k_no_uv ? Vec2d(0) : mesh_.uvs[i];
+                            append_bytes(out, glm::vec2(uv.x, 1 - uv.y));  // glTF counts v from the top
                         });
-        write_in_pieces(file, list_.indices.size(), context_, 0.6, 1.0,
-                        [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                            out.append(reinterpret_cast<const char*>(list_.indices.data() + first),
-                                       (last - first) * sizeof(std::uint32_t));
-                        });
+        write_in_pieces(file, list_.indices.size() / 3, context_, 0.6, 1.0, [&](std::string& out, std::uint64_t t) {
+            out.append(reinterpret_cast<const char*>(&list_.indices[3 * t]), 3 * sizeof(std::uint32_t));
+        });
     }
 
     const MeshView& mesh_;

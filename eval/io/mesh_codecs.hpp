@@ -20,8 +20,8 @@ void encode_glb(const MeshView& mesh, const Box3d& whole, AtomicFile& file, cons
 
 static_assert(std::endian::native == std::endian::little, "PLY and GLB are written as the machine's own bytes");
 
-/// Writes elements [0, count) in order: append(text, first, last) adds the bytes of a stretch to a string. Stretches
-/// are made in parallel, a few at a time, so memory stays small and the bytes do not depend on the threads.
+/// Writes elements [0, count) in order: append(text, element) adds the bytes of one to a string. Stretches of them are
+/// made in parallel, a few at a time, so memory stays small and the bytes do not depend on the threads.
 template <class Append>
 void write_in_pieces(AtomicFile& file, std::uint64_t count, const RunContext& context, double from, double to,
                      Append&& append) {
@@ -36,7 +36,8 @@ void write_in_pieces(AtomicFile& file, std::uint64_t count, const RunContext& co
             pieces_now,
             [&](std::uint32_t i) {
                 pieces[i].clear();
-                append(pieces[i], begin + i * k_piece, std::min(end, begin + (i + 1) * k_piece));
+                const std::uint64_t last = std::min(end, begin + (i + 1) * k_piece);
+                for (std::uint64_t e = begin + i * k_piece; e < last; ++e) append(pieces[i], e);
             },
             1);
         for (std::uint32_t i = 0; i < pieces_now; ++i) file.write(pieces[i]);

@@ -289,40 +289,30 @@ void append_face(std::string& out, const MeshView& mesh, std::uint64_t f) {
 
 void encode_obj(const MeshView& mesh, AtomicFile& file, const RunContext& context) {
     file.write("# tetrakis\n");
-    write_in_pieces(file, mesh.positions.size(), context, 0.0, 0.35,
-                    [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                        for (std::uint64_t v = first; v < last; ++v) {
-                            const Vec3d& p = mesh.positions[v];
-                            fmt::format_to(std::back_inserter(out), FMT_COMPILE("v {} {} {}\n"), p.x, p.y, p.z);
-                        }
-                    });
+    write_in_pieces(file, mesh.positions.size(), context, 0.0, 0.35, [&](std::string& out, std::uint64_t v) {
+        const Vec3d& p = mesh.positions[v];
+        fmt::format_to(std::back_inserter(out), FMT_COMPILE("v {} {} {}\n"), p.x, p.y, p.z);
+    });
     write_in_pieces(file, mesh.has_uvs() ? mesh.uvs.size() : 0, context, 0.35, 0.5,
-                    [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                        for (std::uint64_t i = first; i < last; ++i)
-                            fmt::format_to(std::back_inserter(out), FMT_COMPILE("vt {} {}\n"), mesh.uvs[i].x,
-                                           mesh.uvs[i].y);
+                    [&](std::string& out, std::uint64_t i) {
+                        const Vec2d& uv = mesh.uvs[i];
+                        fmt::format_to(std::back_inserter(out), FMT_COMPILE("vt {} {}\n"), uv.x, uv.y);
                     });
-    write_in_pieces(file, mesh.normals.size(), context, 0.5, 0.75,
-                    [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                        for (std::uint64_t v = first; v < last; ++v) {
-                            const Vec3d& n = mesh.normals[v];
-                            fmt::format_to(std::back_inserter(out), FMT_COMPILE("vn {} {} {}\n"), n.x, n.y, n.z);
-                        }
-                    });
+    write_in_pieces(file, mesh.normals.size(), context, 0.5, 0.75, [&](std::string& out, std::uint64_t v) {
+        const Vec3d& n = mesh.normals[v];
+        fmt::format_to(std::back_inserter(out), FMT_COMPILE("vn {} {} {}\n"), n.x, n.y, n.z);
+    });
     std::vector<std::string> materials, groups;
     for (const std::string& name : mesh.materials) materials.push_back("usemtl " + printable_name(name) + "\n");
     for (const std::string& name : mesh.groups) groups.push_back("g " + printable_name(name) + "\n");
-    write_in_pieces(file, mesh.face_count(), context, 0.75, 1.0,
-                    [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                        for (std::uint64_t f = first; f < last; ++f) {
-                            const auto changes = [&](std::span<const std::uint32_t> numbers) {
-                                return !numbers.empty() && (f == 0 || numbers[f] != numbers[f - 1]);
-                            };
-                            if (changes(mesh.face_group)) out += groups[mesh.face_group[f]];
-                            if (changes(mesh.face_material)) out += materials[mesh.face_material[f]];
-                            append_face(out, mesh, f);
-                        }
-                    });
+    write_in_pieces(file, mesh.face_count(), context, 0.75, 1.0, [&](std::string& out, std::uint64_t f) {
+        const auto changes = [&](std::span<const std::uint32_t> numbers) {
+            return !numbers.empty() && (f == 0 || numbers[f] != numbers[f - 1]);
+        };
+        if (changes(mesh.face_group)) out += groups[mesh.face_group[f]];
+        if (changes(mesh.face_material)) out += materials[mesh.face_material[f]];
+        append_face(out, mesh, f);
+    });
 }
 
 }  // namespace tetrakis::detail

@@ -245,34 +245,28 @@ void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& contex
     if (!mesh.face_group.empty()) header += "property int group_index\n";
     file.write(header + "end_header\n");
 
-    write_in_pieces(file, split.count, context, 0.0, 0.5,
-                    [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-                        for (std::uint64_t v = first; v < last; ++v) {
-                            append_bytes(out, mesh.positions[split.original(v)]);
-                            if (mesh.has_normals()) append_bytes(out, mesh.normals[split.normal(v)]);
-                        }
-                    });
+    write_in_pieces(file, split.count, context, 0.0, 0.5, [&](std::string& out, std::uint64_t v) {
+        append_bytes(out, mesh.positions[split.original(v)]);
+        if (mesh.has_normals()) append_bytes(out, mesh.normals[split.normal(v)]);
+    });
     const auto append_count = [&](std::string& out, std::uint64_t count) {
         if (short_lists)
             append_bytes(out, static_cast<std::uint8_t>(count));
         else
             append_bytes(out, static_cast<std::uint32_t>(count));
     };
-    write_in_pieces(
-        file, mesh.face_count(), context, 0.5, 1.0, [&](std::string& out, std::uint64_t first, std::uint64_t last) {
-            for (std::uint64_t f = first; f < last; ++f) {
-                const std::uint64_t begin = mesh.face_begin(f), end = mesh.face_end(f);
-                append_count(out, end - begin);
-                for (std::uint64_t c = begin; c < end; ++c)
-                    append_bytes(out, split.corner_vertex.empty() ? mesh.corners[c] : split.corner_vertex[c]);
-                if (mesh.has_uvs()) {
-                    append_count(out, 2 * (end - begin));
-                    for (std::uint64_t c = begin; c < end; ++c) append_bytes(out, mesh.uvs[mesh.corner_uvs[c]]);
-                }
-                if (!mesh.face_material.empty()) append_bytes(out, mesh.face_material[f]);
-                if (!mesh.face_group.empty()) append_bytes(out, mesh.face_group[f]);
-            }
-        });
+    write_in_pieces(file, mesh.face_count(), context, 0.5, 1.0, [&](std::string& out, std::uint64_t f) {
+        const std::uint64_t begin = mesh.face_begin(f), end = mesh.face_end(f);
+        append_count(out, end - begin);
+        for (std::uint64_t c = begin; c < end; ++c)
+            append_bytes(out, split.corner_vertex.empty() ? mesh.corners[c] : split.corner_vertex[c]);
+        if (mesh.has_uvs()) {
+            append_count(out, 2 * (end - begin));
+            for (std::uint64_t c = begin; c < end; ++c) append_bytes(out, mesh.uvs[mesh.corner_uvs[c]]);
+        }
+        if (!mesh.face_material.empty()) append_bytes(out, mesh.face_material[f]);
+        if (!mesh.face_group.empty()) append_bytes(out, mesh.face_group[f]);
+    });
 }
 
 }  // namespace tetrakis::detail

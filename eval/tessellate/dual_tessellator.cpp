@@ -1,5 +1,4 @@
 #include "../../hier/base/parallel.hpp"
-#include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/dual_charts.hpp"
 #include "../../refine/adaptive/triangle_memory.hpp"
 #include "../../refine/points/row_points.hpp"

@@ -283,9 +283,7 @@ class LatticeTessellator final : public TessellationRun {
                 for (std::size_t k = 0; k < 3; ++k)
                     addresses[3 * std::size_t{t} + k] = origin(t).template corner_site<Family>(mesh_, k);
             });
-            const std::vector<Vec2d> corner = uvs.at(addresses, context_);
-            add_uvs(
-                mesh, [&](std::uint32_t t, std::size_t k) { return corner[3 * std::size_t{t} + k]; }, context_);
+            add_uvs(mesh, uvs.at(addresses, context_));
         }
         context_.report("attributes", 1);
         add_face_attributes(mesh_, result_.triangle_face, mesh);

@@ -214,9 +214,7 @@ class Sqrt3Tessellator final : public TessellationRun {
         split_normals_of(result_, mesh_, options_);
         if (!options_.uvs || !mesh_.has_uvs()) return;
         try {
-            const std::vector<Vec2d> uv = sqrt3_uvs(forest().lattice(), leaves_, options_, context_);
-            add_uvs(
-                result_.mesh, [&](std::uint32_t t, std::size_t k) { return uv[3 * std::size_t{t} + k]; }, context_);
+            add_uvs(result_.mesh, sqrt3_uvs(forest().lattice(), leaves_, options_, context_));
         } catch (const Error& error) {
             if (error.code() != ErrorCode::invalid_input) throw;
             result_.warnings.push_back(std::string("the UV layer cannot be subdivided and is left out (") +

@@ -259,13 +259,12 @@ class PatchTessellator final : public detail::TessellationRun {
         if (options_.normals) add_normals();
         if (options_.uvs && uv_) {
             const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
-            std::vector<std::array<Vec2d, 3>> uvs(count);
+            std::vector<Vec2d> uvs(3 * std::size_t{count});
             detail::for_each_batch(uv_->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
                 for (std::size_t k = 0; k < 3; ++k)
-                    uvs[t][k] = uv_->at(origin(t).template corner_site<Family>(mesh_, k));
+                    uvs[3 * std::size_t{t} + k] = uv_->at(origin(t).template corner_site<Family>(mesh_, k));
             });
-            add_uvs(
-                result_.mesh, [&](std::uint32_t t, std::size_t k) { return uvs[t][k]; }, context_);
+            add_uvs(result_.mesh, uvs);
         }
         context_.report("attributes", 1);
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);

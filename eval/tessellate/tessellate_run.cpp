@@ -3,6 +3,7 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
+#include "../../refine/attributes/numbered_uvs.hpp"
 #include "../../refine/rules/rule_limit.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../bounds/dual_bound.hpp"
@@ -13,12 +14,10 @@
 #include "../surface/local_frame.hpp"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <string>
 #include <string_view>
-#include <tuple>
 
 namespace tetrakis {
 
@@ -32,31 +31,13 @@ void geometric_normals(TriangleMesh& mesh) {
     for (Vec3d& n : mesh.normals) n = unit_or_zero(n);
 }
 
-void add_uvs(TriangleMesh& mesh, const std::function<Vec2d(std::uint32_t, std::size_t)>& corner_uv,
-             const RunContext& context) {
-    const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
-    struct Corner {
-        std::uint32_t vertex;
-        Vec2d uv;
-        std::uint32_t triangle;
-        std::uint8_t k;
-    };
-    std::vector<Corner> corners(std::size_t{3} * count);
-    for_each_reported(count, 128, context, "attributes", 0, 0.7, [&](std::uint32_t t) {
-        for (std::uint8_t k = 0; k < 3; ++k)
-            corners[std::size_t{3} * t + k] = {mesh.triangles[t][k], corner_uv(t, k), t, k};
-    });
-    oneapi::tbb::parallel_sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
-        return std::tie(a.vertex, a.uv.x, a.uv.y, a.triangle, a.k) <
-               std::tie(b.vertex, b.uv.x, b.uv.y, b.triangle, b.k);
-    });
-    mesh.uvs.clear();
-    mesh.triangle_uvs.assign(count, {});
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-        const Corner& c = corners[i];
-        if (i == 0 || corners[i - 1].vertex != c.vertex || corners[i - 1].uv != c.uv) mesh.uvs.push_back(c.uv);
-        mesh.triangle_uvs[c.triangle][c.k] = static_cast<std::uint32_t>(mesh.uvs.size() - 1);
-    }
+void add_uvs(TriangleMesh& mesh, std::span<const Vec2d> corner_uvs) {
+    if (mesh.triangles.empty()) return;
+    auto [uvs, numbers] = detail::number_uvs({mesh.triangles.front().data(), corner_uvs.size()}, corner_uvs);
+    mesh.uvs = std::move(uvs);
+    mesh.triangle_uvs.resize(mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        std::copy_n(&numbers[3 * t], 3, mesh.triangle_uvs[t].begin());
 }
 
 void add_face_attributes(const ControlMesh& control, std::span<const std::uint32_t> triangle_face, TriangleMesh& mesh) {

@@ -8,13 +8,12 @@
 #include "../points/row_points.hpp"
 #include "../points/vertex_links.hpp"
 #include "../points/written_positions.hpp"
+#include "../rules/triangle_cut.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <numeric>
 #include <string>
-#include <tuple>
 #include <utility>
 
 namespace tetrakis {
@@ -123,9 +122,9 @@ class DualCharts::Follower {
         cells_.resize(faces.corners.size());
     }
 
-    FaceUvs run(bool limit) {
+    detail::FaceUvs run(bool limit) {
         for (std::uint32_t f = 0; f < faces_.control_faces.size(); ++f) face(f);
-        return numbered(values(limit));
+        return detail::number_uvs(faces_.face_vertices, values(limit));
     }
 
   private:
@@ -228,23 +227,6 @@ class DualCharts::Follower {
         return values;
     }
 
-    /// Those of one vertex that are the same are one.
-    FaceUvs numbered(const std::vector<Vec2d>& values) const {
-        const auto key = [&](std::uint32_t c) { return std::tie(faces_.face_vertices[c], values[c].x, values[c].y); };
-        std::vector<std::uint32_t> order(values.size());
-        std::iota(order.begin(), order.end(), 0u);
-        oneapi::tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return key(a) != key(b) ? key(a) < key(b) : a < b;
-        });
-        FaceUvs result;
-        result.face_uvs.resize(values.size());
-        for (std::size_t i = 0; i < order.size(); ++i) {
-            if (i == 0 || key(order[i - 1]) != key(order[i])) result.uvs.push_back(values[order[i]]);
-            result.face_uvs[order[i]] = static_cast<std::uint32_t>(result.uvs.size() - 1);
-        }
-        return result;
-    }
-
     const DualCharts& charts_;
     const VertexForest& forest_;
     DualFaces& faces_;
@@ -254,8 +236,17 @@ class DualCharts::Follower {
     std::vector<std::uint32_t> beyond_;  ///< 4 * root + corner, around a face's point
 };
 
-DualCharts::FaceUvs DualCharts::uvs(const VertexForest& forest, DualFaces& faces, bool limit) const {
+detail::FaceUvs DualCharts::uvs(const VertexForest& forest, DualFaces& faces, bool limit) const {
     return Follower(*this, forest, faces).run(limit);
+}
+
+void detail::cut_into_triangles(DualFaces& faces, std::vector<std::uint32_t>* face_uvs) {
+    const TriangleCut cut = cut_polygons(faces.face_offsets, faces.diagonal_at_first);
+    faces.face_offsets = cut.offsets();
+    cut.spread_corners(faces.face_vertices);
+    cut.spread(faces.control_faces);
+    faces.corners.clear();
+    if (face_uvs != nullptr) cut.spread_corners(*face_uvs);
 }
 
 }  // namespace tetrakis

@@ -4,6 +4,7 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/trees/vertex_forest.hpp"
 #include "../../schemes/core/scheme_table.hpp"
+#include "../attributes/numbered_uvs.hpp"
 #include "../points/level_source.hpp"
 
 #include <cstdint>
@@ -27,15 +28,11 @@ class DualCharts {
     DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots& roots,
                const RunContext& context = {});
 
-    struct FaceUvs {
-        std::vector<Vec2d> uvs;               ///< by vertex; those of one vertex all different
-        std::vector<std::uint32_t> face_uvs;  ///< per face corner
-    };
     /// @param faces  of the forest, with their corners; a face across a seam comes to belong to the control face whose
     ///               UVs it has
     /// @param limit  of the limits; else of the net, each at its leaf's level
     /// @throws Error  unsupported: a chart does not go on beyond a seam as far as a face reaches, or there is no limit
-    FaceUvs uvs(const VertexForest& forest, DualFaces& faces, bool limit) const;
+    detail::FaceUvs uvs(const VertexForest& forest, DualFaces& faces, bool limit) const;
 
   private:
     class Follower;
@@ -47,5 +44,14 @@ class DualCharts {
     std::shared_ptr<const LevelSource> points_;
     std::vector<std::uint32_t> root_;  ///< of the charts, for each of the surface
 };
+
+namespace detail {
+
+/// Cuts quads along the diagonal in the 4-8 pattern, larger faces into fans. Without `diagonal_at_first` and `corners`
+/// afterwards.
+/// @param face_uvs  if not null, cut alike: a number per face corner
+void cut_into_triangles(DualFaces& faces, std::vector<std::uint32_t>* face_uvs = nullptr);
+
+}  // namespace detail
 
 }  // namespace tetrakis

@@ -1,5 +1,6 @@
 #include "hierarchy_file.hpp"
 
+#include "../../hier/base/crc32.hpp"
 #include "../../hier/base/error.hpp"
 
 #include <array>
@@ -15,24 +16,6 @@ constexpr std::array<char, 8> k_magic{'t', 'e', 't', 'r', 'a', 'k', 'i', 's'};
 constexpr std::uint32_t k_version = 2;
 constexpr std::size_t k_fixed = 40;  // bytes before the names
 constexpr std::size_t k_checksum = 4;
-
-// CRC-32 of IEEE 802.3, reflected.
-constexpr std::array<std::uint32_t, 256> make_crc_table() {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-        std::uint32_t c = i;
-        for (int bit = 0; bit < 8; ++bit) c = (c & 1) != 0 ? 0xEDB8'8320u ^ c >> 1 : c >> 1;
-        table[i] = c;
-    }
-    return table;
-}
-constexpr std::array<std::uint32_t, 256> k_crc_table = make_crc_table();
-
-std::uint32_t crc32(std::span<const std::byte> bytes) {
-    std::uint32_t c = 0xFFFF'FFFFu;
-    for (std::byte b : bytes) c = k_crc_table[(c ^ static_cast<std::uint32_t>(b)) & 0xFF] ^ c >> 8;
-    return c ^ 0xFFFF'FFFFu;
-}
 
 class Writer {
   public:

@@ -35,16 +35,11 @@ void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::u
 
 void Hierarchy::evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
     const auto count = static_cast<std::uint32_t>(faces.sites.size()), block = vertices_at_once(options.context);
-    std::vector<LimitPoint> points;
     for (std::uint32_t begin = 0; begin < count; begin += block) {
         options.context.report("vertices", static_cast<double>(begin) / count);
         const std::uint32_t size = std::min(block, count - begin);
         const std::span sites(faces.sites.data() + begin, size);
-        if (options.normals) {
-            points.assign(size, {});
-            family_->source().limits(sites, points);
-            for (std::uint32_t i = 0; i < size; ++i) mesh.normals[begin + i] = points[i].normal;
-        }
+        if (options.normals) family_->source().normals(sites, {mesh.normals.data() + begin, size});
         family_->source().limit_positions(sites, {mesh.positions.data() + begin, size});
     }
 }

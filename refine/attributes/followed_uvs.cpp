@@ -2,6 +2,7 @@
 
 #include "../../schemes/rules/averaging.hpp"
 #include "../rules/parallel_blocks.hpp"
+#include "../rules/rule_levels.hpp"
 #include "seam_extension.hpp"
 #include "seam_face.hpp"
 #include "uv_mesh.hpp"
@@ -18,14 +19,8 @@ namespace {
 
 /// Values of the next level.
 std::vector<Vec2d> next_uvs(const StencilTable& stencils, const std::vector<Vec2d>& uvs) {
-    std::vector<Vec2d> finer(stencils.row_count());
-    for_each_index(static_cast<std::uint32_t>(stencils.row_count()), [&](std::uint32_t r) {
-        const auto points = stencils.points(static_cast<int>(r));
-        const auto weights = stencils.weights(static_cast<int>(r));
-        Vec2d sum(0);
-        for (std::size_t i = 0; i < points.size(); ++i) sum += weights[i] * uvs[points[i]];
-        finer[r] = sum;
-    });
+    std::vector<Vec2d> finer(static_cast<std::size_t>(stencils.row_count()));
+    if (!finer.empty()) apply(stencils, &uvs.front().x, 2, &finer.front().x);
     return finer;
 }
 

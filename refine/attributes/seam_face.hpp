@@ -14,7 +14,6 @@ namespace tetrakis::detail {
 /// Corners of a face of a dual scheme that lie on the same side of every seam.
 struct SeamRun {
     int first, size;
-    bool tied = false;  ///< with another one that begins where it does
 };
 
 /// Where a corner of a face of a dual scheme comes from. Where a seam runs over an inner vertex of two faces, both of
@@ -36,10 +35,7 @@ SeamRun longest_run(int size, const GoesOn& goes_on, const Origin& origin) {
         if (goes_on((i + size - 1) % size)) continue;
         int length = 1;
         while (length < size && goes_on((i + length - 1) % size)) ++length;
-        if (length > best.size || (length == best.size && origin(i) < origin(best.first)))
-            best = {i, length};
-        else if (length == best.size && origin(i) == origin(best.first))
-            best.tied = true;
+        if (length > best.size || (length == best.size && origin(i) < origin(best.first))) best = {i, length};
     }
     return best.size == 0 ? SeamRun{0, size} : best;  // all of it on one side, and round
 }

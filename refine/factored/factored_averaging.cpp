@@ -20,11 +20,9 @@ constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
 class FactoredAveraging final : public FactoredFaces {
   public:
     FactoredAveraging(const ControlMesh& control, const RuleOptions& rules)
-        : FactoredFaces(control),
-          rules_(rules),
-          open_(control.has_boundary()),
-          source_(control.data().source),
-          own_(FactoredFaces::active_mesh()) {
+        : FactoredFaces(control), rules_(rules), open_(control.has_boundary()), source_(control.data().source) {
+        put_centres();
+        own_ = FactoredFaces::active_mesh();
         rules_.runner = nullptr;
         if (rules.averaging_steps < 0)
             throw Error(ErrorCode::invalid_input, "the number of averaging steps must not be negative");
@@ -88,14 +86,6 @@ class FactoredAveraging final : public FactoredFaces {
         std::vector<std::uint32_t> at_vertex, at_quad;  ///< numbers
         std::vector<Vec3d> split{};                     ///< before the first averaging, for sharp rules
     };
-
-    /// Numbers of the split's points: at vertices, edges and faces.
-    std::vector<std::uint32_t> places() const {
-        std::vector<std::uint32_t> result = vertex_;
-        result.insert(result.end(), midpoint_.begin(), midpoint_.end());
-        result.insert(result.end(), centre_.begin(), centre_.end());
-        return result;
-    }
 
     /// Without averaging: the split mesh is the next level's.
     void take_split() {

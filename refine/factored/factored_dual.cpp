@@ -26,7 +26,9 @@ Mask mask_of(FactoredScheme scheme) {
 /// The dual schemes.
 class FactoredDual final : public FactoredFaces {
   public:
-    FactoredDual(const ControlMesh& control, FactoredScheme scheme) : FactoredFaces(control), mask_(mask_of(scheme)) {}
+    FactoredDual(const ControlMesh& control, FactoredScheme scheme) : FactoredFaces(control), mask_(mask_of(scheme)) {
+        put_centres();
+    }
 
     void half_step(FactoredTrace* trace) override {
         check_halfedge_memory(halfedges(), !midpoint_.empty(), k_next);

@@ -21,10 +21,21 @@ FactoredFaces::FactoredFaces(const ControlMesh& control) {
     positions_.assign(control.positions().begin(), control.positions().end());
     vertex_.resize(mesh_.vertex_count());
     for (std::size_t v = 0; v < vertex_.size(); ++v) vertex_[v] = static_cast<std::uint32_t>(v);
+}
+
+void FactoredFaces::put_centres() {
     centre_.resize(mesh_.face_count());
     for (std::uint32_t& c : centre_) c = add({});
     rest_centres(nullptr);
     set_states();
+}
+
+std::vector<std::uint32_t> FactoredFaces::places() const {
+    std::vector<std::uint32_t> result = vertex_;
+    result.reserve(vertex_.size() + midpoint_.size() + centre_.size());
+    result.insert(result.end(), midpoint_.begin(), midpoint_.end());
+    result.insert(result.end(), centre_.begin(), centre_.end());
+    return result;
 }
 
 void FactoredFaces::check_halfedge_memory(std::uint64_t halfedges, bool finer, std::string_view which) const {
@@ -35,6 +46,7 @@ void FactoredFaces::check_halfedge_memory(std::uint64_t halfedges, bool finer, s
 
 std::vector<std::array<std::uint32_t, 3>> FactoredFaces::triangles() const {
     std::vector<std::array<std::uint32_t, 3>> result;
+    result.reserve(halfedges() * (midpoint_.empty() ? 1 : 2));
     for (int h = 0; h < mesh_.halfedge_count(); ++h) {
         const std::uint32_t u = vertex_[mesh_.origin(h)], w = vertex_[mesh_.target(h)];
         const std::uint32_t c = centre_[mesh_.face(h)];

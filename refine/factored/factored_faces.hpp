@@ -15,7 +15,12 @@ class FactoredFaces : public FactoredSteps {
     PolygonMesh active_mesh() const override;
 
   protected:
+    /// Without centres.
     explicit FactoredFaces(const ControlMesh& control);
+    /// Into all faces, where they rest.
+    void put_centres();
+    /// Numbers of the split's points: at vertices, edges and faces.
+    std::vector<std::uint32_t> places() const;
 
     /// What a rule sees: all reads of rules pass here.
     class Reader {

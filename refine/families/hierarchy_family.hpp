@@ -67,19 +67,15 @@ class HierarchyFamily {
     virtual bool is_leaf(LeafId slot) const = 0;
     virtual std::uint32_t point_slots() const = 0;
     virtual HierarchyNode node(LeafId leaf) const = 0;
-    virtual int depth(LeafId leaf) const { return node(leaf).depth; }
+    virtual int depth(LeafId leaf) const = 0;
     /// All but the handle's generation.
     virtual LeafView view(LeafId leaf) const = 0;
     virtual NodeView view(const HierarchyNode& node) const = 0;
     /// view() of many leaves.
     /// @param views  holds views of this family's leaves, or new ones
-    virtual void views(std::span<const LeafId> leaves, std::span<LeafView> views) const {
-        for (std::size_t i = 0; i < leaves.size(); ++i) views[i] = view(leaves[i]);
-    }
+    virtual void views(std::span<const LeafId> leaves, std::span<LeafView> views) const = 0;
     /// Removes the leaves of this depth and below from a list.
-    virtual void remove_below(int least_depth, std::vector<LeafId>& leaves) const {
-        std::erase_if(leaves, [&](LeafId leaf) { return depth(leaf) >= least_depth; });
-    }
+    virtual void remove_below(int least_depth, std::vector<LeafId>& leaves) const = 0;
     /// Across a side: none, one (the other invalid), or two in the order along the side.
     virtual std::array<LeafId, 2> neighbours(LeafId leaf, int side) const = 0;
     /// In the order of their nodes.

@@ -85,7 +85,6 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
         return {};
     }
     bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
-    bool has_node(const HierarchyNode& node) const override { return has_root(node.root); }
 
     HierarchyNode node(LeafId leaf) const override { return node_of(forest_.cell(leaf)); }
     int depth(LeafId leaf) const override { return forest_.level(leaf); }

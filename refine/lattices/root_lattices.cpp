@@ -243,8 +243,8 @@ RootLattices::Numbers RootLattices::point_numbers(const RootLayout& at) const {
 
 bool RootLattices::set_base(const RuleMesh& mesh) {
     const auto H = static_cast<std::size_t>(mesh.halfedge_count());
-    base_.face_size = mesh.face_size(0);
-    if (!mesh.all_faces_have(base_.face_size) || base_.face_size > 4) return false;
+    if (mesh.face_size(0) > 4 || !mesh.all_faces_have(mesh.face_size(0))) return false;
+    base_.face_size = static_cast<std::uint32_t>(mesh.face_size(0));
     base_.vertex_count = static_cast<std::uint32_t>(mesh.vertex_count());
     base_.edge_count = static_cast<std::uint32_t>(mesh.edge_count());
     base_.face_count = static_cast<std::uint32_t>(mesh.face_count());

@@ -62,8 +62,6 @@ class RootLattices {
 
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }
-    /// In cells: the roots before those beyond boundaries and creases.
-    std::uint32_t own_roots() const { return own_roots_; }
     std::uint32_t control_face(std::uint32_t root) const { return base_face_[root]; }
     /// Calls visit(half-edge) for each edge between two roots, in the order of their numbers.
     template <class Visit>
@@ -149,7 +147,7 @@ class RootLattices {
     }
 
     // Lattices seen from half-edge h: a along it, b away from it; n is the last place.
-    std::uint32_t side_count() const { return static_cast<std::uint32_t>(base_.face_size); }
+    std::uint32_t side_count() const { return base_.face_size; }
     std::uint32_t last_place(std::uint32_t segments) const { return in_cells_ ? segments - 1 : segments; }
     std::uint32_t last_place(const RootLayout& at) const { return last_place(at.segments()); }
     Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -35,18 +34,6 @@ inline CellFrame triangle_child(const RuleMesh& mesh, const RuleStep& step, cons
     const int at_corner = step.child_halfedge[face_corner(mesh, frame, 0, 3)];
     return {step.mesh.twin(step.mesh.next(at_corner)), 1};
 }
-
-/// Triangles in nine: of the half-edge from corner 0 to corner 1, the one of the child that is so many of its own sides
-/// along that edge, and along the third one.
-inline int ninth_child(const RuleStep& step, int halfedge, std::int64_t along, std::int64_t up) {
-    const RuleMesh& mesh = step.mesh;
-    int h = step.child_halfedge[halfedge];
-    for (; along > 0; --along) h = mesh.next(mesh.twin(mesh.next(mesh.twin(mesh.next(h)))));
-    for (; up > 0; --up) h = mesh.twin(mesh.prev(mesh.twin(mesh.next(h))));
-    return h;
-}
-/// The same of the child across the second side, which is turned by half a turn.
-inline int turned_neighbour(const RuleMesh& mesh, int halfedge) { return mesh.prev(mesh.twin(mesh.next(halfedge))); }
 
 /// The half-edges that leave a dual vertex, by the corners of its cell; none where the cell ends the surface, or its
 /// side of a crease, and at the far corner of one with three faces all around: it comes from a vertex of two faces,

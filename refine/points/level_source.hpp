@@ -30,7 +30,7 @@ class LevelSource {
     /// Limit positions, tangents and normals. @throws Error  unsupported: the scheme has no limit mask for a vertex
     virtual void limits(std::span<const Site> sites, std::span<LimitPoint> out) const = 0;
     /// The unit normals of limits().
-    virtual void normals(std::span<const Site> sites, std::span<Vec3d> out) const;
+    virtual void normals(std::span<const Site> sites, std::span<Vec3d> out) const = 0;
 };
 
 }  // namespace tetrakis

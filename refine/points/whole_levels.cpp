@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -24,43 +25,6 @@ namespace {
 constexpr double k_most_vertices = 1u << 25;
 /// Vertices whose limits are found together: their rows take some 60 MB.
 constexpr std::size_t k_limits_at_once = std::size_t{1} << 16;
-
-/// A cell of a level on the way down to it, and the wanted corner, in the frame of the cell that has been come to,
-/// whose sides are `size` long.
-struct Descent {
-    std::int64_t x = 0, y = 0;  ///< middle of the wanted cell
-    std::int64_t corner_x = 0, corner_y = 0;
-    std::int64_t size = 0;
-
-    void move(std::int64_t dx, std::int64_t dy) {
-        x -= dx;
-        y -= dy;
-        corner_x -= dx;
-        corner_y -= dy;
-    }
-    /// Which of four quads.
-    int next_quad() {
-        size /= 2;
-        const bool right = x > size, up = y > size;
-        move(right ? size : 0, up ? size : 0);
-        return up ? (right ? 2 : 3) : right;
-    }
-    /// Which of four triangles; the middle one is turned by half a turn.
-    int next_triangle() {
-        size /= 2;
-        if (x > size) return move(size, 0), 1;
-        if (y > size) return move(0, size), 2;
-        if (x + y < size) return 0;
-        turn();
-        return 3;
-    }
-    void turn() {
-        for (std::int64_t* c : {&x, &y, &corner_x, &corner_y}) *c = size - *c;
-    }
-};
-
-/// Units of a cell's side in which its middle has whole coordinates.
-constexpr std::int64_t k_quad_unit = 2, k_triangle_unit = 3;
 
 }  // namespace
 
@@ -76,7 +40,9 @@ WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     levels_[0] = std::make_unique<Level>();
     levels_[0]->step.mesh = rule_mesh(mesh, rules);
     levels_[0]->points.assign(mesh.positions().begin(), mesh.positions().end());
-    if (lattice_ == FanLattice::triangles && !mesh.all_triangles()) level(1);  // says what is wrong
+    if (lattice_ != FanLattice::triangles) return;
+    if (!mesh.all_triangles()) level(1);  // says what is wrong
+    find_lattice(0, nullptr, *levels_[0]);
 }
 
 const WholeLevels::Level& WholeLevels::level(int level) {
@@ -118,7 +84,10 @@ const WholeLevels::Level& WholeLevels::make(int level) {
         next->points.resize(static_cast<std::size_t>(next->step.stencils.row_count()));
         apply(next->step.stencils, &above.points.data()->x, 3, &next->points.data()->x);
         next->step.stencils = {};
-        if (lattice_ == FanLattice::dual && level == 1) cells_ = first_cells(mesh_, next->step);
+        if (lattice_ != FanLattice::dual)
+            find_lattice(level, &above, *next);
+        else if (level == 1)
+            cells_ = first_cells(mesh_, next->step);
     });
     made = std::move(next);
     return *made;
@@ -151,71 +120,51 @@ void WholeLevels::find_limits(int level, std::span<const int> vertices) {
     }
 }
 
-/// Of a scheme that cuts a triangle into nine.
-int WholeLevels::ternary_vertex(const Site& site, int level) const {
-    std::int64_t scale = 1, size = k_triangle_unit;
-    for (int l = site.level; l < level; ++l) scale *= 3;
-    for (int l = 0; l < level; ++l) size *= 3;
-    const std::int64_t x = k_triangle_unit * scale * site.at.x, y = k_triangle_unit * scale * site.at.y;
-    const bool last = x + y == size;
-    Descent way{x + 1 - (last && x > 0 ? k_triangle_unit : 0), y + 1 - (last && x == 0 ? k_triangle_unit : 0), x, y,
-                size};
-    int h = static_cast<int>(site.root.value);
-    for (int at = 1; at <= level; ++at) {
-        const RuleStep& step = levels_[static_cast<std::size_t>(at)]->step;
-        way.size /= 3;
-        h = ninth_child(step, h, way.x / way.size, way.y / way.size);
-        way.move(way.x / way.size * way.size, way.y / way.size * way.size);
-        if (way.x + way.y < way.size) continue;
-        h = turned_neighbour(step.mesh, h);
-        way.turn();
+/// Lattices begin at level 0 of triangles, else at level 1.
+int WholeLevels::lattice_level(int level) const { return level - (lattice_ == FanLattice::triangles ? 0 : 1); }
+
+std::uint32_t WholeLevels::segments(int level) const {
+    std::uint32_t result = 1;
+    for (int l = 0; l < lattice_level(level); ++l) result *= scheme_.refinement == Refinement::sqrt3 ? 3 : 2;
+    return result;
+}
+
+/// Where the vertices of a new level are in the lattices of the first one's faces.
+void WholeLevels::find_lattice(int level, const Level* above, Level& next) {
+    const RuleMesh& mesh = next.step.mesh;
+    if (lattice_level(level) == 0) {
+        net_ = RootLattices::of_template(mesh, false);
+        next.corner.resize(static_cast<std::size_t>(mesh.halfedge_count()));
+        std::iota(next.corner.begin(), next.corner.end(), 0);
+    } else {
+        for (const int h : above->corner) next.corner.push_back(next.step.child_halfedge[h]);
     }
-    const RuleMesh& mesh = levels_[static_cast<std::size_t>(level)]->step.mesh;
-    if (way.corner_x > 0) return mesh.target(h);
-    return mesh.origin(way.corner_y > 0 ? mesh.prev(h) : h);
+    next.vertex = net_->vertices(net_->layout(segments(level)), mesh, next.corner).value();
 }
 
 int WholeLevels::vertex(const Site& site, int level) const {
-    if (scheme_.refinement == Refinement::sqrt3) return ternary_vertex(site, level);
-    const auto mesh = [&](int l) -> const RuleMesh& { return levels_[static_cast<std::size_t>(l)]->step.mesh; };
-    const auto step_to = [&](int l) -> const RuleStep& { return levels_[static_cast<std::size_t>(l)]->step; };
-    const bool triangles = lattice_ == FanLattice::triangles, dual = lattice_ == FanLattice::dual;
-    if (level == 0 && !triangles) return mesh(0).origin(static_cast<int>(site.root.value));
-    // The cell whose corner the site is, or whose vertex.
-    const int lattice_level = level - (triangles ? 0 : 1);
-    const Site minimal = dual ? site : minimal_level(site);
-    const int deeper = lattice_level - minimal.level;
-    const std::int64_t n = std::int64_t{1} << lattice_level, x = std::int64_t{minimal.at.x} << deeper,
-                       y = std::int64_t{minimal.at.y} << deeper, unit = triangles ? k_triangle_unit : k_quad_unit;
-    std::int64_t cell_x = x, cell_y = y;
-    if (!triangles) {
-        cell_x = std::min(x, n - 1);
-        cell_y = std::min(y, n - 1);
-    } else if (x + y == n) {
-        --(x > 0 ? cell_x : cell_y);
+    if (lattice_ == FanLattice::dual) return dual_vertex(site, level);
+    const auto h = static_cast<int>(site.root.value);
+    if (lattice_level(level) < 0) return levels_[0]->step.mesh.origin(h);
+    const bool triangles = lattice_ == FanLattice::triangles;
+    // Sites of sqrt(3) are canonical.
+    const Site own = scheme_.refinement == Refinement::sqrt3 ? site : minimal_level(site);
+    const Level& at = *levels_[static_cast<std::size_t>(level)];
+    const std::uint32_t scale = segments(level) / segments(own.level + (triangles ? 0 : 1)),
+                        root = static_cast<std::uint32_t>(triangles ? h : levels_[1]->step.child_halfedge[h]);
+    return at.vertex[net_->number(net_->layout(segments(level)), root, scale * own.at.x, scale * own.at.y)];
+}
+
+/// From cell to cell down to the site's.
+int WholeLevels::dual_vertex(const Site& site, int level) const {
+    VertexFrame cell = cells_.frames[site.root.value];
+    for (int at = 1; at < level; ++at) {
+        const int bit = level - 1 - at;
+        const bool right = (site.at.x >> bit & 1) != 0, up = (site.at.y >> bit & 1) != 0;
+        cell = vertex_child(levels_[static_cast<std::size_t>(at)]->step.mesh,
+                            levels_[static_cast<std::size_t>(at) + 1]->step, cell, up ? (right ? 2 : 3) : right);
     }
-    Descent way{unit * cell_x + 1, unit * cell_y + 1, unit * x, unit * y, unit * n};
-    int at = 1;
-    VertexFrame cell;
-    if (dual)
-        cell = cells_.frames[site.root.value];
-    else if (triangles)
-        cell.frame = {static_cast<int>(site.root.value), at = 0};
-    else
-        cell.frame = {step_to(1).child_halfedge[site.root.value], 0};
-    for (; at < level; ++at) {
-        const RuleStep& next = step_to(at + 1);
-        if (dual)
-            cell = vertex_child(mesh(at), next, cell, way.next_quad());
-        else if (triangles)
-            cell.frame = triangle_child(mesh(at), next, cell.frame, way.next_triangle());
-        else
-            cell.frame = quad_child(mesh(at), next, cell.frame, way.next_quad());
-    }
-    if (dual) return mesh(level).origin(cell.frame.halfedge);
-    const bool right = way.corner_x > 0, up = way.corner_y > 0;
-    const int corner = triangles ? (up ? 2 : right) : up ? (right ? 2 : 3) : right;
-    return mesh(level).origin(face_corner(mesh(level), cell.frame, corner, triangles ? 3 : 4));
+    return levels_[static_cast<std::size_t>(level)]->step.mesh.origin(cell.frame.halfedge);
 }
 
 }  // namespace tetrakis::detail

@@ -5,6 +5,7 @@
 #include "../../hier/forest/site.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
+#include "../lattices/root_lattices.hpp"
 #include "../rules/limit_point.hpp"
 #include "../rules/parallel_blocks.hpp"
 #include "../rules/rule_limit.hpp"
@@ -13,6 +14,7 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -34,6 +36,8 @@ class WholeLevels {
         std::vector<Vec3d> points;
         std::vector<LimitPoint> limits;  ///< of those vertices whose limits have been asked for
         std::vector<char> has_limit;
+        // Of lattices of points: the vertices by place (RootLayout), and each root's half-edges at its corners.
+        std::vector<int> vertex, corner;
     };
     /// @throws Error  invalid_input: the scheme cannot take the mesh; unsupported: the level is too large; memory_limit
     const Level& level(int level);
@@ -46,7 +50,10 @@ class WholeLevels {
   private:
     void check_size(int level) const;
     const Level& make(int level);
-    int ternary_vertex(const Site& site, int level) const;
+    int lattice_level(int level) const;
+    std::uint32_t segments(int level) const;
+    void find_lattice(int level, const Level* above, Level& next);
+    int dual_vertex(const Site& site, int level) const;
 
     const ControlMesh& mesh_;
     const SchemeInfo& scheme_;
@@ -54,7 +61,8 @@ class WholeLevels {
     FanLattice lattice_;
     std::uint64_t max_memory_bytes_;
     ParallelBlocks runner_;
-    FirstCells cells_;  ///< of dual schemes, once there is level 1
+    FirstCells cells_;                 ///< of dual schemes, once there is level 1
+    std::optional<RootLattices> net_;  ///< of others, from their first lattice on
     std::mutex mutex_;
     RuleLimitFinder finder_;
     std::array<std::unique_ptr<Level>, k_max_level + 2> levels_;

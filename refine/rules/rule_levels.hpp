@@ -43,8 +43,6 @@ class RuleLevels {
     const RuleMesh& last() const { return last_; }
     /// The control face that a face lies in. Dual schemes: most of its corners, or the first such face of several.
     int control_face(int face) const { return faces_.control_face[static_cast<std::size_t>(face)]; }
-    /// Of dual schemes.
-    const CornerFaces& corner_faces() const { return faces_; }
     /// The control faces that the corners at the half-edges' origins come from.
     std::vector<std::uint32_t> control_face_of_corners() const;
     /// The rounds of smoothing and the steps so far, each from one level to the next.

@@ -47,24 +47,6 @@ Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
     return normals.normal();
 }
 
-LimitPoint limit_point(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
-    const int begin = limits.begin[static_cast<std::size_t>(i)], end = limits.begin[static_cast<std::size_t>(i) + 1];
-    LimitPoint point;
-    point.position = sum(limits.positions, i, net);
-    for (int row = begin; row < end; ++row) {
-        const Vec3d t1 = sum(limits.tangent1, row, net), t2 = sum(limits.tangent2, row, net);
-        if (row == begin) {
-            point.tangent1 = t1;
-            point.tangent2 = t2;
-        }
-        point.normal += unit_or_zero(glm::cross(t1, t2));
-    }
-    point.normal = unit_of_sum(point.normal);
-    point.has_tangent_plane = end == begin + 1 && point.normal != Vec3d(0);
-    if (point.normal == Vec3d(0)) point.normal = face_normal_at(mesh, net, v);
-    return point;
-}
-
 Vec3d limit_normal(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
     Vec3d normal(0);
     const auto at = static_cast<std::size_t>(i);
@@ -72,6 +54,18 @@ Vec3d limit_normal(const RuleLimits& limits, int i, const RuleMesh& mesh, std::s
         normal += unit_or_zero(glm::cross(sum(limits.tangent1, row, net), sum(limits.tangent2, row, net)));
     normal = unit_of_sum(normal);
     return normal != Vec3d(0) ? normal : face_normal_at(mesh, net, v);
+}
+
+LimitPoint limit_point(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
+    const int begin = limits.begin[static_cast<std::size_t>(i)], end = limits.begin[static_cast<std::size_t>(i) + 1];
+    LimitPoint point;
+    point.position = sum(limits.positions, i, net);
+    point.normal = limit_normal(limits, i, mesh, net, v);
+    if (begin == end) return point;
+    point.tangent1 = sum(limits.tangent1, begin, net);
+    point.tangent2 = sum(limits.tangent2, begin, net);
+    point.has_tangent_plane = end == begin + 1 && unit_or_zero(glm::cross(point.tangent1, point.tangent2)) != Vec3d(0);
+    return point;
 }
 
 RuleLimitFinder::RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options)

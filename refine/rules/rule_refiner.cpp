@@ -170,7 +170,6 @@ RuleRefiner::~RuleRefiner() = default;
 RuleRefiner::RuleRefiner(RuleRefiner&&) noexcept = default;
 RuleRefiner& RuleRefiner::operator=(RuleRefiner&&) noexcept = default;
 
-std::uint32_t RuleRefiner::control_vertex_count() const { return state_->control_vertices; }
 std::uint32_t RuleRefiner::vertex_count() const {
     return static_cast<std::uint32_t>(state_->levels->last().vertex_count());
 }

@@ -51,7 +51,6 @@ class RuleRefiner {
     RuleRefiner(RuleRefiner&&) noexcept;
     RuleRefiner& operator=(RuleRefiner&&) noexcept;
 
-    std::uint32_t control_vertex_count() const;
     std::uint32_t vertex_count() const;
     std::uint32_t face_count() const;
     /// Connectivity and tags of the last level.

@@ -66,7 +66,6 @@ class RepeatedRows {
     bool has_limit() const { return limit_.has_value(); }
     bool has_normals() const { return normals_.has_value(); }
     const RowPatterns& normals() const { return *normals_; }
-    RootLayout last_layout() const { return net_.layout(segments_.back()); }
     /// By control half-edge the half-edge of the net's base from which the lattice of its corner cell (triangles: of
     /// its face) is seen: a along it, b away from it. Empty where roots are smaller than that.
     std::span<const std::uint32_t> corner_halfedges() const { return corner_halfedges_; }

@@ -41,7 +41,7 @@ RuleMesh::RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sh
     else
         match_twins();
     edge_.assign(halfedges, none);
-    edge_halfedge_.reserve(halfedges / 2 + 1);
+    edge_halfedge_.reserve((halfedges + std::count(twin_.begin(), twin_.end(), none)) / 2);
     for (int h = 0; h < halfedges; ++h) {
         const int t = twin_[h];
         sharpness_[h] = t == none ? std::numeric_limits<float>::infinity() : std::max(sharpness_[h], sharpness_[t]);
@@ -50,7 +50,6 @@ RuleMesh::RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sh
         if (t != none) edge_[t] = edge_[h];
         edge_halfedge_.push_back(h);
     }
-    edge_halfedge_.shrink_to_fit();
     first_.assign(vertex_count, none);
     for (int h = 0; h < halfedges; ++h) {
         int& first = first_[origin_[h]];

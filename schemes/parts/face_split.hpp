@@ -111,8 +111,7 @@ inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves
     RuleMesh::Builder faces;
     const auto quads = static_cast<std::size_t>(mesh.halfedge_count());
     faces.reserve(quads, 4 * quads);
-    std::vector<int> twin;
-    twin.reserve(4 * quads);
+    std::vector<int> twin(4 * quads);
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int before = mesh.prev(h);
         faces.corner(mesh.origin(h), halves.at_origin(h));
@@ -121,10 +120,11 @@ inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves
         faces.corner(V + mesh.edge(before), halves.at_target(before));
         faces.end_face();
         const int t = mesh.twin(h), b = mesh.twin(before);
-        twin.push_back(t == RuleMesh::none ? t : 4 * mesh.next(t) + 3);
-        twin.push_back(4 * mesh.next(h) + 2);
-        twin.push_back(4 * before + 1);
-        twin.push_back(b == RuleMesh::none ? b : 4 * b);
+        int* const of_quad = &twin[4 * static_cast<std::size_t>(h)];
+        of_quad[0] = t == RuleMesh::none ? t : 4 * mesh.next(t) + 3;
+        of_quad[1] = 4 * mesh.next(h) + 2;
+        of_quad[2] = 4 * before + 1;
+        of_quad[3] = b == RuleMesh::none ? b : 4 * b;
     }
     faces.set_twins(std::move(twin));
     if (mesh.has_corner_angles())

@@ -1,9 +1,9 @@
+#include "../kit/adaptive_dual.hpp"
 #include "../kit/dual_mesh.hpp"
 
 #include "../../eval/bounds/dual_bound.hpp"
 #include "../../eval/triangles/point_triangle.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-#include "../../refine/adaptive/adaptive_dual.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,11 +1,11 @@
+#include "../kit/adaptive_dual.hpp"
 #include "../kit/dual_mesh.hpp"
 #include "../kit/point_match.hpp"
+#include "../kit/refine_by_rules.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/check.hpp"
-#include "../../refine/adaptive/adaptive_dual.hpp"
-#include "../../refine/rules/rule_refinement.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

@@ -1,10 +1,10 @@
+#include "../kit/adaptive_dual.hpp"
 #include "../kit/dual_mesh.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-#include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 #include "../kit/factored_helpers.hpp"
+#include "../kit/refine_by_rules.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../refine/rules/rule_refinement.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,9 +1,9 @@
 #include "../kit/factored_helpers.hpp"
+#include "../kit/refine_by_rules.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../refine/rules/rule_refinement.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 

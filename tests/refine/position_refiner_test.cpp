@@ -3,7 +3,6 @@
 #include "../kit/same_bytes.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
@@ -25,7 +24,6 @@ constexpr bool takes_meshes_that_stay = std::is_constructible_v<Refiner, const C
                                         !std::is_constructible_v<Refiner, const ControlMesh, Rest...>;
 static_assert(takes_meshes_that_stay<PositionRefiner, const char*, int>);
 static_assert(takes_meshes_that_stay<PositionRefiner, const SchemeInfo&, int, RefineOptions>);
-static_assert(takes_meshes_that_stay<AdaptiveDual, const SchemeInfo&>);
 template <class Mesh, class Scheme>
 concept MakesHierarchy = requires(Mesh&& mesh, Scheme scheme) {
     make_hierarchy(std::forward<Mesh>(mesh), scheme);

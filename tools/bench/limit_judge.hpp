@@ -24,7 +24,6 @@ class LimitJudge {
     ~LimitJudge();
 
     double diagonal() const { return diagonal_; }  ///< of the limit surface's bounding box: the unit of tolerances
-    std::uint64_t sample_count() const { return grid_.size() + jittered_.size(); }
 
     /// Largest distance from the limit surface to the mesh, absolute.
     /// @param enough  stop as soon as a distance exceeds it (the result is then some distance above it)

@@ -3,8 +3,6 @@
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-#include "../../hier/trees/vertex_roots.hpp"
-#include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
 
@@ -153,21 +151,13 @@ LevelledMesh adaptive_sqrt3(const ControlMesh& mesh, const Spot& spot) {
 }
 
 LevelledMesh dual_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, const Spot& spot) {
-    AdaptiveDual dual(mesh, scheme);
-    const Hierarchy points = make_hierarchy(mesh, scheme);
-    for (bool again = true; again;) {
-        std::vector<LeafId> marked;
-        for (const LeafId leaf : dual.forest().ordered_leaves()) {
-            const int level = dual.forest().level(leaf) + 1;
-            if (level < spot.base ||
-                (level < spot.level && spot.near(points.limit(cell_site(dual.forest().cell(leaf))).position)))
-                marked.push_back(leaf);
-        }
-        ForestChange change;
-        dual.forest().refine(marked, change);
-        again = !marked.empty();
-    }
-    LevelledMesh result{dual.to_mesh({.triangles = true}), {}};
+    Hierarchy h = make_hierarchy(mesh, scheme);
+    h.refine_where(each_leaf([&](const LeafView& leaf) {
+                       return leaf.level < spot.base ||
+                              (leaf.level < spot.level && spot.near(h.limit(leaf.corner[0]).position));
+                   }),
+                   h.tree().max_depth);
+    LevelledMesh result{h.to_mesh({.triangles = true}).mesh, {}};
     result.levels.assign(result.mesh.face_count(), 0);
     return result;
 }

@@ -13,7 +13,8 @@
 #include "../../eval/render/render.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-#include "../../refine/rules/rule_refinement.hpp"
+#include "../../refine/rules/rule_refiner.hpp"
+#include "../../refine/uniform/refine.hpp"
 #include "../../schemes/curves/curve.hpp"
 
 #include <glm/trigonometric.hpp>
@@ -55,7 +56,7 @@ int refine(const std::vector<std::string>& arguments) {
     RuleOptions rules;
     if (arguments.size() > 4 && arguments[1] == "averaging") rules.averaging_steps = std::stoi(arguments[4]);
     if (arguments.size() > 4 && arguments[1] == "tuned-loop") rules.tuning = std::stod(arguments[4]);
-    const PolygonMesh result = refine_by_rules(mesh, *scheme, std::stoi(arguments[2]), rules);
+    const PolygonMesh result = tetrakis::refine(mesh, *scheme, std::stoi(arguments[2]), {.rules = rules});
     write_mesh(arguments[3], result);
     std::cout << Json{{"faces", result.face_count()}, {"vertices", result.positions.size()}, {"volume", volume(result)}}
               << '\n';

@@ -83,8 +83,7 @@ void add_compare_command(CLI::App& app, Command& chosen) {
         ->type_name("N")
         ->capture_default_str()
         ->check(CLI::Range(std::uint64_t{1}, k_most_samples));
-    options->run.add_threads(*command);
-    options->run.add_max_memory(*command);
+    options->run.add(*command);
     command->footer(
         "Distances are sampled, so each is a lower bound. Polygons are compared as fans of triangles.\n"
         "Example:\n  tetrakis compare data/knot.obj data/knot_tri.obj");

@@ -102,10 +102,6 @@ void Progress::clear() {
     drawn_ = false;
 }
 
-void stop_if_interrupted() {
-    if (interrupted()) throw Error(ErrorCode::cancelled, "cancelled");
-}
-
 namespace {
 
 volatile std::sig_atomic_t interrupt_flag = 0, end_at_once = 0;

@@ -54,9 +54,6 @@ class Progress {
     std::chrono::steady_clock::time_point last_drawn_;
 };
 
-/// Throws Error(cancelled) where Ctrl-C was pressed: for the stretches between the library's calls.
-void stop_if_interrupted();
-
 /// From now on the first Ctrl-C (SIGINT) or SIGTERM only sets a flag, so that the running call can end cleanly; a
 /// second one ends the program at once. Either way its exit code is ExitCode::cancelled.
 void catch_interrupts();

@@ -1,14 +1,13 @@
 #include "factored_refine.hpp"
 
 #include "commands.hpp"
+#include "run_options.hpp"
 
 #include "../../refine/factored/adaptive_factored_mesh.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <string_view>
 #include <utility>
 
@@ -27,25 +26,10 @@ std::string names(Has&& has) {
 }  // namespace
 
 HalfStepSphere half_step_sphere(const std::string& near, const std::string& radius) {
-    const auto number = [](std::string_view& text, double& value) {
-        const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        text.remove_prefix(static_cast<std::size_t>(rest - text.data()));
-        return error == std::errc{} && std::isfinite(value);
-    };
-    HalfStepSphere sphere;
-    std::string_view text = near;
-    bool good = true;
-    for (int i = 0; i < 3 && good; ++i) {
-        good = (i == 0 || text.starts_with(','));
-        if (i > 0 && good) text.remove_prefix(1);
-        good = good && number(text, sphere.centre[i]);
-    }
-    if (!good || !text.empty())
-        throw UsageError(fmt::format("--near: \"{}\" is no point such as 0.5,1,-2 (three numbers)", near));
-    text = radius;
-    if (!number(text, sphere.radius) || !text.empty() || sphere.radius <= 0)
-        throw UsageError(fmt::format("--radius: \"{}\" is no length above 0", radius));
-    return sphere;
+    const auto centre = finite_numbers(near, 3), length = finite_numbers(radius, 1);
+    if (!centre) throw UsageError(fmt::format("--near: \"{}\" is no point such as 0.5,1,-2 (three numbers)", near));
+    if (!length || (*length)[0] <= 0) throw UsageError(fmt::format("--radius: \"{}\" is no length above 0", radius));
+    return {{(*centre)[0], (*centre)[1], (*centre)[2]}, (*length)[0]};
 }
 
 std::string factored_scheme_names() {

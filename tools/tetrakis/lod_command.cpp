@@ -373,8 +373,7 @@ void add_lod_command(CLI::App& app, Command& chosen) {
         ->type_name("N")
         ->check(CLI::Range(0u, 10'000u).description(""));
     add_size_option(*command, options->render);
-    options->run.add_threads(*command);
-    options->run.add_max_memory(*command);
+    options->run.add(*command);
     command->add_option("-o,--output", options->directory, "Directory for frames.csv, pictures and last.glb")
         ->required()
         ->type_name("DIR");

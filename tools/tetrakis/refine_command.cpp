@@ -217,8 +217,7 @@ void add_refine_command(CLI::App& app, Command& chosen) {
     CLI::Option* radius =
         command->add_option("--radius", options->radius, "Of that sphere")->type_name("R")->needs(near);
     near->needs(radius);
-    options->run.add_threads(*command);
-    options->run.add_max_memory(*command);
+    options->run.add(*command);
     add_read_options(*command, options->read);
     command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
         ->required()

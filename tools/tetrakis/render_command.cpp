@@ -74,8 +74,7 @@ void add_render_command(CLI::App& app, Command& chosen) {
         ->type_name("MESH");
     command->add_flag("--flat", options->flat, "Shade each triangle by its own normal");
     add_view_options(*command, options->render);
-    options->run.add_threads(*command);
-    options->run.add_max_memory(*command);
+    options->run.add(*command);
     command->footer("Example:\n  tetrakis render data/rook.obj -o rook.png --wireframe --size 640x480");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }

@@ -35,24 +35,25 @@ std::optional<std::uint64_t> parse_size(std::string_view text, double thousand) 
     return static_cast<std::uint64_t>(size);
 }
 
+std::optional<double> finite_number(const std::string& text) {
+    double x = 0;
+    return CLI::detail::lexical_cast(text, x) && std::isfinite(x) ? std::optional(x) : std::nullopt;
+}
+
 CLI::Validator number_check(const std::string& kind, bool (*is_of_kind)(double)) {
     return CLI::Validator(
         [kind, is_of_kind](const std::string& text) {
-            double x = 0;
-            return CLI::detail::lexical_cast(text, x) && std::isfinite(x) && is_of_kind(x) ? std::string()
-                                                                                           : text + " is not " + kind;
+            const std::optional<double> x = finite_number(text);
+            return x && is_of_kind(*x) ? std::string() : text + " is not " + kind;
         },
         "");
 }
 
-void RunOptions::add_threads(CLI::App& command) {
+void RunOptions::add(CLI::App& command) {
     constexpr int k_most_threads = 1024;
     command.add_option("--threads", threads, "How many threads to use; default: one for each processor")
         ->type_name("N")
         ->check(CLI::Range(1, k_most_threads));
-}
-
-void RunOptions::add_max_memory(CLI::App& command) {
     command
         .add_option_function<std::string>(
             "--max-memory",
@@ -135,14 +136,22 @@ void set_size(const std::string& text, RenderOptions& render) {
 }
 
 void set_camera(const std::string& text, RenderOptions& render) {
-    const auto angles = split_numbers<double>(text, ',');
-    if (!angles || angles->size() != 2 || !std::isfinite((*angles)[0]) || !(std::abs((*angles)[1]) <= 90))
+    const auto angles = finite_numbers(text, 2);
+    if (!angles || std::abs((*angles)[1]) > 90)
         throw CLI::ValidationError("--camera", text + " is no pair of degrees such as 32,20 (elevation -90 to 90)");
     render.view.azimuth_degrees = std::remainder((*angles)[0], 360.0);
     render.view.elevation_degrees = (*angles)[1];
 }
 
 }  // namespace
+
+std::optional<std::vector<double>> finite_numbers(std::string_view text, std::size_t count) {
+    auto numbers = split_numbers<double>(text, ',');
+    if (!numbers || numbers->size() != count) return std::nullopt;
+    for (const double number : *numbers)
+        if (!std::isfinite(number)) return std::nullopt;
+    return numbers;
+}
 
 std::optional<std::array<int, 2>> parse_counts(std::string_view text, int most) {
     const auto counts = split_numbers<int>(text, 'x');

@@ -16,6 +16,10 @@
 
 namespace tetrakis::cli {
 
+/// The number that a text is; nothing where it is none, or not finite.
+std::optional<double> finite_number(const std::string& text);
+/// So many finite numbers with commas between them; nothing where the text is anything else.
+std::optional<std::vector<double>> finite_numbers(std::string_view text, std::size_t count);
 /// Checks that an option's text is a finite number of some kind (the parser itself takes "nan").
 /// @param kind  how the refusal calls it, with its article
 CLI::Validator number_check(const std::string& kind, bool (*is_of_kind)(double));
@@ -28,8 +32,7 @@ struct RunOptions {
     int threads = 0;                     ///< 0: one for each processor that the program may use
     std::uint64_t max_memory_bytes = 0;  ///< 0: 80 % of what is free
 
-    void add_threads(CLI::App& command);
-    void add_max_memory(CLI::App& command);
+    void add(CLI::App& command);
     int thread_count() const;  ///< the number that is used
 };
 

@@ -2,6 +2,7 @@
 
 #include "commands.hpp"
 #include "console.hpp"
+#include "run_options.hpp"
 
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/triangulate.hpp"
@@ -17,12 +18,6 @@
 namespace tetrakis::cli {
 
 namespace {
-
-/// The number that a text is.
-std::optional<double> finite_number(const std::string& text) {
-    double x = 0;
-    return CLI::detail::lexical_cast(text, x) && std::isfinite(x) ? std::optional(x) : std::nullopt;
-}
 
 /// Takes a finite number from `low` to `high` into `to`.
 template <class Number>

@@ -190,8 +190,7 @@ void add_terrain_command(CLI::App& app, Command& chosen) {
             "Cut into so many tiles across and down: files OUT_ROW_COLUMN without gaps between them, 0_0 in the "
             "north-west")
         ->type_name("CxR");
-    options->run.add_threads(*command);
-    options->run.add_max_memory(*command);
+    options->run.add(*command);
     command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
         ->required()
         ->type_name("OUT");

@@ -346,8 +346,7 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
     command->add_option("--image-heat", options->heat_image, "Draw the result coloured by its error")
         ->type_name("H.png");
     add_view_options(*command, options->render);
-    options->run.add_threads(*command);
-    options->run.add_max_memory(*command);
+    options->run.add(*command);
     command->footer(
         "Exit code 4: the tolerance was not reached, the best result is written all the same.\n"
         "Example:\n  tetrakis tessellate data/rook.obj --tolerance 1e-3 -o rook.glb --report rook.json");

@@ -61,8 +61,7 @@ void add_tiles_command(CLI::App& app, Command& chosen) {
     command->add_option("--missing", options->tiles.missing_height, "The height where there is no data")
         ->type_name("H")
         ->check(number_check("a number", [](double) { return true; }));
-    options->run.add_threads(*command);
-    options->run.add_max_memory(*command);
+    options->run.add(*command);
     command->add_option("-o,--output", options->output, "File to write: .tiles")->required()->type_name("OUT");
     command->footer(
         "Raw files, HGT and what GDAL reads are not in memory at once; pictures are. `tetrakis lod OUT` flies over "

@@ -277,8 +277,7 @@ void add_options(CLI::App& app, ViewerOptions& options) {
         ->type_name("PNG");
     app.add_flag("--wireframe", options.wireframe, "Draw the edges of the triangles, too");
     cli::add_size_option(app, options.size);
-    options.run.add_threads(app);
-    options.run.add_max_memory(app);
+    options.run.add(app);
     app.footer("Example:\n  tetrakis_viewer data/island.png --scale 0.1 --spacing 40");
 }
 

@@ -83,15 +83,12 @@ std::string looked_at(const SchemeFindings& f, const FanLabels& labels) {
 
 namespace {
 
-std::string mask_text(const FanLabels& labels, const std::vector<double>& weights) {
-    if (weights.empty()) return "not determined: its eigenvalue is not simple";
-    // Points of one weight side by side; the groups by their weights as well, for masks of thousands.
+/// Names of points by their weights, those of one weight side by side.
+std::string weights_text(const std::vector<std::pair<double, std::string>>& terms) {
+    // The groups by their weights as well, for masks of thousands.
     std::vector<std::pair<double, std::string>> groups;
     std::map<double, std::size_t> group_of;
-    for (int i = 0; i < labels.size(); ++i) {
-        const double weight = weights[i];
-        if (std::abs(weight) < 1e-13) continue;
-        const std::string place = place_name(labels, labels.all()[i]);
+    for (const auto& [weight, place] : terms) {
         auto same = group_of.upper_bound(weight - k_same_weight);
         if (same == group_of.end() || same->first >= weight + k_same_weight)
             same = group_of.emplace(weight, groups.size()).first;
@@ -104,6 +101,14 @@ std::string mask_text(const FanLabels& labels, const std::vector<double>& weight
     for (const auto& [weight, places] : groups)
         text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", number(weight), places);
     return text;
+}
+
+std::string mask_text(const FanLabels& labels, const std::vector<double>& weights) {
+    if (weights.empty()) return "not determined: its eigenvalue is not simple";
+    std::vector<std::pair<double, std::string>> terms;
+    for (int i = 0; i < labels.size(); ++i)
+        if (std::abs(weights[i]) >= 1e-13) terms.emplace_back(weights[i], place_name(labels, labels.all()[i]));
+    return weights_text(terms);
 }
 
 Json label_json(FanLabel label) { return Json::array({label.sector, label.a, label.b}); }
@@ -169,21 +174,10 @@ std::optional<OldVertexRule> old_vertex_rule(const SchemeFindings& f) {
 }
 
 std::string old_vertex_text(const OldVertexRule& rule) {
-    std::vector<std::pair<double, std::string>> groups;
-    for (const auto& [face, corner, weight] : rule.terms) {
-        const std::string place = corner == 0 ? "v" : fmt::format("{}.{}", face, corner);
-        const auto same = std::find_if(groups.begin(), groups.end(), [&, w = weight](const auto& group) {
-            return std::abs(group.first - w) < k_same_weight;
-        });
-        if (same == groups.end())
-            groups.emplace_back(weight, place);
-        else
-            same->second += " " + place;
-    }
-    std::string text;
-    for (const auto& [weight, places] : groups)
-        text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", number(weight), places);
-    return text;
+    std::vector<std::pair<double, std::string>> terms;
+    for (const auto& [face, corner, weight] : rule.terms)
+        terms.emplace_back(weight, corner == 0 ? "v" : fmt::format("{}.{}", face, corner));
+    return weights_text(terms);
 }
 
 }  // namespace

@@ -1,8 +1,15 @@
-#include "rule_refinement.hpp"
+#pragma once
+
+#include "../../refine/rules/polygon_mesh.hpp"
+#include "../../refine/rules/rule_refiner.hpp"
 
 namespace tetrakis {
 
-PolygonMesh refine_by_rules(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& options) {
+/// The control mesh refined by any scheme of the table with RuleRefiner, as a mesh: points and faces only, holes and
+/// isolated vertices among them. For UVs, groups and speed see refine().
+/// @throws Error  as RuleRefiner
+inline PolygonMesh refine_by_rules(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                   const RuleOptions& options = {}) {
     const RuleRefiner refiner(mesh, scheme, levels, {.rules = options});
     PolygonMesh result;
     result.positions.resize(refiner.vertex_count());
