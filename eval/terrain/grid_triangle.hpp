@@ -62,6 +62,16 @@ class GridTriangle {
         return largest;
     }
 
+    /// Asks for the samples ahead of time: the others wait for memory more than they work.
+    void prefetch() const {
+        std::int32_t rows = 24;  // of a larger triangle, the first ones often are enough
+        for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
+            __builtin_prefetch(row(y) + begin);
+            __builtin_prefetch(row(y) + end - 1);
+            return --rows > 0;
+        });
+    }
+
     struct Interval {
         double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
         double gap() const { return low - high; }
