@@ -62,13 +62,15 @@ class GridTriangle {
         return largest;
     }
 
-    /// Asks for the samples ahead of time: the others wait for memory more than they work.
+    /// Prefetches the samples, for another call some triangles later.
     void prefetch() const {
-        std::int32_t rows = 24;  // of a larger triangle, the first ones often are enough
+        // More rows have only large triangles, which are few.
+        constexpr std::int32_t k_rows = 24;
+        std::int32_t left = k_rows;
         for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
             __builtin_prefetch(row(y) + begin);
             __builtin_prefetch(row(y) + end - 1);
-            return --rows > 0;
+            return --left > 0;
         });
     }
 
