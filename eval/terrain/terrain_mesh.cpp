@@ -122,11 +122,20 @@ class TerrainRefinement {
             too_far.assign(fresh.size(), 0);
             for_each_index(
                 static_cast<std::uint32_t>(fresh.size()),
-                [&](std::uint32_t i) { too_far[i] = is_too_far(forest_.leaf(fresh[i]).vertex); }, 16);
+                [&](std::uint32_t i) {
+                    prefetch(fresh, i);
+                    too_far[i] = is_too_far(forest_.leaf(fresh[i]).vertex);
+                },
+                16);
             std::vector<LeafId> touched;
             const std::size_t known_vertices = vertices_.size();
-            for (std::size_t i = 0; i < fresh.size(); ++i)
+            for (std::size_t i = 0; i < fresh.size(); ++i) {
+                if (i + 2 * k_ahead < fresh.size()) __builtin_prefetch(&forest_.leaf(fresh[i + 2 * k_ahead]), 1);
+                if (i + k_ahead < fresh.size())
+                    for (const LeafId beside : forest_.leaf(fresh[i + k_ahead]).neighbour)
+                        if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside), 1);
                 if (too_far[i] != 0) split(fresh[i], known_depth, touched);
+            }
             // Their heights are far apart in memory: that is for all threads.
             for_each_index(static_cast<std::uint32_t>(vertices_.size() - known_vertices), [&](std::uint32_t i) {
                 GridVertex& vertex = vertices_[known_vertices + i];
@@ -144,20 +153,30 @@ class TerrainRefinement {
     }
 
     /// Merges diamonds in rounds: all threads make some passes over blocks of leaves, one block after the other while
-    /// it is in the cache; then one thread merges what reaches into several blocks.
+    /// it is in the cache. What reaches into several blocks follows in larger ones, and at last in one of all leaves.
     void merge() {
-        constexpr int k_rounds = 3;
-        std::vector<Block> blocks = make_blocks();
+        constexpr int k_rounds = 3, k_passes = 3;  // over the smallest blocks, in a round
+        std::vector<Block> smallest = make_blocks();
         changed_.assign(vertices_.size(), 0);
-        for (int round = 0; round < k_rounds; ++round) {
+        std::vector<int> last_passes;  // over blocks of each size, in the round before
+        for (int round = 0, pass = 0; round < k_rounds; ++round) {
             context_.report("merge", 0.6 + 0.3 * round / k_rounds);
-            const int last = round * (k_passes + 1);  // pass of the round before
-            for_each_index(
-                static_cast<std::uint32_t>(blocks.size()), [&](std::uint32_t b) { merge_inside(blocks[b], last); }, 1);
-            for (const Block& block : blocks)
-                for (const Diamond& diamond : block.merged) forest_.free_folded(diamond);
-            for (const Block& block : blocks)
-                for (const LeafId leaf : block.across) merge_across(leaf, last, last + k_passes + 1);
+            std::vector<Block> larger;
+            block_shift_ = 0;
+            for (std::size_t size = 0;; ++size) {
+                if (size == last_passes.size()) last_passes.push_back(0);
+                const int first = pass + 1, since = last_passes[size];
+                last_passes[size] = pass += size == 0 ? k_passes : 1;
+                std::vector<Block>& blocks = size == 0 ? smallest : larger;
+                for_each_index(
+                    static_cast<std::uint32_t>(blocks.size()),
+                    [&](std::uint32_t b) { merge_inside(blocks[b], since, first, pass); }, 1);
+                for (const Block& block : blocks)
+                    for (const Diamond& diamond : block.merged) forest_.free_folded(diamond);
+                if (blocks.size() == 1) break;
+                larger = larger_blocks(blocks);
+                block_shift_ += k_block_bits;
+            }
         }
     }
 
@@ -182,6 +201,7 @@ class TerrainRefinement {
         for_each_index(
             static_cast<std::uint32_t>(errors.size()),
             [&](std::uint32_t i) {
+                prefetch(exported.leaves, i);
                 errors[i] = triangle(forest_.leaf(exported.leaves[i]).vertex).error(std::numeric_limits<double>::max());
             },
             64);
@@ -192,10 +212,19 @@ class TerrainRefinement {
 
   private:
     using Corners = std::array<PointId, 3>;
-    static constexpr int k_passes = 3;  // over a block, in a round
+    static constexpr std::size_t k_ahead = 4;  // prefetch distance in leaves: the loops wait for memory
+    static constexpr int k_block_bits = 4;     // of paths: a larger block has so many times the leaves
 
     GridTriangle triangle(const Corners& points) const {
         return {grid_, {vertices_[points[0].value], vertices_[points[1].value], vertices_[points[2].value]}};
+    }
+    /// Prefetches for a loop over leaves that has come to i.
+    void prefetch(const std::vector<LeafId>& leaves, std::size_t i) const {
+        if (i + 3 * k_ahead < leaves.size()) __builtin_prefetch(&forest_.leaf(leaves[i + 3 * k_ahead]).vertex);
+        if (i + 2 * k_ahead < leaves.size())
+            for (const PointId p : forest_.leaf(leaves[i + 2 * k_ahead]).vertex)
+                __builtin_prefetch(&vertices_[p.value]);
+        if (i + k_ahead < leaves.size()) triangle(forest_.leaf(leaves[i + k_ahead]).vertex).prefetch();
     }
     /// Whether a sample under a triangle is farther from it than the limit.
     bool is_too_far(const Corners& points) const {
@@ -237,74 +266,79 @@ class TerrainRefinement {
         while (!forest_.split_diamond(leaf, changed)) forest_.reserve(forest_.leaf_capacity() / 2 * 3 + 1024);
     }
 
-    /// Leaves that are side by side in the order of their paths: a subtree.
+    /// Leaves that are side by side in the order of their paths: a subtree, or a coarser leaf.
     struct Block {
-        std::vector<LeafId> slots;    ///< merged leaves keep the slots of their first ones
-        std::vector<Diamond> merged;  ///< in the last round
-        std::vector<LeafId> across;   ///< first leaves of diamonds that reach beyond the block
+        std::uint64_t number;
+        std::vector<LeafId> slots{};    ///< of leaves to look at; merged ones keep the slots of their first ones
+        std::vector<Diamond> merged{};  ///< in the last passes
+        std::vector<LeafId> across{};   ///< first leaves of diamonds that reach beyond the block
     };
     std::vector<Block> make_blocks() {
-        constexpr double k_leaves = 16384;  // of a block, about
+        constexpr double k_leaves = 8192;  // of a block, about: they and their samples fit into a core's cache
         const double roots = forest_.mesh().halfedge_count();
-        block_depth_ = std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
+        const int depth =
+            std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
         block_.resize(forest_.leaf_slots());
         std::vector<Block> blocks;
-        std::uint64_t last = ~std::uint64_t{0};
-        for (const LeafId id : forest_.ordered_leaves()) {
-            const BisectionLeaf& leaf = forest_.leaf(id);
-            // Coarser leaves are blocks by themselves.
-            const std::uint64_t path = leaf.depth > block_depth_ ? leaf.path >> (leaf.depth - block_depth_) : leaf.path,
-                                subtree = (std::uint64_t{forest_.root(id).value} << 32) + path;
-            if (blocks.empty() || subtree != last || leaf.depth < block_depth_) blocks.emplace_back();
-            last = subtree;
-            block_[id.value] = static_cast<std::uint32_t>(blocks.size() - 1);
-            blocks.back().slots.push_back(id);
+        const std::vector<LeafId> leaves = forest_.ordered_leaves();
+        for (std::size_t i = 0; i < leaves.size(); ++i) {
+            if (i + 4 * k_ahead < leaves.size()) __builtin_prefetch(&forest_.leaf(leaves[i + 4 * k_ahead]));
+            const BisectionLeaf& leaf = forest_.leaf(leaves[i]);
+            const std::uint64_t path = leaf.depth > depth ? leaf.path >> (leaf.depth - depth)
+                                                          : leaf.path << (depth - leaf.depth),
+                                number = (std::uint64_t{forest_.root(leaves[i]).value} << depth) + path;
+            if (blocks.empty() || number != blocks.back().number) blocks.push_back({number});
+            block_[leaves[i].value] = static_cast<std::uint32_t>(number);
+            blocks.back().slots.push_back(leaves[i]);
         }
         return blocks;
     }
+    /// What is left of blocks for those that hold several of them.
+    static std::vector<Block> larger_blocks(const std::vector<Block>& blocks) {
+        std::vector<Block> larger;
+        for (const Block& block : blocks) {
+            const std::uint64_t number = block.number >> k_block_bits;
+            if (larger.empty() || number != larger.back().number) larger.push_back({number});
+            larger.back().slots.insert(larger.back().slots.end(), block.across.begin(), block.across.end());
+        }
+        return larger;
+    }
+    std::uint64_t block_of(LeafId leaf) const { return std::uint64_t{block_[leaf.value]} >> block_shift_; }
 
-    /// @param last  the last pass before
-    void merge_inside(Block& block, int last) {
+    /// @param since  diamonds that have not changed since this pass are left alone
+    void merge_inside(Block& block, int since, int first, int last) {
         block.merged.clear();
-        for (int pass = last + 1; pass <= last + k_passes; ++pass) {
+        for (int pass = first; pass <= last; ++pass) {
             block.across.clear();
-            std::erase_if(block.slots, [&](LeafId leaf) {
-                if (!is_first_child(leaf)) return true;  // for good: leaves are not split any more
-                merge_inside(leaf, block, last, pass);
-                return false;
-            });
+            std::size_t kept = 0;
+            for (std::size_t i = 0; i < block.slots.size(); ++i) {
+                if (since == 0 && pass == first) prefetch(block.slots, i);
+                const LeafId leaf = block.slots[i];
+                if (!is_first_child(leaf)) continue;  // for good: leaves are not split any more
+                block.slots[kept++] = leaf;
+                if (reaches_beyond(leaf, block.number)) {
+                    block.across.push_back(leaf);
+                    continue;
+                }
+                const Diamond diamond = forest_.find_diamond(leaf);
+                if (diamond.pair_count == 0 || diamond.pairs[0][0] != leaf || !changed_since(since, diamond)) continue;
+                if (!corners_are_inside(diamond, block.number))
+                    block.across.push_back(leaf);
+                else if ((pass == first || changed_since(pass - 1, diamond)) && fit_corners(diamond, pass)) {
+                    forest_.fold_diamond(diamond);
+                    block.merged.push_back(diamond);
+                }
+            }
+            block.slots.resize(kept);
         }
     }
-    /// Merges the diamond of a leaf, by its first leaf alone, where all leaves around its corners are in its block.
-    /// Otherwise that leaf is added to `across`.
-    void merge_inside(LeafId id, Block& block, int last, int pass) {
+    /// Whether leaves of a first leaf's diamond are in other blocks. Of these not even the records are looked at:
+    /// another thread may be writing them.
+    bool reaches_beyond(LeafId id, std::uint64_t block) const {
         const BisectionLeaf& leaf = forest_.leaf(id);
-        const std::uint32_t number = block_[id.value];
-        const auto beyond = [&](LeafId other) { return other.valid() && block_[other.value] != number; };
-        // Of others not even the records are looked at: another thread may be writing them.
-        if (leaf.depth <= block_depth_ || beyond(leaf.neighbour[1]) || beyond(leaf.neighbour[2]) ||
-            beyond(forest_.leaf(leaf.neighbour[2]).neighbour[2])) {
-            block.across.push_back(id);
-            return;
-        }
-        const Diamond diamond = forest_.find_diamond(id);
-        if (diamond.pair_count == 0 || diamond.pairs[0][0] != id || !changed_since(last - 1, diamond)) return;
-        bool inside = true;
-        for (const PointId corner : corners_of(diamond)) inside = inside && corner_is_inside(corner, diamond, number);
-        if (!inside)
-            block.across.push_back(id);
-        else if ((pass == last + 1 || changed_since(pass - 1, diamond)) && fit_corners(diamond, pass)) {
-            forest_.fold_diamond(diamond);
-            block.merged.push_back(diamond);
-        }
-    }
-    /// The same for any diamond, by one thread.
-    void merge_across(LeafId id, int last, int pass) {
-        if (!is_first_child(id)) return;
-        const Diamond diamond = forest_.find_diamond(id);
-        if (diamond.pair_count > 0 && diamond.pairs[0][0] == id && changed_since(last, diamond) &&
-            fit_corners(diamond, pass))
-            forest_.merge_diamond(id, [](const Diamond&) {});
+        const auto beyond = [&](LeafId other) { return other.valid() && block_of(other) != block; };
+        return beyond(leaf.neighbour[1]) || beyond(leaf.neighbour[2]) ||
+               beyond(forest_.leaf(leaf.neighbour[2]).neighbour[2]);
     }
     bool is_first_child(LeafId id) const {
         return forest_.is_leaf(id) && forest_.depth(id) > 0 && (forest_.leaf(id).path & 1) == 0;
@@ -429,8 +463,12 @@ class TerrainRefinement {
     static std::size_t corner_of(const BisectionLeaf& leaf, PointId point) {
         return leaf.vertex[0] == point ? 0 : leaf.vertex[1] == point ? 1 : 2;
     }
-    bool corner_is_inside(PointId corner, const Diamond& diamond, std::uint32_t block) const {
-        return for_each_outside(corner, diamond, [&](LeafId leaf) { return block_[leaf.value] == block; });
+    /// Whether all leaves around a diamond's corners are in its block.
+    bool corners_are_inside(const Diamond& diamond, std::uint64_t block) const {
+        const Corners4 corners = corners_of(diamond);
+        return std::all_of(corners.begin(), corners.end(), [&](PointId corner) {
+            return for_each_outside(corner, diamond, [&](LeafId leaf) { return block_of(leaf) == block; });
+        });
     }
 
     const HeightGrid& grid_;
@@ -439,8 +477,8 @@ class TerrainRefinement {
     BisectionForest forest_;
     std::vector<GridVertex> vertices_;   // by the forest's points
     std::vector<std::uint8_t> changed_;  // in which pass the leaves around a point did, or its height
-    std::vector<std::uint32_t> block_;   // of leaf slots; merged leaves stay in theirs
-    int block_depth_ = 0;
+    std::vector<std::uint32_t> block_;   // of leaf slots, the smallest; merged leaves stay in theirs
+    int block_shift_ = 0;                // from there to the numbers of the blocks that are looked at
 };
 
 }  // namespace
