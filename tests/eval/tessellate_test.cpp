@@ -284,7 +284,7 @@ TEST_CASE("UVs at control corners are those of the UV layer's own limit, by ever
         }
 }
 
-TEST_CASE("linear UVs are bilinear in the corner cells; UVs can be left out") {
+TEST_CASE("linear UVs are bilinear in the corner cells, and can be left out") {
     const ControlMesh mesh = parse(cube_text() + "t facevaryinginterpolateboundary 1/0/0 5\n");
     TessellateOptions options;
     options.tolerance = 0.01;

@@ -91,7 +91,7 @@ TEST_CASE("triangles of a concave polygon face forward and cover it") {
     CHECK(mesh.warnings()[0] == "cut 1 of 1 faces into triangles");
 }
 
-TEST_CASE("a diagonal repeats no edge; where none is free the face gets a centre") {
+TEST_CASE("a diagonal repeats no edge, and where none is free the face gets a centre") {
     const std::vector<Vec3d> square = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.1}, {0, 1, 0}};
     // The other side already has the diagonal 0-2: only 1-3 is left.
     const ControlMesh fold = triangulate(ControlMesh::build(mesh_data(square, {{0, 1, 2, 3}, {0, 3, 2}, {0, 2, 1}})));

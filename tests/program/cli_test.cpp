@@ -540,7 +540,7 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
     }
 }
 
-TEST_CASE("faces that share no vertices and colours that are lost are warnings; --weld joins the faces") {
+TEST_CASE("faces that share no vertices and colours that are lost are warnings, and --weld joins the faces") {
     const ScratchDir scratch;
     const std::string model = (scratch / "pieces.obj").string(), out = (scratch / "out.ply").string();
     std::string text;
