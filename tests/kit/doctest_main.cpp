@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <iostream>
+#include <string_view>
 
 namespace {
 
@@ -26,11 +27,17 @@ REGISTER_LISTENER("count", 1, Count);
 
 }  // namespace
 
-/// doctest's own, but that a filter which no case passes is a failure: a name that CTest cut off would pass.
+/// doctest's own, but that a filter which no case passes is a failure: a name that CTest cut off would pass. What is
+/// excluded by -tce is skipped.
 int main(int argc, char** argv) {
     doctest::Context context(argc, argv);
     const int failed = context.run();
     if (context.shouldExit() || failed != 0 || started > 0) return failed;
+    for (int i = 1; i < argc; ++i)
+        if (std::string_view(argv[i]).starts_with("-tce=")) {
+            std::cout << "SKIPPED: this build leaves out " << argv[i] + 5 << '\n';
+            return 0;
+        }
     std::cerr << "no test case has such a name; CTest cuts names off at semicolons\n";
     return 1;
 }
