@@ -95,7 +95,7 @@ class Candidates {
         n.round = is_own ? round_ : round_ - 1;
         if (due_at == std::numeric_limits<double>::infinity()) return;
         wait(odometer, {due_at, node});
-        if (++waits_ > nodes_.size() + nodes_.size() / 4) drop_some_idle_waits();
+        if (++waits_ > nodes_.size() + nodes_.size() / 8) drop_some_idle_waits();
     }
 
     /// The highest bucket that is not empty; -1: all are.
