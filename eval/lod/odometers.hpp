@@ -48,10 +48,10 @@ class Odometers {
     }
     /// What that odometer may move before a point that is at most `reach` away can have moved by `gap`, as seen from
     /// the camera. A point moves by the travel, and by the turn times its distance, which travel adds to: by
-    /// w + w^2 / (4 length) at most where the odometer moves by w.
+    /// (w + w^2 / (4 m)) m / length at most where the odometer moves by w, with the larger of reach and length as m.
     double way(std::size_t odometer, double gap, double reach) const {
-        const double length = lengths_[odometer];
-        return 2 * length * (std::sqrt(1 + gap / length) - 1) * std::min(1.0, length / reach);
+        const double length = lengths_[odometer], m = std::max(reach, length);
+        return 2 * m * (std::sqrt(1 + gap * length / (m * m)) - 1);
     }
 
   private:

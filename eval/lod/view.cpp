@@ -85,27 +85,25 @@ class View::Impl {
         const std::uint32_t roots = forest_.leaf_count();
         std::uint64_t leaves = std::max(options.max_leaves, roots);
         if (options.max_bytes != 0) {
-            const std::uint64_t least = k_bytes + k_bytes_a_leaf * roots;
-            if (options.max_bytes < least)
+            if (options.max_bytes < room(roots).bytes)
                 throw Error(ErrorCode::memory_limit, fmt::format("{} bytes are too few for {} roots; {} are the least",
-                                                                 options.max_bytes, roots, least));
-            leaves = std::min(leaves, (options.max_bytes - k_bytes) / k_bytes_a_leaf);
+                                                                 options.max_bytes, roots, room(roots).bytes));
+            std::uint64_t beyond = leaves + 1;  // too many, and `leaves` are not
+            for (leaves = roots; beyond - leaves > 1;) {
+                const std::uint64_t middle = leaves + (beyond - leaves) / 2;
+                (room(middle).bytes <= options.max_bytes ? leaves : beyond) = middle;
+            }
         }
         max_leaves_ = static_cast<std::uint32_t>(leaves);
-        // Half as many vertices as triangles, and those on the boundary, which is some multiple of a root.
-        const std::uint64_t midpoints =
-            leaves / 2 + 4 * static_cast<std::uint64_t>(std::sqrt(static_cast<double>(leaves))) + roots;
+        const auto [slots, points, midpoints, candidates, bytes] = room(leaves);
         forest_.reserve(leaves, midpoints);
-        const std::uint64_t slots = leaves + surface.roots().halfedge_count() - roots,
-                            points = midpoints + forest_.point_slots();
         leaf_candidate_.resize(slots);
         point_candidate_.resize(points);
         triangles_.assign(slots, Triangle{});
         vertices_.assign(points, Vertex{});
         dirty_triangles_.resize(slots);
         dirty_vertices_.resize(points);
-        // Every second leaf may be split, and every fourth one may be merged.
-        candidates_.reserve(static_cast<std::uint32_t>(leaves - leaves / 4));
+        candidates_.reserve(static_cast<std::uint32_t>(candidates));
         start();
     }
 
@@ -231,8 +229,26 @@ class View::Impl {
     detail::PoolVector<Vertex> vertices_;     // by points
 
   private:
-    // 95 in buffers and the forest; 28 for each candidate, of which there are three for four leaves, and its waits.
-    static constexpr std::uint64_t k_bytes_a_leaf = 136, k_bytes = 384 << 10;
+    /// What so many leaves take; while there are the roots alone.
+    struct Room {
+        std::uint64_t slots, points, midpoints, candidates, bytes;
+    };
+    Room room(std::uint64_t leaves) const {
+        constexpr std::uint64_t k_slot_bytes = sizeof(BisectionLeaf) + sizeof(Triangle) + sizeof(std::uint32_t) + 1,
+                                k_point_bytes = sizeof(Site) + sizeof(Vertex) + sizeof(std::uint32_t) + 1,
+                                k_candidate_bytes = 44, k_bytes = 384 << 10;
+        const std::uint64_t roots = forest_.leaf_count(), sides = forest_.mesh().halfedge_count();
+        Room room{};
+        room.slots = leaves + sides - roots;
+        // Half as many vertices as triangles, and those on the boundary, which is some multiple of a root.
+        room.midpoints = leaves / 2 + 4 * static_cast<std::uint64_t>(std::sqrt(static_cast<double>(leaves))) + roots;
+        room.points = room.midpoints + forest_.point_slots();
+        // Every second leaf may be split, and every fourth one may be merged; more along the boundary.
+        room.candidates = leaves - leaves / 4 + roots;
+        room.bytes =
+            room.slots * k_slot_bytes + room.points * k_point_bytes + room.candidates * k_candidate_bytes + k_bytes;
+        return room;
+    }
     /// How a diamond's error looks from the eye.
     struct Look {
         double size = 0;  // in multiples of the pixels allowed, at distance 1

@@ -1,4 +1,5 @@
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/subdivision_surface.hpp"
 #include "../../eval/lod_surfaces/terrain_surface.hpp"
 #include "../../hier/base/error.hpp"
 
@@ -21,6 +22,7 @@
 #include <set>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 using namespace tetrakis;
@@ -180,6 +182,46 @@ TEST_CASE("lod: a view keeps within its bytes") {
         const lod::Update update = view.update(wanderer.next(), {.pixel_error = 0.2});
         if (i == 0) CHECK(update.leaves > 0.99 * view.max_leaves());
         REQUIRE(view.memory_bytes() < 2'000'000);
+    }
+}
+
+TEST_CASE("lod: a view over many roots and long boundaries keeps within its bytes, too") {
+    for (const bool apart : {false, true}) {
+        CAPTURE(apart);
+        // Squares in rows, as one mesh or each by itself.
+        constexpr std::uint32_t k_side = 40;
+        ControlMeshData data;
+        data.face_offsets.push_back(0);
+        if (!apart)
+            for (std::uint32_t i = 0; i < (k_side + 1) * (k_side + 1); ++i)
+                data.positions.emplace_back(i % (k_side + 1), i / (k_side + 1), 0);
+        for (std::uint32_t y = 0; y < k_side; ++y)
+            for (std::uint32_t x = 0; x < k_side; ++x) {
+                for (const auto& [dx, dy] :
+                     {std::pair(0u, 0u), std::pair(1u, 0u), std::pair(1u, 1u), std::pair(0u, 1u)}) {
+                    data.face_vertices.push_back(apart ? static_cast<std::uint32_t>(data.positions.size())
+                                                       : (y + dy) * (k_side + 1) + x + dx);
+                    if (apart) data.positions.emplace_back(1.1 * x + dx, 1.1 * y + dy, 0);
+                }
+                data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+            }
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        const lod::SubdivisionSurface surface(mesh, "catmull-clark",
+                                              {.level = 3, .displacement = [](const lod::Place& at) {
+                                                   return 0.05 * std::sin(1e4 * at.position.x + 3e4 * at.position.y);
+                                               }});
+        lod::Camera camera;
+        camera.eye = {20, 20, 30};
+        camera.direction = {0, 0, -1};
+        camera.up = {0, 1, 0};
+        for (const std::uint64_t bytes : {3'000'000u, 4'000'000u, 9'000'000u}) {
+            CAPTURE(bytes);
+            lod::View view(surface, {.max_leaves = 1'000'000, .max_bytes = bytes});
+            const lod::Update update = view.update(camera, {.pixel_error = 0.01});
+            CHECK(update.leaves > 0.8 * view.max_leaves());
+            CHECK(view.memory_bytes() <= bytes);
+            CHECK(view.memory_bytes() > 0.7 * static_cast<double>(bytes));
+        }
     }
 }
 
