@@ -39,7 +39,7 @@ using Kind = Candidates::Kind;
 constexpr double k_room = 1.04;
 // How far from the frustum something is when it counts as outside, as a part of its distance: a way to go, too.
 constexpr double k_beside = 0.1;
-// How far it goes, or more, until it is found to be outside.
+// Something inside is looked at again when it may be outside by this part of its distance: until then it counts fully.
 constexpr double k_late = 0.25;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
@@ -144,7 +144,7 @@ class View::Impl {
             if ((split < level_ || candidates_.has_many_due()) && look_at_due()) continue;
             const int merge = candidates_.lowest(Kind::merge);
             level_ = std::max(k_limit_bucket, split);
-            told_from_ = std::min(told_from_, level_);
+            exact_from_ = std::min(exact_from_, level_);
             bool may_merge = merge < merge_bucket_ || (too_many && merge < Candidates::k_buckets);
             if (!too_many && split >= k_limit_bucket) {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
@@ -164,7 +164,7 @@ class View::Impl {
             if (look_at_first(Kind::merge, merge)) continue;
             forest_.merge_diamond(LeafId(candidates_.owner(node)), changed_merge);
         }
-        told_from_ = level_;
+        exact_from_ = level_;
         close_up(is_over);
         const int left = candidates_.highest(Kind::split);
         const double over = update.complete && left >= k_limit_bucket ? edge_of(left + 1)
@@ -229,14 +229,15 @@ class View::Impl {
     detail::PoolVector<Vertex> vertices_;     // by points
 
   private:
-    /// What so many leaves take; while there are the roots alone.
+    /// Slots, points, candidates and bytes for so many leaves. To be asked while all leaves are roots.
     struct Room {
         std::uint64_t slots, points, midpoints, candidates, bytes;
     };
     Room room(std::uint64_t leaves) const {
         constexpr std::uint64_t k_slot_bytes = sizeof(BisectionLeaf) + sizeof(Triangle) + sizeof(std::uint32_t) + 1,
                                 k_point_bytes = sizeof(Site) + sizeof(Vertex) + sizeof(std::uint32_t) + 1,
-                                k_candidate_bytes = 44, k_bytes = 384 << 10;
+                                k_candidate_bytes = 44,  // with its waits
+            k_bytes = 384 << 10;
         const std::uint64_t roots = forest_.leaf_count(), sides = forest_.mesh().halfedge_count();
         Room room{};
         room.slots = leaves + sides - roots;
@@ -314,7 +315,8 @@ class View::Impl {
         Look look;
         look.distance = distance(bounds, eye_);
         look.size = bounds.error * boost(bounds) * scale_;
-        // Both are larger for boxes around this one: no diamond is inside and those that it is from are not.
+        // A box around this one has no smaller `least` and no smaller `reach`: so where a diamond is inside, a coarser
+        // one whose box contains its box is inside, too.
         const double least = eye_.inside(center, bounds.half_sides);
         look.reach = glm::length(glm::abs(center) + bounds.half_sides);
         look.inside = least >= -k_beside * look.reach;
@@ -353,6 +355,7 @@ class View::Impl {
             else
                 wait_for_revision(nodes[i]);
             const int bucket = candidates_.bucket(nodes[i]);
+            // Split or merged soon, with its neighbours.
             const bool is_soon = candidates_.kind(nodes[i]) == Kind::split
                                      ? bucket >= level_
                                      : bucket < std::max(merge_bucket_, level_ - 1);
@@ -387,7 +390,7 @@ class View::Impl {
         // What is far from being decided upon is not told apart.
         if (is_split) {
             own = bucket_of(look.at(weight) * k_room);
-            bucket = std::max(own, told_from_ - 1);
+            bucket = std::max(own, exact_from_ - 1);
             const double edge = edge_of(bucket + 1);
             const bool always = edge == k_infinite || look.size == 0;
             way = always ? k_infinite : look.distance - weight * look.size / edge;
@@ -403,7 +406,7 @@ class View::Impl {
         if (weight == other_weight || other_way > 0.25 * way) {
             way = std::min(way, other_way);
         } else {
-            // The one that counts turns as little as it may without being the sooner one.
+            // A shorter length counts turns less, and allows a shorter way: no shorter than to the next bucket.
             odometer = odometers_.at(look.reach * std::min(1.0, way / look.gap));
             way = std::min(way, odometers_.way(odometer, look.gap, look.reach));
         }
@@ -559,8 +562,8 @@ class View::Impl {
     std::uint64_t revision_ = 0;  // of the surface
     std::uint32_t revision_waits_ = 0;
     int merge_bucket_ = 0;
-    int level_ = k_limit_bucket;      // of the largest errors that are left
-    int told_from_ = k_limit_bucket;  // the lowest level since the last update
+    int level_ = k_limit_bucket;       // of the largest errors that are left
+    int exact_from_ = k_limit_bucket;  // the lowest level since the last update; smaller errors share a bucket
     std::vector<std::uint32_t> batch_points_;
     std::vector<Site> batch_sites_;
     std::vector<Place> batch_places_;

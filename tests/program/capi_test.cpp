@@ -56,6 +56,12 @@ TEST_CASE("capi: a view is the C++ one's, byte for byte") {
     tetrakis_view* c_view = nullptr;
     REQUIRE(tetrakis_make_terrain(grid.heights.data(), grid.columns, grid.rows, 2, &c_surface) == TETRAKIS_OK);
     tetrakis_view_options options = TETRAKIS_VIEW_OPTIONS;
+    const lod::ViewOptions known;
+    CHECK(options.max_leaves == known.max_leaves);
+    CHECK(options.max_bytes == known.max_bytes);
+    CHECK(options.max_ranges == known.max_ranges);
+    CHECK(options.outside_weight == known.outside_weight);
+    CHECK(options.hysteresis == known.hysteresis);
     options.max_leaves = 5000;
     REQUIRE(tetrakis_make_view(c_surface, &options, &c_view) == TETRAKIS_OK);
     tetrakis_camera c_camera = TETRAKIS_CAMERA;

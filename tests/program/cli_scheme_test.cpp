@@ -145,7 +145,7 @@ TEST_CASE("scheme explains corners, with the angle that they get, and darts") {
           std::string::npos);
 }
 
-TEST_CASE("scheme and refine take the tension of the ten-point rule, and what is no number is refused") {
+TEST_CASE("scheme and refine take the tension of the ten-point rule, and refuse a word in its place") {
     const nlohmann::json masks = cli::run_json({"scheme", "butterfly", "--ten-point", "0.01", "--json"}).at("masks");
     CHECK(masks.dump().find("0.49") != std::string::npos);  // 1/2 - w
     CHECK(cli::run({"scheme", "loop", "--ten-point", "0.01"}).err.find("--ten-point has no effect") !=

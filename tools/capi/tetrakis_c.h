@@ -243,7 +243,7 @@ typedef struct tetrakis_view_options {
     double hysteresis;     /* triangles are merged where the error looks this small a part of the limit: 0.1 to 0.8 */
 } tetrakis_view_options;
 #define TETRAKIS_VIEW_OPTIONS \
-    { sizeof(tetrakis_view_options), 200000, 0, 4096, 0.25, 0.7 }
+    { sizeof(tetrakis_view_options), 200000, 0, 4096, 0.25, 0.8 }
 
 /* Several views of a surface do not know of each other. Any thread. Until tetrakis_free_view(). */
 TETRAKIS_API tetrakis_status tetrakis_make_view(const tetrakis_surface* surface, const tetrakis_view_options* options,
