@@ -65,10 +65,10 @@ void make_canonical(Row& first_row, Row& second_row) {
     make_canonical(columns);
     first_row.clear();
     second_row.clear();
-    constexpr double k_no_weight = 1e-12;
+    constexpr double k_zero_weight = 1e-12;
     for (const Column& c : columns) {
-        if (std::abs(c.w1) > k_no_weight) first_row.push_back({c.at, c.w1});
-        if (std::abs(c.w2) > k_no_weight) second_row.push_back({c.at, c.w2});
+        if (std::abs(c.w1) > k_zero_weight) first_row.push_back({c.at, c.w1});
+        if (std::abs(c.w2) > k_zero_weight) second_row.push_back({c.at, c.w2});
     }
 }
 

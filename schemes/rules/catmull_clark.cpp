@@ -43,7 +43,7 @@ namespace {
 using std::numbers::pi;
 
 // Most quads beside a crease with which the plain rule still has a tangent plane.
-constexpr int k_plain_faces = 3;
+constexpr int k_plain_quads = 3;
 
 /// A corner or crease end of a smooth edge that bends its rule, and the angle per face there.
 struct Bend {
@@ -70,7 +70,7 @@ std::optional<Bend> bend_at(const RuleMesh& mesh, int h, const RuleOptions& opti
     }
     if (options.edge_beside_crease == EdgeBesideCrease::plain) return std::nullopt;
     if (options.edge_beside_crease == EdgeBesideCrease::cosine) return Bend{out, pi / K, 0};
-    if (K <= k_plain_faces) return std::nullopt;
+    if (K <= k_plain_quads) return std::nullopt;
     return Bend{out, 0, 0};
 }
 

@@ -31,7 +31,7 @@ using std::numbers::pi;
 
 // Most triangles beside a crease with which the plain rule still has a tangent plane; up to there the brief form of the
 // C1 rule is the plain rule.
-constexpr int k_plain_faces = 5;
+constexpr int k_plain_triangles = 5;
 constexpr double k_brief_gamma = 0.25;
 
 bool is_regular_crease(const RuleMesh& mesh, int v) {
@@ -74,7 +74,7 @@ StencilRow detail::loop_smooth_edge_row(const RuleMesh& mesh, int h, const RuleO
             double gamma = Loop::edge_end;
             if (corner || options.edge_beside_crease == EdgeBesideCrease::cosine)
                 gamma = 0.5 - std::cos(angle / K) / 4;
-            else if (options.edge_beside_crease == EdgeBesideCrease::brief && K > k_plain_faces)
+            else if (options.edge_beside_crease == EdgeBesideCrease::brief && K > k_plain_triangles)
                 gamma = k_brief_gamma;
             row.add(c, 0.75 - gamma);
             row.add(e, gamma);
