@@ -249,13 +249,6 @@ std::optional<Rows> rows_inwards(const LocalMatrix& s) {
     return rows;
 }
 
-/// The start of an iteration: what is neither even nor odd in anything.
-std::vector<double> ramp(std::size_t size) {
-    std::vector<double> x(size, 1.0);
-    for (std::size_t i = 0; i < size && size > 1; ++i) x[i] += static_cast<double>(i) / static_cast<double>(size - 1);
-    return x;
-}
-
 /// Mirror-symmetric: the even and the odd part. The result is what finish() takes as bends.
 std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
     const LocalMatrix& s = analysis.matrix;
@@ -287,9 +280,6 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
         return m;
     };
     const auto block = [&](const std::vector<int>& rows, double sign) { return block_of(s.rows, rows, sign); };
-    const auto left = [](const StencilTable& m, double lambda) {
-        return left_eigenvector(m, lambda, ramp(static_cast<std::size_t>(m.row_count())));
-    };
     const auto spread = [&](const std::vector<int>& rows, const std::vector<double>& y, double sign) {
         std::vector<double> weights(size, 0.0);
         for (std::size_t a = 0; a < rows.size(); ++a) {
@@ -309,7 +299,7 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
         return rows;
     };
     const auto even_eigenvector = [&](double lambda) {
-        return spread(fixed_or_first, left(block(fixed_or_first, 1), lambda), 1);
+        return spread(fixed_or_first, left_eigenvector(block(fixed_or_first, 1), lambda), 1);
     };
     const std::vector<Complex> even_values = eigenvalues(block(fixed_or_first, 1)),
                                odd_values = eigenvalues(block(first, -1));
@@ -329,7 +319,8 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
     const StencilTable odd_part = block(along, -1);
     const std::vector<Complex> along_values = apart ? eigenvalues(odd_part) : odd_values;
     const Complex o = largest(along_values, false);
-    if (real(o) > 0 && count_same(along_values, o) == 1) odd_mask = spread(along, left(odd_part, o.real()), -1);
+    if (real(o) > 0 && count_same(along_values, o) == 1)
+        odd_mask = spread(along, left_eigenvector(odd_part, o.real()), -1);
     // What varies along the boundary alone is no tangent across it, even where its eigenvalue is as large (u^2 beside
     // v^2, where the surface ends as an even function): that is the largest one of the differences across.
     std::vector<double> bends;
@@ -345,7 +336,7 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
         even_mask.clear();
         if (real(e) > 0 && count_same(across_values, e) == 1) {
             even_mask.assign(size, 0.0);
-            const std::vector<double> weights = spread(inner, left(across, e.real()), 1);
+            const std::vector<double> weights = spread(inner, left_eigenvector(across, e.real()), 1);
             for (int i = 0; i < size; ++i) {
                 if (inwards->before[i] < 0) continue;
                 even_mask[i] += weights[i];

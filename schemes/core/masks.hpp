@@ -2,6 +2,8 @@
 
 #include "fan_labels.hpp"
 
+#include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -35,8 +37,34 @@ inline constexpr CreaseMask k_crease_limit_mask{2.0 / 3, 1.0 / 6};
 /// along it.
 struct ClosedMasks {
     using Mask = std::vector<std::pair<FanLabel, double>>;
-    Mask limit, tangent1, tangent2;
+    Mask limit{}, tangent1{}, tangent2{};
     double lambda1 = 0, lambda2 = 0;  ///< eigenvalues of the tangents
 };
+
+/// Of a vertex on a crease or boundary that runs along the first rays of sectors 0 and `last`: its limit and the
+/// tangent along it.
+inline ClosedMasks crease_closed_masks(int last, double lambda = 0.5) {
+    const FanLabel ahead{0, 1, 0}, behind{last, 1, 0};
+    return {.limit = {{{}, k_crease_limit_mask.vertex},
+                      {ahead, k_crease_limit_mask.neighbour},
+                      {behind, k_crease_limit_mask.neighbour}},
+            .tangent1 = {{ahead, 1}, {behind, -1}},
+            .lambda1 = lambda};
+}
+
+/// Of a vertex of n triangles: by its neighbours, with the cosines and sines of their angles as tangents.
+/// @param lambda  eigenvalue of both
+inline ClosedMasks ring_closed_masks(int n, const RingMask& limit, double lambda) {
+    ClosedMasks masks{.limit = {{{}, limit.vertex}}, .lambda1 = lambda, .lambda2 = lambda};
+    for (int i = 0; i < n; ++i) {
+        const FanLabel edge{i, 1, 0};
+        const double angle = 2 * std::numbers::pi * i / n;
+        masks.limit.emplace_back(edge, limit.edge);
+        if (n < 3) continue;
+        masks.tangent1.emplace_back(edge, std::cos(angle));
+        masks.tangent2.emplace_back(edge, std::sin(angle));
+    }
+    return masks;
+}
 
 }  // namespace tetrakis

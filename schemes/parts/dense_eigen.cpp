@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <type_traits>
 
 // All of Eigen that the project uses: its templates take long to compile, so they are compiled here once.
 
@@ -16,19 +15,18 @@ namespace tetrakis::detail {
 namespace {
 
 using Eigen::MatrixXcd;
-using Eigen::MatrixXd;
 using Eigen::VectorXcd;
-using Eigen::VectorXd;
 
+// Real matrices, too, are complex ones here: a second kind of solver would take a third of the compile time.
 template <class T>
-Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic> to_eigen(const DenseMatrix<T>& m) {
-    Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic> out(m.size(), m.size());
+MatrixXcd to_eigen(const DenseMatrix<T>& m) {
+    MatrixXcd out(m.size(), m.size());
     for (int i = 0; i < m.size(); ++i)
         for (int j = 0; j < m.size(); ++j) out(i, j) = m(i, j);
     return out;
 }
-MatrixXd to_eigen(const StencilTable& m) {
-    MatrixXd out = MatrixXd::Zero(m.row_count(), m.row_count());
+MatrixXcd to_eigen(const StencilTable& m) {
+    MatrixXcd out = MatrixXcd::Zero(m.row_count(), m.row_count());
     for (int i = 0; i < m.row_count(); ++i)
         for (std::size_t t = 0; t < m.points(i).size(); ++t) out(i, m.points(i)[t]) = m.weights(i)[t];
     return out;
@@ -85,10 +83,9 @@ void join(std::vector<Complex>& values, const std::vector<double>& uncertain) {
 
 /// The strongly connected components of the rows' dependency graph (Tarjan 1972): sorted by them the matrix is block
 /// triangular, and its eigenvalues are those of the diagonal blocks.
-template <class Matrix>
 class Components {
   public:
-    explicit Components(const Matrix& m)
+    explicit Components(const MatrixXcd& m)
         : m_(m), index_(static_cast<std::size_t>(m.rows()), k_new), low_(index_.size(), k_new) {
         for (Eigen::Index row = 0; row < m.rows(); ++row)
             if (index(row) == k_new) visit(row);
@@ -117,7 +114,7 @@ class Components {
         std::sort(component.begin(), component.end());
     }
 
-    const Matrix& m_;
+    const MatrixXcd& m_;
     Eigen::Index count_ = 0;
     std::vector<Eigen::Index> index_, low_, open_;
 };
@@ -137,20 +134,11 @@ std::vector<Complex> eigenvalues_of_block(const MatrixXcd& m) {
     return values;
 }
 
-template <class Matrix>
-std::vector<Complex> eigenvalues_of(const Matrix& m) {
-    // Of larger real ones the real Schur form takes a fourth of the time and half of the memory. That defective
-    // eigenvalues come out as their mean would take all eigenvectors.
-    constexpr Eigen::Index k_large = 300;
-    constexpr bool is_real = std::is_same_v<Matrix, MatrixXd>;
+std::vector<Complex> eigenvalues_of(const MatrixXcd& m, bool is_real) {
     std::vector<Complex> values;
-    const auto add = [&](const auto& some) { values.insert(values.end(), some.begin(), some.end()); };
     for (const std::vector<Eigen::Index>& component : Components(m).all) {
-        const Matrix block = m(component, component);
-        if (is_real && block.rows() > k_large)
-            add(Eigen::EigenSolver<MatrixXd>(block.real(), false).eigenvalues());
-        else
-            add(eigenvalues_of_block(block.template cast<Complex>()));
+        const std::vector<Complex> some = eigenvalues_of_block(m(component, component));
+        values.insert(values.end(), some.begin(), some.end());
     }
     if (!is_real) return values;
     // Rounding leaves real ones with a little of an imaginary part.
@@ -165,46 +153,40 @@ constexpr double k_beside = 1e-14;
 // An even number: the start's sign stays.
 constexpr int k_solves = 4;
 
-/// Inverse iteration from x.
-template <class Matrix, class Vector>
-Vector iterated(const Matrix& m, typename Matrix::Scalar lambda, Vector x) {
-    Matrix shifted = m.transpose();
+/// By inverse iteration, from what is neither even nor odd in anything.
+VectorXcd left_eigenvector_of(const MatrixXcd& m, Complex lambda) {
+    VectorXcd x(m.rows());
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+        x(i) = x.size() > 1 ? 1 + static_cast<double>(i) / static_cast<double>(x.size() - 1) : 1.0;
+    MatrixXcd shifted = m.transpose();
     shifted.diagonal().array() -= lambda + k_beside;
-    const Eigen::PartialPivLU<Matrix> lu(shifted);
+    const Eigen::PartialPivLU<MatrixXcd> lu(shifted);
     for (int i = 0; i < k_solves; ++i) {
         x = lu.solve(x).eval();
         x /= x.cwiseAbs().maxCoeff();
     }
     return x;
 }
-
-}  // namespace
-
-std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m) { return eigenvalues_of(to_eigen(m)); }
-std::vector<Complex> eigenvalues(const DenseMatrix<double>& m) { return eigenvalues_of(to_eigen(m)); }
-std::vector<Complex> eigenvalues(const StencilTable& m) { return eigenvalues_of(to_eigen(m)); }
-
-std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda) {
-    VectorXcd start(m.size());
-    for (int i = 0; i < m.size(); ++i) start(i) = m.size() > 1 ? 1.0 + i / (m.size() - 1.0) : 1.0;
-    const VectorXcd x = iterated(to_eigen(m), lambda, start);
-    return {x.begin(), x.end()};
-}
-
-std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda) {
-    DenseMatrix<Complex> complex(m.size());
-    for (int i = 0; i < m.size(); ++i)
-        for (int j = 0; j < m.size(); ++j) complex(i, j) = m(i, j);
+template <class Matrix>
+std::vector<double> real_left_eigenvector(const Matrix& m, double lambda) {
     std::vector<double> out;
-    for (const Complex& z : left_eigenvector(complex, Complex(lambda))) out.push_back(z.real());
+    for (const Complex& z : left_eigenvector_of(to_eigen(m), lambda)) out.push_back(z.real());
     return out;
 }
 
-std::vector<double> left_eigenvector(const StencilTable& m, double lambda, const std::vector<double>& start) {
-    VectorXd first(static_cast<Eigen::Index>(start.size()));
-    std::copy(start.begin(), start.end(), first.begin());
-    const VectorXd x = iterated(to_eigen(m), lambda, first);
+}  // namespace
+
+std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m) { return eigenvalues_of(to_eigen(m), false); }
+std::vector<Complex> eigenvalues(const DenseMatrix<double>& m) { return eigenvalues_of(to_eigen(m), true); }
+std::vector<Complex> eigenvalues(const StencilTable& m) { return eigenvalues_of(to_eigen(m), true); }
+
+std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda) {
+    const VectorXcd x = left_eigenvector_of(to_eigen(m), lambda);
     return {x.begin(), x.end()};
 }
+std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda) {
+    return real_left_eigenvector(m, lambda);
+}
+std::vector<double> left_eigenvector(const StencilTable& m, double lambda) { return real_left_eigenvector(m, lambda); }
 
 }  // namespace tetrakis::detail

@@ -26,8 +26,8 @@ class DenseMatrix {
 };
 
 /// All eigenvalues, each as often as it counts, in no order. Those that rounding alone may hold apart, as it does with
-/// defective ones (by the root of the rounding error), come out as their mean; not in strongly connected components of
-/// more than 300 rows. O(size^2), and O(size^3) of the largest component.
+/// defective ones (by the root of the rounding error), come out as their mean. O(size^2), and O(size^3) of the largest
+/// component.
 std::vector<Complex> eigenvalues(const DenseMatrix<double>& m);
 std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m);
 
@@ -38,7 +38,6 @@ std::vector<Complex> eigenvalues(const StencilTable& m);
 /// a little beside it. O(size^3).
 std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda);
 std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda);
-/// @param start  of the iteration; it has the sign that the result gets
-std::vector<double> left_eigenvector(const StencilTable& m, double lambda, const std::vector<double>& start);
+std::vector<double> left_eigenvector(const StencilTable& m, double lambda);
 
 }  // namespace tetrakis::detail

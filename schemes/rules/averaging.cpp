@@ -2,6 +2,7 @@
 
 #include "../core/scheme_table.hpp"
 #include "../parts/averaging_level.hpp"
+#include "../parts/corner_weights.hpp"
 #include "../parts/face_split.hpp"
 #include "catmull_clark.hpp"
 #include "dual_schemes.hpp"
@@ -82,22 +83,12 @@ ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& opt
     const int m = options.averaging_steps, n = shape.faces;
     ClosedMasks masks;
     if (m == 0) return linear_closed_masks(shape, options);
-    if (m == 1) return doo_sabin_catmull_clark_closed_masks(shape, options);
+    if (m == 1) return detail::corner_weights_closed_masks(shape, DooSabin::eigenvalue_catmull_clark(n));
     const auto add = [&](FanLabel label, double weight) { masks.limit.emplace_back(label, weight); };
     if (m == 2) {
         if (shape.dart || (shape.corner && !shape.boundary)) return masks;
-        if (shape.boundary) {
-            if (shape.corner) {
-                add({}, 1);
-                return masks;
-            }
-            add({}, k_crease_limit_mask.vertex);
-            add({0, 1, 0}, k_crease_limit_mask.neighbour);
-            add({n, 1, 0}, k_crease_limit_mask.neighbour);
-            masks.lambda1 = 0.5;
-            masks.tangent1 = {{{0, 1, 0}, 1}, {{n, 1, 0}, -1}};
-            return masks;
-        }
+        if (shape.corner) return linear_closed_masks(shape, options);
+        if (shape.boundary) return crease_closed_masks(n);
         const double angle = 2 * std::numbers::pi / n, A = CatmullClark::tangent_edge_factor(angle);
         masks.lambda1 = masks.lambda2 = CatmullClark::mode_eigenvalue(angle);
         add({}, 4.0 / 9);

@@ -236,11 +236,7 @@ ClosedMasks catmull_clark_closed_masks(const FanShape& shape, const RuleOptions&
         }
         return masks;
     }
-    masks.limit = {{{}, k_crease_limit_mask.vertex},
-                   {edge(0), k_crease_limit_mask.neighbour},
-                   {edge(K), k_crease_limit_mask.neighbour}};
-    masks.lambda1 = 0.5;
-    masks.tangent1 = {{edge(0), 1}, {edge(K), -1}};
+    masks = crease_closed_masks(K);
     if (K == 1 || options.edge_beside_crease == EdgeBesideCrease::plain) {
         const RingLimit& ring = boundary_ring_limit(SchemeKind::catmull_clark, K);
         masks.lambda2 = ring.lambda2;

@@ -25,62 +25,6 @@ std::vector<double> DooSabin::weights_catmull_clark(int k) {
     return w;
 }
 
-RuleStep doo_sabin_step(const RuleMesh& mesh, const RuleOptions& options) {
-    return detail::corner_weights_step(mesh, options, DooSabin::weights);
-}
-RuleStep doo_sabin_catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options) {
-    return detail::corner_weights_step(mesh, options, DooSabin::weights_catmull_clark);
-}
-
-ClosedMasks doo_sabin_closed_masks(const FanShape& shape, const RuleOptions&) {
-    return detail::corner_weights_closed_masks(shape, 0.5);
-}
-ClosedMasks doo_sabin_catmull_clark_closed_masks(const FanShape& shape, const RuleOptions&) {
-    return detail::corner_weights_closed_masks(shape, 0.5 + std::cos(2 * pi / shape.faces) / 4);
-}
-
-namespace detail {
-
-extern constinit const SchemeInfo doo_sabin_scheme{
-    .name = "doo-sabin",
-    .title = "Doo, Sabin 1978",
-    .refinement = Refinement::vertex_split,
-    .family = MeshFamily::quads,
-    .interpolating = false,
-    .smoothness = "C1",
-    .reproduction = 1,
-    .generation = "bi-2",
-    .lattice = FanLattice::dual,
-    .rings = 1,
-    .rule_rings = 1,
-    .sees_rings = true,
-    .step = doo_sabin_step,
-    .closed_masks = doo_sabin_closed_masks,
-    .notes = "any polygons; boundary as quadratic B-spline; a crease is a boundary on each side, corners stay",
-    .pieces = SurfacePieces::biquadratic,
-};
-
-extern constinit const SchemeInfo doo_sabin_catmull_clark_scheme{
-    .name = "doo-sabin-cc",
-    .title = "Doo-Sabin with the weights of Catmull, Clark 1978",
-    .refinement = Refinement::vertex_split,
-    .family = MeshFamily::quads,
-    .interpolating = false,
-    .smoothness = "C1",
-    .reproduction = 1,
-    .generation = "bi-2",
-    .lattice = FanLattice::dual,
-    .rings = 1,
-    .rule_rings = 1,
-    .sees_rings = true,
-    .step = doo_sabin_catmull_clark_step,
-    .closed_masks = doo_sabin_catmull_clark_closed_masks,
-    .notes = "as doo-sabin; one averaging step",
-    .pieces = SurfacePieces::biquadratic,
-};
-
-}  // namespace detail
-
 std::vector<double> Midedge::weights(int k) {
     std::vector<double> w(k, 1.0 / k);
     for (int i = 0; i < k; ++i)
@@ -96,59 +40,55 @@ std::vector<double> Midedge::weights_simplest(int k) {
     return w;
 }
 
-RuleStep midedge_step(const RuleMesh& mesh, const RuleOptions& options) {
-    return detail::corner_weights_step(mesh, options, Midedge::weights);
-}
-RuleStep midedge_simplest_step(const RuleMesh& mesh, const RuleOptions& options) {
-    return detail::corner_weights_step(mesh, options, Midedge::weights_simplest);
-}
-
-ClosedMasks midedge_closed_masks(const FanShape& shape, const RuleOptions&) {
-    return detail::corner_weights_closed_masks(shape, 0.5);
-}
-ClosedMasks midedge_simplest_closed_masks(const FanShape& shape, const RuleOptions&) {
-    return detail::corner_weights_closed_masks(shape, (1 + std::cos(2 * pi / shape.faces)) / 2);
-}
+double DooSabin::eigenvalue_catmull_clark(int k) { return 0.5 + std::cos(2 * pi / k) / 4; }
+double Midedge::eigenvalue_simplest(int k) { return (1 + std::cos(2 * pi / k)) / 2; }
 
 namespace detail {
 
-extern constinit const SchemeInfo midedge_scheme{
-    .name = "midedge",
-    .title = "Midedge, Habib, Warren 1995",
-    .refinement = Refinement::vertex_split,
-    .family = MeshFamily::quads,
-    .interpolating = false,
-    .smoothness = "C1",
-    .reproduction = 1,
-    .generation = "2",
-    .lattice = FanLattice::dual,
-    .rings = 1,
-    .rule_rings = 1,
-    .sees_rings = true,
-    .step = midedge_step,
-    .closed_masks = midedge_closed_masks,
-    .notes = "any polygons; boundary and creases as doo-sabin; subdominant 1/2 for every face",
-    .pieces = SurfacePieces::quadratic_box,
-};
+namespace {
 
-extern constinit const SchemeInfo midedge_simplest_scheme{
-    .name = "midedge-simplest",
-    .title = "Midedge, Peters, Reif 1997",
-    .refinement = Refinement::vertex_split,
-    .family = MeshFamily::quads,
-    .interpolating = false,
-    .smoothness = "C1",
-    .reproduction = 1,
-    .generation = "2",
-    .lattice = FanLattice::dual,
-    .rings = 1,
-    .rule_rings = 1,
-    .sees_rings = true,
-    .step = midedge_simplest_step,
-    .closed_masks = midedge_simplest_closed_masks,
-    .notes = "any polygons; two rounds of joining midpoints",
-    .pieces = SurfacePieces::quadratic_box,
-};
+/// A scheme by the weights of a corner and the subdominant eigenvalue, both of the number of a face's corners.
+template <auto weights, auto eigenvalue>
+constexpr SchemeInfo dual_scheme(const char* name, const char* title, const char* generation, SurfacePieces pieces,
+                                 const char* notes) {
+    return {
+        .name = name,
+        .title = title,
+        .refinement = Refinement::vertex_split,
+        .family = MeshFamily::quads,
+        .interpolating = false,
+        .smoothness = "C1",
+        .reproduction = 1,
+        .generation = generation,
+        .lattice = FanLattice::dual,
+        .rings = 1,
+        .rule_rings = 1,
+        .sees_rings = true,
+        .step = [](const RuleMesh& mesh,
+                   const RuleOptions& options) { return corner_weights_step(mesh, options, weights); },
+        .closed_masks = [](const FanShape& shape,
+                           const RuleOptions&) { return corner_weights_closed_masks(shape, eigenvalue(shape.faces)); },
+        .notes = notes,
+        .pieces = pieces};
+}
+constexpr double half(int) { return 0.5; }
+
+}  // namespace
+
+extern constinit const SchemeInfo doo_sabin_scheme = dual_scheme<DooSabin::weights, half>(
+    "doo-sabin", "Doo, Sabin 1978", "bi-2", SurfacePieces::biquadratic,
+    "any polygons; boundary as quadratic B-spline; a crease is a boundary on each side, corners stay");
+extern constinit const SchemeInfo doo_sabin_catmull_clark_scheme =
+    dual_scheme<DooSabin::weights_catmull_clark, DooSabin::eigenvalue_catmull_clark>(
+        "doo-sabin-cc", "Doo-Sabin with the weights of Catmull, Clark 1978", "bi-2", SurfacePieces::biquadratic,
+        "as doo-sabin; one averaging step");
+extern constinit const SchemeInfo midedge_scheme = dual_scheme<Midedge::weights, half>(
+    "midedge", "Midedge, Habib, Warren 1995", "2", SurfacePieces::quadratic_box,
+    "any polygons; boundary and creases as doo-sabin; subdominant 1/2 for every face");
+extern constinit const SchemeInfo midedge_simplest_scheme =
+    dual_scheme<Midedge::weights_simplest, Midedge::eigenvalue_simplest>(
+        "midedge-simplest", "Midedge, Peters, Reif 1997", "2", SurfacePieces::quadratic_box,
+        "any polygons; two rounds of joining midpoints");
 
 }  // namespace detail
 

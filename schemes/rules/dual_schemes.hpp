@@ -1,8 +1,5 @@
 #pragma once
 
-#include "../core/masks.hpp"
-#include "../core/rule_step.hpp"
-
 #include <vector>
 
 namespace tetrakis {
@@ -15,15 +12,8 @@ struct DooSabin {
     /// Catmull and Clark's: the corner 1/2, its neighbours 1/8, and 1/(4k) for all. Subdominant 1/2 + cos(2 pi / k)
     /// / 4.
     static std::vector<double> weights_catmull_clark(int k);
+    static double eigenvalue_catmull_clark(int k);  ///< that subdominant one
 };
-
-/// One step of each: detail::corner_weights_step().
-RuleStep doo_sabin_step(const RuleMesh& mesh, const RuleOptions& options);
-RuleStep doo_sabin_catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options);
-
-/// detail::corner_weights_closed_masks().
-ClosedMasks doo_sabin_closed_masks(const FanShape& shape, const RuleOptions& options);
-ClosedMasks doo_sabin_catmull_clark_closed_masks(const FanShape& shape, const RuleOptions& options);
 
 /// Dual schemes with one rule, as Doo-Sabin. Sources: Habib, Warren 1995; Peters, Reif 1997.
 struct Midedge {
@@ -32,15 +22,8 @@ struct Midedge {
     static std::vector<double> weights(int k);
     /// Two rounds of joining midpoints: 1/2, and 1/4 for either neighbour. Subdominant (1 + cos(2 pi / k)) / 2.
     static std::vector<double> weights_simplest(int k);
+    static double eigenvalue_simplest(int k);  ///< that subdominant one
 };
-
-/// One step of each: detail::corner_weights_step().
-RuleStep midedge_step(const RuleMesh& mesh, const RuleOptions& options);
-RuleStep midedge_simplest_step(const RuleMesh& mesh, const RuleOptions& options);
-
-/// detail::corner_weights_closed_masks().
-ClosedMasks midedge_closed_masks(const FanShape& shape, const RuleOptions& options);
-ClosedMasks midedge_simplest_closed_masks(const FanShape& shape, const RuleOptions& options);
 
 /// A dual scheme's rule for the new corner at corner a_0 of a k-gon, in what the 4-8 mesh has around the k-gon's
 /// centre c once its sides are cut in half: weights of a_0, of c (the mean of the corners), and of the midpoints s_i of

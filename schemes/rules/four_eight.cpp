@@ -90,20 +90,9 @@ RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options)
 ClosedMasks four_eight_closed_masks(const FanShape& shape, const RuleOptions&) {
     ClosedMasks masks;
     const int n = shape.faces;
-    if (shape.dart) return masks;
-    if (shape.boundary) {
-        if (shape.corner) {
-            masks.limit = {{{}, 1}};
-            return masks;
-        }
-        masks.limit = {{{}, k_crease_limit_mask.vertex},
-                       {{0, 1, 0}, k_crease_limit_mask.neighbour},
-                       {{n, 1, 0}, k_crease_limit_mask.neighbour}};
-        masks.lambda1 = 0.5;
-        masks.tangent1 = {{{0, 1, 0}, 1}, {{n, 1, 0}, -1}};
-        return masks;
-    }
-    if (shape.corner) return masks;
+    if (shape.dart || (shape.corner && !shape.boundary)) return masks;
+    if (shape.corner) return {.limit = {{{}, 1}}};
+    if (shape.boundary) return crease_closed_masks(n);
     masks.limit.emplace_back(FanLabel{}, 7.0 / 24);
     for (int i = 0; i < n; ++i) {
         masks.limit.emplace_back(FanLabel{i, 1, 0}, 59.0 / (120 * n));

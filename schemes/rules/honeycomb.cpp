@@ -2,6 +2,7 @@
 
 #include "../core/masks.hpp"
 #include "../core/scheme_table.hpp"
+#include "../parts/corner_weights.hpp"
 #include "../parts/face_split.hpp"
 #include "dual_schemes.hpp"
 
@@ -76,18 +77,8 @@ RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
     return step;
 }
 
-ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions& options) {
-    if (shape.boundary) {
-        const FanLabel ahead{0, 1, 0}, behind{1, 1, 0};
-        ClosedMasks masks;
-        masks.lambda1 = 0.5;
-        masks.limit = {{{}, k_crease_limit_mask.vertex},
-                       {ahead, k_crease_limit_mask.neighbour},
-                       {behind, k_crease_limit_mask.neighbour}};
-        masks.tangent1 = {{ahead, 1}, {behind, -1}};
-        return masks;
-    }
-    return doo_sabin_closed_masks(shape, options);
+ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions&) {
+    return shape.boundary ? crease_closed_masks(1) : detail::corner_weights_closed_masks(shape, 0.5);
 }
 
 namespace detail {

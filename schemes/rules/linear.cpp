@@ -26,11 +26,7 @@ RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions& options) {
                                   [&](int f) { return detail::face_mean(mesh, f); });
 }
 
-ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) {
-    ClosedMasks masks;
-    masks.limit = {{{}, 1}};
-    return masks;
-}
+ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) { return {.limit = {{{}, 1}}}; }
 
 namespace detail {
 

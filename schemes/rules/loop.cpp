@@ -121,17 +121,7 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
     if (!shape.boundary) {
         if (shape.corner) return masks;
         const double beta = options.loop_weights == LoopWeights::warren ? Loop::beta_warren(n) : Loop::beta(n);
-        const RingMask limit = Loop::limit_mask(n, beta);
-        const double angle = 2 * pi / n;
-        masks.limit.emplace_back(FanLabel{}, limit.vertex);
-        masks.lambda1 = masks.lambda2 = Loop::mode_eigenvalue(angle);
-        for (int i = 0; i < n; ++i) {
-            masks.limit.emplace_back(edge(i), limit.edge);
-            if (n < 3) continue;
-            masks.tangent1.emplace_back(edge(i), std::cos(i * angle));
-            masks.tangent2.emplace_back(edge(i), std::sin(i * angle));
-        }
-        return masks;
+        return ring_closed_masks(n, Loop::limit_mask(n, beta), Loop::mode_eigenvalue(2 * pi / n));
     }
     const int K = n;
     if (shape.corner) {
@@ -159,9 +149,7 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
         }
         return masks;
     }
-    masks.limit = {{{}, k_crease_limit_mask.vertex},
-                   {edge(0), k_crease_limit_mask.neighbour},
-                   {edge(K), k_crease_limit_mask.neighbour}};
+    masks.limit = crease_closed_masks(K).limit;
     if (K == 1 || options.edge_beside_crease == EdgeBesideCrease::plain) {
         // The plain rules' across mask, derived where tessellation uses it.
         const RingLimit& ring = boundary_ring_limit(SchemeKind::loop, K);

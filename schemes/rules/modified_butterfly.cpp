@@ -157,12 +157,6 @@ class ButterflyRules {
     const RuleOptions& options_;
 };
 
-ClosedMasks::Mask ring_mask(int n, double (*wave)(double)) {
-    ClosedMasks::Mask mask;
-    for (int i = 0; i < n; ++i) mask.emplace_back(FanLabel{i, 1, 0}, wave(2 * pi * i / n));
-    return mask;
-}
-
 }  // namespace
 
 RuleStep modified_butterfly_step(const RuleMesh& mesh, const RuleOptions& options) {
@@ -216,10 +210,9 @@ ClosedMasks butterfly_closed_masks(const FanShape& shape, const RuleOptions& opt
 ClosedMasks modified_butterfly_closed_masks(const FanShape& shape, const RuleOptions& options) {
     ClosedMasks masks = butterfly_closed_masks(shape, options);
     if (shape.boundary || shape.corner || shape.dart || shape.faces == 6 || shape.faces < 3) return masks;
-    masks.lambda1 = masks.lambda2 = 0.5;
-    masks.tangent1 = ring_mask(shape.faces, [](double x) { return std::cos(x); });
-    masks.tangent2 = ring_mask(shape.faces, [](double x) { return std::sin(x); });
-    return masks;
+    ClosedMasks ring = ring_closed_masks(shape.faces, {.vertex = 1}, 0.5);
+    ring.limit = std::move(masks.limit);
+    return ring;
 }
 
 namespace detail {

@@ -235,33 +235,11 @@ RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions& options) {
 }
 
 ClosedMasks sqrt3_closed_masks(const FanShape& shape, const RuleOptions&) {
-    ClosedMasks masks;
     const int n = shape.faces;
-    const auto edge = [](int i) { return FanLabel{i, 1, 0}; };
-    if (shape.dart) return masks;
-    if (shape.boundary) {
-        if (shape.corner) {
-            masks.limit = {{{}, 1}};
-            return masks;
-        }
-        masks.limit = {{{}, k_crease_limit_mask.vertex},
-                       {edge(0), k_crease_limit_mask.neighbour},
-                       {edge(n), k_crease_limit_mask.neighbour}};
-        masks.lambda1 = 1.0 / 3;
-        masks.tangent1 = {{edge(0), 1}, {edge(n), -1}};
-        return masks;
-    }
-    if (shape.corner) return masks;
-    const RingMask limit = Sqrt3::limit_mask(n);
-    masks.limit.emplace_back(FanLabel{}, limit.vertex);
-    masks.lambda1 = masks.lambda2 = (2 + 2 * std::cos(2 * pi / n)) / 9;
-    for (int i = 0; i < n; ++i) {
-        masks.limit.emplace_back(edge(i), limit.edge);
-        if (n < 3) continue;
-        masks.tangent1.emplace_back(edge(i), std::cos(2 * pi * i / n));
-        masks.tangent2.emplace_back(edge(i), std::sin(2 * pi * i / n));
-    }
-    return masks;
+    if (shape.dart || (shape.corner && !shape.boundary)) return {};
+    if (shape.corner) return {.limit = {{{}, 1}}};
+    if (shape.boundary) return crease_closed_masks(n, 1.0 / 3);
+    return ring_closed_masks(n, Sqrt3::limit_mask(n), (2 + 2 * std::cos(2 * pi / n)) / 9);
 }
 
 namespace detail {

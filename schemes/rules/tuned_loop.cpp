@@ -97,19 +97,11 @@ ClosedMasks tuned_loop_closed_masks(const FanShape& shape, const RuleOptions& op
         loop.loop_weights = LoopWeights::loop;
         return loop_closed_masks(shape, loop);
     }
-    ClosedMasks masks;
     const int n = shape.faces;
     // Left eigenvector of mode 0: c n beta = 3/8 of the ring's total.
     const double total = 8 * n * TunedLoop::beta(n, options.tuning) / 3;
-    masks.limit.emplace_back(FanLabel{}, 1 / (1 + total));
-    masks.lambda1 = masks.lambda2 = mode(n, 1, n < 3 ? 0 : options.tuning);
-    for (int i = 0; i < n; ++i) {
-        masks.limit.emplace_back(FanLabel{i, 1, 0}, total / (1 + total) / n);
-        if (n < 3) continue;
-        masks.tangent1.emplace_back(FanLabel{i, 1, 0}, std::cos(2 * pi * i / n));
-        masks.tangent2.emplace_back(FanLabel{i, 1, 0}, std::sin(2 * pi * i / n));
-    }
-    return masks;
+    return ring_closed_masks(n, {.vertex = 1 / (1 + total), .edge = total / (1 + total) / n},
+                             mode(n, 1, n < 3 ? 0 : options.tuning));
 }
 
 namespace detail {
