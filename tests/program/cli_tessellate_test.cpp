@@ -1,15 +1,15 @@
 #include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 
 #include "../kit/cli.hpp"
+#include "../kit/meshes.hpp"
 #include "../kit/process.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <numbers>
 #include <string_view>
 
 using namespace tetrakis;
@@ -117,22 +117,6 @@ bool warns_of(const Run& run, std::string_view text) {
         if (warning.get<std::string>().find(text) != std::string::npos) return true;
     return false;
 }
-
-/// A torus of n x n quads, each cut into two triangles: all valences are 6.
-[[maybe_unused]] void write_triangle_torus(const std::filesystem::path& path, int n) {
-    std::ofstream out(path);
-    const auto angle = [n](int i) { return 2 * std::numbers::pi * i / n; };
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j)
-            out << "v " << (3 + std::cos(angle(j))) * std::cos(angle(i)) << ' '
-                << (3 + std::cos(angle(j))) * std::sin(angle(i)) << ' ' << std::sin(angle(j)) << '\n';
-    const auto at = [n](int i, int j) { return i % n * n + j % n + 1; };
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            out << "f " << at(i, j) << ' ' << at(i + 1, j) << ' ' << at(i + 1, j + 1) << '\n';
-            out << "f " << at(i, j) << ' ' << at(i + 1, j + 1) << ' ' << at(i, j + 1) << '\n';
-        }
-}
 }  // namespace
 
 TEST_CASE("Catmull-Clark on triangles alone: a hint at loop, unless the scheme is given") {
@@ -176,7 +160,12 @@ TEST_CASE("Catmull-Clark on many triangles takes little memory") {
     constexpr int n = 184, k_faces = 2 * n * n;
     const ScratchDir scratch;
     const auto torus = scratch / "torus.obj";
-    write_triangle_torus(torus, n);
+    TriangleMesh mesh;
+    const ControlMeshData data = test::triangle_torus(n);
+    mesh.positions = data.positions;
+    for (std::size_t c = 0; c < data.face_vertices.size(); c += 3)
+        mesh.triangles.push_back({data.face_vertices[c], data.face_vertices[c + 1], data.face_vertices[c + 2]});
+    write_mesh(torus, mesh);
     const Run run(torus.string(),
                   {"--tolerance", "1e-3", "--no-measure", "--max-memory", std::to_string(3 * k_faces) + "K"});
     CHECK(run.result.code == 0);
