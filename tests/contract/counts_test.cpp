@@ -1,5 +1,3 @@
-#include "judge.hpp"
-
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/obj/obj_reader.hpp"
 

@@ -2,6 +2,8 @@
 #include "../../eval/io/png.hpp"
 #include "../../hier/base/error.hpp"
 
+#include "../kit/input_helpers.hpp"
+#include "../kit/png_chunks.hpp"
 #include "../kit/scratch_dir.hpp"
 
 #include <doctest/doctest.h>
@@ -18,19 +20,8 @@ using namespace tetrakis;
 
 namespace {
 
-std::string big_endian(std::uint32_t value) {
-    std::string bytes;
-    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xFF);
-    return bytes;
-}
-
 /// A grey PNG of 16 bits.
 std::string png_of(std::uint32_t columns, std::uint32_t rows, const std::vector<std::uint16_t>& values) {
-    const auto chunk = [](std::string text) {
-        const auto* data = reinterpret_cast<const Bytef*>(text.data());
-        const auto crc = static_cast<std::uint32_t>(crc32(0, data, static_cast<uInt>(text.size())));
-        return big_endian(static_cast<std::uint32_t>(text.size() - 4)) + text + big_endian(crc);
-    };
     std::string lines;
     for (std::uint32_t r = 0; r < rows; ++r) {
         lines += '\0';
@@ -44,8 +35,9 @@ std::string png_of(std::uint32_t columns, std::uint32_t rows, const std::vector<
     compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(lines.data()),
              static_cast<uLong>(lines.size()));
     packed.resize(size);
-    const std::string header = big_endian(columns) + big_endian(rows) + std::string("\x10\0\0\0\0", 5);
-    return "\x89PNG\r\n\x1a\n" + chunk("IHDR" + header) + chunk("IDAT" + packed) + chunk("IEND");
+    const std::string header = test::big_endian(columns) + test::big_endian(rows) + std::string("\x10\0\0\0\0", 5);
+    return "\x89PNG\r\n\x1a\n" + test::png_chunk("IHDR" + header) + test::png_chunk("IDAT" + packed) +
+           test::png_chunk("IEND");
 }
 
 std::string floats(const std::vector<float>& values) {
@@ -63,7 +55,6 @@ std::string fault(const std::filesystem::path& path, const HeightReadOptions& op
     }
     return "";
 }
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 
@@ -193,38 +184,39 @@ TEST_CASE("height grids: samples without data are filled from those around") {
 
 TEST_CASE("[bad-input] height grids that are none") {
     const ScratchDir dir;
-    CHECK(has(fault(dir / "none.png"), "none.png"));
+    CHECK(test::contains(fault(dir / "none.png"), "none.png"));
     for (const char* name : {"e.png", "e.r16", "e.r32", "e.hgt"}) {
         spill(dir / name, "");
-        CHECK(has(fault(dir / name), "empty"));
+        CHECK(test::contains(fault(dir / name), "empty"));
     }
     spill(dir / "x.png", "no picture");
-    CHECK(has(fault(dir / "x.png"), "cut off, damaged or no PNG"));
+    CHECK(test::contains(fault(dir / "x.png"), "cut off, damaged or no PNG"));
     const std::string whole = png_of(3, 2, {1, 2, 3, 4, 5, 6});
     for (const std::size_t length : {8, 20, 40, 60}) {
         spill(dir / "x.png", whole.substr(0, length));
-        CHECK(has(fault(dir / "x.png"), "cut off, damaged or no PNG"));
+        CHECK(test::contains(fault(dir / "x.png"), "cut off, damaged or no PNG"));
     }
     spill(dir / "line.png", png_of(3, 1, {1, 2, 3}));
-    CHECK(has(fault(dir / "line.png"), "3 columns and 1 rows"));
+    CHECK(test::contains(fault(dir / "line.png"), "3 columns and 1 rows"));
     spill(dir / "grey.png", whole);
-    CHECK(has(fault(dir / "grey.png", {.format = HeightFormat::terrain_rgb}), "grey"));
+    CHECK(test::contains(fault(dir / "grey.png", {.format = HeightFormat::terrain_rgb}), "grey"));
     spill(dir / "h.tif", "no raster");
-    CHECK(has(fault(dir / "h.tif"), "GDAL"));
+    CHECK(test::contains(fault(dir / "h.tif"), "GDAL"));
 
     spill(dir / "h.r16", std::string(12, '\1'));
-    CHECK(has(fault(dir / "h.r16"), "6 heights, which are not a square"));
-    CHECK(has(fault(dir / "h.r16", {.columns = 4}), "6 heights, not 4 columns"));
-    CHECK(has(fault(dir / "h.r16", {.columns = 3, .rows = 4}), "not 3 columns times 4 rows"));
-    CHECK(has(fault(dir / "h.r16", {.columns = 6}), "6 columns and 1 rows"));
+    CHECK(test::contains(fault(dir / "h.r16"), "6 heights, which are not a square"));
+    CHECK(test::contains(fault(dir / "h.r16", {.columns = 4}), "6 heights, not 4 columns"));
+    CHECK(test::contains(fault(dir / "h.r16", {.columns = 3, .rows = 4}), "not 3 columns times 4 rows"));
+    CHECK(test::contains(fault(dir / "h.r16", {.columns = 6}), "6 columns and 1 rows"));
     spill(dir / "h.r32", std::string(15, '\1'));
-    CHECK(has(fault(dir / "h.r32"), "15 bytes"));
+    CHECK(test::contains(fault(dir / "h.r32"), "15 bytes"));
     spill(dir / "h.hgt", std::string(10, '\1'));
-    CHECK(has(fault(dir / "h.hgt"), "not a square"));
+    CHECK(test::contains(fault(dir / "h.hgt"), "not a square"));
     spill(dir / "gaps.hgt", std::string("\x80\0\x80\0\x80\0\x80\0", 8));
-    CHECK(has(fault(dir / "gaps.hgt"), "no sample has data"));
+    CHECK(test::contains(fault(dir / "gaps.hgt"), "no sample has data"));
     spill(dir / "large.r16", std::string(std::size_t{2} << 20, '\1'));
-    CHECK(has(fault(dir / "large.r16", {.context = {.max_memory_bytes = 3 << 20, .progress = {}}}), "limit is 3 MiB"));
+    CHECK(test::contains(fault(dir / "large.r16", {.context = {.max_memory_bytes = 3 << 20, .progress = {}}}),
+                         "limit is 3 MiB"));
 
     HeightGrid grid{.columns = 2, .rows = 2, .heights = std::vector<float>(4, std::nanf(""))};
     CHECK_THROWS_AS(fill_missing_heights(grid), Error);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -118,29 +119,42 @@ TEST_CASE("hierarchy: the same leaves give the same bytes, refined to at once, o
     });
 }
 
-TEST_CASE("hierarchy: meshes are conforming, with the control mesh's topology, and neighbours one level apart") {
+TEST_CASE(
+    "hierarchy: meshes are conforming, with the control mesh's topology, neighbours share edges and are one level "
+    "apart") {
     for_each_mesh(6, [](std::string_view scheme, const ControlMesh& mesh, Random& random) {
         Hierarchy h = make_hierarchy(mesh, scheme);
         const bool dual = h.family() == "vertices";
         random_history(h, random);
-        const auto expected = test::surface_topology(mesh),
-                   found = test::topology(test::faces_of(with_normals(h).mesh));
+        const HierarchyMesh out = with_normals(h);
+        const auto faces = test::faces_of(out.mesh);
+        const auto expected = test::surface_topology(mesh), found = test::topology(faces);
         CHECK(found.fault.empty());
         // Dual faces lie across the borders of holes, and along those with creases they may be left out.
         if (!dual || mesh.data().holes.empty()) {
             CHECK(found.euler == expected.euler);
             CHECK(found.boundary_loops == expected.boundary_loops);
         }
-        for (const LeafHandle leaf : h.leaves()) {
-            const LeafView view = h.view(leaf);
-            for (int side = 0; side < view.sides(); ++side)
+        std::map<LeafHandle, std::set<LeafHandle>> beside;
+        for (const LeafHandle leaf : h.leaves())
+            for (int side = 0; side < h.view(leaf).sides(); ++side)
                 for (const LeafHandle across : h.neighbours(leaf, side)) {
-                    REQUIRE(std::abs(h.view(across).level - view.level) <= 1);
-                    bool back = false;
-                    for (int k = 0; k < h.view(across).sides(); ++k)
-                        for (const LeafHandle other : h.neighbours(across, k)) back |= other == leaf;
-                    REQUIRE(back);
+                    REQUIRE(std::abs(h.view(across).level - h.view(leaf).level) <= 1);
+                    beside[leaf].insert(across);
                 }
+        for (const auto& [leaf, others] : beside)
+            for (const LeafHandle other : others) REQUIRE(beside[other].contains(leaf));
+        if (!dual) {
+            // The leaves of the faces that share edges, other than itself.
+            std::map<std::pair<std::uint32_t, std::uint32_t>, LeafHandle> owner;  // by directed edge
+            std::map<LeafHandle, std::set<LeafHandle>> in_mesh;
+            for (std::size_t f = 0; f < faces.size(); ++f)
+                for (std::size_t i = 0; i < 3; ++i) owner[{faces[f][i], faces[f][(i + 1) % 3]}] = out.leaves[f];
+            for (const auto& [edge, leaf] : owner)
+                if (const auto twin = owner.find({edge.second, edge.first});
+                    twin != owner.end() && twin->second != leaf)
+                    in_mesh[leaf].insert(twin->second);
+            CHECK(beside == in_mesh);
         }
         test::check_sound(h);
     });
@@ -225,8 +239,7 @@ TEST_CASE("hierarchy: saved leaves come back with the same bytes, from memory an
 TEST_CASE("hierarchy: one and two threads give the same bytes and the same handles") {
     for_each_mesh(2, [](std::string_view scheme, const ControlMesh& mesh, Random&) {
         const auto run = [&](int threads) {
-            RunContext context;
-            context.threads = threads;
+            const RunContext context = test::with_thread_count(threads);
             Hierarchy h = make_hierarchy(mesh, scheme, {.context = context});
             h.refine_where(each_leaf([](const LeafView& leaf) {
                                return (leaf.node.root * 7 + leaf.node.depth) % 3 != 0 || leaf.node.depth < 2;

@@ -4,6 +4,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
 
+#include "../kit/png_chunks.hpp"
 #include "../kit/scratch_dir.hpp"
 
 #include <doctest/doctest.h>
@@ -23,23 +24,6 @@ std::uint32_t number_at(const std::string& bytes, std::size_t at) {
     return number;
 }
 
-std::string network_bytes(std::uint32_t number) {
-    std::string bytes;
-    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift & 0xFF);
-    return bytes;
-}
-
-/// The remainder of the bits, least significant first, by the polynomial of PNG's checksums; bit by bit.
-std::uint32_t checksum(const std::string& bytes) {
-    std::uint32_t remainder = ~0u;
-    for (const char c : bytes)
-        for (int bit = 0; bit < 8; ++bit) {
-            const bool odd = ((remainder ^ static_cast<std::uint8_t>(c) >> bit) & 1) != 0;
-            remainder = remainder >> 1 ^ (odd ? 0xEDB88320u : 0u);
-        }
-    return ~remainder;
-}
-
 struct Chunk {
     std::string type, data;
 };
@@ -50,7 +34,7 @@ std::vector<Chunk> chunks_of(const std::string& png) {
         REQUIRE(at + 12 <= png.size());
         const std::size_t length = number_at(png, at);
         REQUIRE(at + 12 + length <= png.size());
-        CHECK(number_at(png, at + 8 + length) == checksum(png.substr(at + 4, 4 + length)));
+        CHECK(number_at(png, at + 8 + length) == test::png_checksum(png.substr(at + 4, 4 + length)));
         chunks.push_back({png.substr(at + 4, 4), png.substr(at + 8, length)});
         at += 12 + length;
     }
@@ -127,9 +111,8 @@ TEST_CASE("animated PNG: the frames have the pixels of their pictures, in order"
         const std::string body = "IDAT" + pixels.data.substr(i == 0 ? 0 : 4);
         const std::string bytes = slurp(dir / "a.png");
         const std::size_t header_end = 8 + 12 + header.size(), end_mark = 12;
-        spill(dir / "frame.png", bytes.substr(0, header_end) +
-                                     network_bytes(static_cast<std::uint32_t>(body.size() - 4)) + body +
-                                     network_bytes(checksum(body)) + bytes.substr(bytes.size() - end_mark));
+        spill(dir / "frame.png",
+              bytes.substr(0, header_end) + test::png_chunk(body) + bytes.substr(bytes.size() - end_mark));
         const HeightImage frame = load_height_image(dir / "frame.png");
         REQUIRE(frame.values.size() == images[i].rgb.size() / 3);
         for (std::size_t pixel = 0; pixel < frame.values.size(); ++pixel)

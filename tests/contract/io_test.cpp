@@ -7,7 +7,9 @@
 #include "../kit/shapes.hpp"
 
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -49,10 +51,6 @@ TriangleMesh gltf_mesh() {  // without what floats cannot hold
     return mesh;
 }
 
-bool same_bits(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3d)) == 0;
-}
-
 Vec2d uv_at(const TriangleMesh& mesh, std::size_t t, int k) { return mesh.uvs[mesh.triangle_uvs[t][k]]; }
 Vec3d normal_at(const TriangleMesh& mesh, std::size_t t, int k) {
     return mesh.normals[mesh.triangle_normals.empty() ? mesh.triangles[t][k] : mesh.triangle_normals[t][k]];
@@ -64,14 +62,9 @@ std::string message_of(const std::filesystem::path& path, ErrorCode code = Error
     return std::string(error.what()).substr(path.string().size());
 }
 
-std::string obj_message(const ScratchDir& dir, const std::string& text) {
-    spill(dir / "bad.obj", text);
-    return message_of(dir / "bad.obj");
-}
-
-std::string ply_message(const ScratchDir& dir, const std::string& text) {
-    spill(dir / "bad.ply", text);
-    return message_of(dir / "bad.ply");
+std::string message_of_text(const ScratchDir& dir, const char* name, const std::string& text) {
+    spill(dir / name, text);
+    return message_of(dir / name);
 }
 
 }  // namespace
@@ -83,7 +76,7 @@ TEST_CASE("OBJ and PLY give back every bit of a mesh") {
         CAPTURE(name);
         write_mesh(dir / name, mesh);
         const TriangleMesh back = read_triangle_mesh(dir / name);
-        CHECK(same_bits(back.positions, mesh.positions));
+        CHECK(test::same_bytes(back.positions, mesh.positions));
         CHECK(back.triangles == mesh.triangles);
         CHECK(back.triangle_material == mesh.triangle_material);
         CHECK(back.materials == mesh.materials);
@@ -248,8 +241,7 @@ TEST_CASE("[inv10] the thread count changes no byte of a file") {
     for (const char* extension : {".obj", ".ply", ".glb"}) {
         std::string first;
         for (const int threads : {1, 2}) {
-            RunContext context;
-            context.threads = threads;
+            const RunContext context = test::with_thread_count(threads);
             write_mesh(dir / (std::string("m") + extension), mesh, context);
             const std::string bytes = slurp(dir / (std::string("m") + extension));
             if (threads == 1) first = bytes;
@@ -316,28 +308,30 @@ TEST_CASE("[bad-input] faults of OBJ files are named with their line") {
     const ScratchDir dir;
     const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     const std::string no_number = ":4: a vertex index of this face is not a number; write corners as v, v/vt";
-    CHECK(obj_message(dir, points + "f 1 2\n") ==
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2\n") ==
           ":4: this face has 2 corners; complete it to three or more, or remove it");
-    CHECK(obj_message(dir, "v 1 2\n") == ":1: this vertex has 2 of 3 coordinates; complete the line");
-    CHECK(obj_message(dir, points + "v 0 nan 0\nf 1 2 3") ==
+    CHECK(message_of_text(dir, "bad.obj", "v 1 2\n") == ":1: this vertex has 2 of 3 coordinates; complete the line");
+    CHECK(message_of_text(dir, "bad.obj", points + "v 0 nan 0\nf 1 2 3") ==
           ":4: coordinate 2 of this vertex is not finite; give a finite number");
-    CHECK(obj_message(dir, points + "v 0 0 1e999\n") ==
+    CHECK(message_of_text(dir, "bad.obj", points + "v 0 0 1e999\n") ==
           ":4: coordinate 3 of this vertex is not finite; give a finite number");
-    CHECK(obj_message(dir, points + "v 0 0 1x\n") ==
+    CHECK(message_of_text(dir, "bad.obj", points + "v 0 0 1x\n") ==
           ":4: coordinate 3 of this vertex is not a number; correct the line");
-    CHECK(obj_message(dir, points + "f 1 2 0\n").find(":4: this face has vertex number 0; OBJ counts from 1") == 0);
-    CHECK(obj_message(dir, points + "f 1 2 -4\n").find(":4: this face counts back") == 0);
-    CHECK(obj_message(dir, points + "\nf 1 2 3\nf 1 2 9\n") ==
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 0\n")
+              .find(":4: this face has vertex number 0; OBJ counts from 1") == 0);
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 -4\n").find(":4: this face counts back") == 0);
+    CHECK(message_of_text(dir, "bad.obj", points + "\nf 1 2 3\nf 1 2 9\n") ==
           ":6: this face uses vertex 9, but the file has 3; the file may be cut short");
-    CHECK(obj_message(dir, points + "f 1 2 99999999999999\n") ==
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 99999999999999\n") ==
           ":4: a vertex index of this face is too large for any mesh; correct the number");
-    CHECK(obj_message(dir, points + "f 1 2 99999999999999999999\n").find(no_number) == 0);
-    CHECK(obj_message(dir, points + "f 1/1 2/1 3/1\n").find(":4: this face uses texture coordinate 1") == 0);
-    CHECK(obj_message(dir, points + "f a b c\n").find(no_number) == 0);
-    CHECK(obj_message(dir, points + "f 1/2/3/4 2 3\n")
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 99999999999999999999\n").find(no_number) == 0);
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1/1 2/1 3/1\n").find(":4: this face uses texture coordinate 1") ==
+          0);
+    CHECK(message_of_text(dir, "bad.obj", points + "f a b c\n").find(no_number) == 0);
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1/2/3/4 2 3\n")
               .find(":4: a corner of this face is not v, v/vt, v//vn or v/vt/vn") == 0);
-    CHECK(obj_message(dir, points) == ": the file has no faces");
-    CHECK(obj_message(dir, "") == ": the file is empty");
+    CHECK(message_of_text(dir, "bad.obj", points) == ": the file has no faces");
+    CHECK(message_of_text(dir, "bad.obj", "") == ": the file is empty");
     CHECK(message_of(dir / "none.obj", ErrorCode::io) == ": there is no such file; check the path");
     CHECK(message_of(dir / "none.stl", ErrorCode::unsupported).find("meshes are read from") != std::string::npos);
     std::filesystem::create_directory(dir / "dir.obj");
@@ -350,30 +344,37 @@ TEST_CASE("[bad-input] faults of PLY files are named, and absurd counts allocate
     const std::string face = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
     const std::string head = "ply\nformat ascii 1.0\n";
     const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
-    CHECK(ply_message(dir, head + vertex + face + points + "3 0 1 3\n") ==
+    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + points + "3 0 1 3\n") ==
           ": a face uses vertex 3, but there are 3 vertices");
-    CHECK(ply_message(dir, head + vertex + face + points + "3 0 1 -1\n") ==
+    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + points + "3 0 1 -1\n") ==
           ":13: a vertex index of face 0 is no index");
-    CHECK(ply_message(dir, head + vertex + face + points + "2 0 1\n") == ":13: face 0 has 2 corners; it needs three");
-    CHECK(ply_message(dir, head + vertex + face + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n") ==
+    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + points + "2 0 1\n") ==
+          ":13: face 0 has 2 corners; it needs three");
+    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n") ==
           ":11: y of vertex 1 is not finite");
-    CHECK(ply_message(dir, head + vertex + face + "0 0 0\n1 o 0\n0 1 0\n3 0 1 2\n") == ":11: this is not a number");
-    CHECK(ply_message(dir, head + vertex + face + points + "9999999 0 1 2\n") ==
+    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + "0 0 0\n1 o 0\n0 1 0\n3 0 1 2\n") ==
+          ":11: this is not a number");
+    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + points + "9999999 0 1 2\n") ==
           ":13: a list is longer than the rest of the file");
-    CHECK(ply_message(dir, head + "element vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n" +
-                               face + points)
+    CHECK(message_of_text(dir, "bad.ply",
+                          head + "element vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n" +
+                              face + points)
               .find("4000000000 elements 'vertex' do not fit") != std::string::npos);
-    CHECK(ply_message(dir, head + "element vertex 9999999999999999999999\n").find(":3: an element line") == 0);
-    CHECK(ply_message(dir, head + "element vertex 5\nend_header\n").find("has no properties") != std::string::npos);
-    CHECK(ply_message(dir, head + "element vertex 1\nproperty float x\nend_header\n0\n").find("no x, y and z") !=
-          std::string::npos);
-    CHECK(ply_message(dir, head + vertex + "end_header\n" + points) == ": the file has no faces");
     CHECK(
-        ply_message(dir, "ply\nformat ascii 1.0\nelement vertex 3\nproperty flat x\n").find(":4: a property has an") ==
+        message_of_text(dir, "bad.ply", head + "element vertex 9999999999999999999999\n").find(":3: an element line") ==
         0);
-    CHECK(ply_message(dir, "ply\nelement vertex 1\nproperty list float int x\n").find(":3: the count of a list") == 0);
-    CHECK(ply_message(dir, "plx\n").find(":1: this is no PLY file") == 0);
-    CHECK(ply_message(dir, "ply\nformat binary_middle_endian 1.0\n").find(":2: the format is none of") == 0);
+    CHECK(message_of_text(dir, "bad.ply", head + "element vertex 5\nend_header\n").find("has no properties") !=
+          std::string::npos);
+    CHECK(message_of_text(dir, "bad.ply", head + "element vertex 1\nproperty float x\nend_header\n0\n")
+              .find("no x, y and z") != std::string::npos);
+    CHECK(message_of_text(dir, "bad.ply", head + vertex + "end_header\n" + points) == ": the file has no faces");
+    CHECK(message_of_text(dir, "bad.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty flat x\n")
+              .find(":4: a property has an") == 0);
+    CHECK(message_of_text(dir, "bad.ply", "ply\nelement vertex 1\nproperty list float int x\n")
+              .find(":3: the count of a list") == 0);
+    CHECK(message_of_text(dir, "bad.ply", "plx\n").find(":1: this is no PLY file") == 0);
+    CHECK(message_of_text(dir, "bad.ply", "ply\nformat binary_middle_endian 1.0\n").find(":2: the format is none of") ==
+          0);
 }
 
 TEST_CASE("[bad-input] shorter lengths and flipped bytes of a good file are read or end in an error that names it") {
@@ -442,6 +443,71 @@ TEST_CASE("[bad-input] glTF files with accessors that reach beyond their data ar
     CHECK(message_of(gltf(good, R"({"mesh":0,"children":[0]})")).find("is its own ancestor") != std::string::npos);
     CHECK(message_of(gltf(R"({"bufferView":0,"componentType":5126,"count":9,"type":"SCALAR"})", node)) ==
           ": accessor 0 has the wrong type for a position");
+}
+
+TEST_CASE("[bad-input] a failed write leaves the directory as it was and says why") {
+    const ScratchDir dir;
+    const TriangleMesh mesh = shapes::octahedron();
+    const auto failure = [&](const std::filesystem::path& path, const TriangleMesh& what,
+                             ErrorCode code = ErrorCode::io) -> std::string {
+        const Error error = test::error_of([&] { write_mesh(path, what); });
+        CHECK(error.code() == code);
+        return error.what();
+    };
+    CHECK(failure(dir / "no/such/place.obj", mesh).find("there is no directory") != std::string::npos);
+    CHECK(failure(dir / "mesh.xyz", mesh, ErrorCode::unsupported).find("use .obj, .ply or .glb") != std::string::npos);
+    CHECK(failure(dir / "mesh", mesh, ErrorCode::unsupported).find("needs an extension") != std::string::npos);
+    CHECK(failure(dir / (std::string(300, 'x') + ".obj"), mesh).find("too long") != std::string::npos);
+    std::filesystem::create_directory(dir / "taken.ply");
+    CHECK(failure(dir / "taken.ply", mesh).find("this is a directory") != std::string::npos);
+    TriangleMesh bad = mesh;
+    bad.triangles[2][1] = 6;
+    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input) ==
+          "mesh to write: vertex index number 7 is 6, but there are 6");
+    bad = mesh;
+    bad.positions[1].x = std::nan("");
+    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input) == "mesh to write: position 1 is not finite");
+    bad = mesh;
+    bad.normals = bad.positions;
+    bad.triangle_normals = bad.triangles;
+    bad.triangle_normals[1][2] = 6;
+    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input).find("normal index number 5 is 6") !=
+          std::string::npos);
+    bad.triangle_normals.pop_back();
+    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input).find("21 normal indices for 24") !=
+          std::string::npos);
+    bad = mesh;
+    bad.positions[1].x = 1e39;
+    bad.positions[0].x = -1e39;
+    CHECK(failure(dir / "bad.glb", bad, ErrorCode::unsupported).find("exceed the floats") != std::string::npos);
+    CHECK(dir.file_count() == 1);  // the directory made above
+
+    write_mesh(dir / "kept.obj", mesh);
+    const std::string before = slurp(dir / "kept.obj");
+    RunContext context;
+    context.progress = [](std::string_view, double) { return false; };
+    CHECK_THROWS_AS(write_mesh(dir / "kept.obj", mesh, context), Error);
+    CHECK(slurp(dir / "kept.obj") == before);
+    CHECK(dir.file_count() == 2);
+}
+
+TEST_CASE("[bad-input] a disk that fills up leaves no partial file") {
+    const ScratchDir dir;
+    const TriangleMesh mesh = shapes::sphere(60, 120, Vec3d(0), 1.0);
+    // A file size limit is what a full disk looks like to one process; /dev/full is what the kernel offers.
+    rlimit old{};
+    ::getrlimit(RLIMIT_FSIZE, &old);
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{10'000, old.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &small);
+    for (const char* name : {"big.obj", "big.ply", "big.glb"}) {
+        const Error error = test::error_of([&] { write_mesh(dir / name, mesh); });
+        CHECK(error.code() == ErrorCode::io);
+        CHECK(test::contains(error.what(), "larger than the system allows"));
+    }
+    ::setrlimit(RLIMIT_FSIZE, &old);
+    std::signal(SIGXFSZ, old_handler);
+    CHECK(dir.file_count() == 0);
 }
 
 TEST_SUITE_END();

@@ -1,21 +1,13 @@
 #include "judge.hpp"
 
+#include "../kit/scheme_meshes.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 namespace tetrakis::contract {
 
 namespace {
-
-/// Polygons as fans of triangles.
-std::vector<std::array<std::uint32_t, 3>> fans(const PolygonMesh& mesh) {
-    std::vector<std::array<std::uint32_t, 3>> result;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        for (std::uint32_t i = mesh.face_offsets[f] + 1; i + 1 < mesh.face_offsets[f + 1]; ++i)
-            result.push_back(
-                {mesh.face_vertices[mesh.face_offsets[f]], mesh.face_vertices[i], mesh.face_vertices[i + 1]});
-    return result;
-}
 
 double farthest(const std::vector<Vec3d>& points, const NearestTriangle& from) {
     double most = 0;
@@ -30,8 +22,8 @@ LimitJudge::LimitJudge(const ControlMesh& mesh, const SchemeInfo& scheme, int le
     const PolygonMesh fine = refine(mesh, scheme, level, limit), coarse = refine(mesh, scheme, level - 1, limit);
     points_ = fine.positions;
     face_count_ = fine.face_count();
-    surface_ = std::make_unique<NearestTriangle>(points_, fans(fine));
-    doubt_ = farthest(points_, NearestTriangle(coarse.positions, fans(coarse)));
+    surface_ = std::make_unique<NearestTriangle>(points_, test::triangles_of(fine).triangles);
+    doubt_ = farthest(points_, NearestTriangle(coarse.positions, test::triangles_of(coarse).triangles));
 }
 
 double LimitJudge::limit_to_mesh(const TriangleMesh& mesh) const {

@@ -6,6 +6,7 @@
 #include "../../hier/base/error.hpp"
 
 #include "../kit/height_grids.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/lod_views.hpp"
 #include "../kit/lod_walks.hpp"
 #include "../kit/scratch_dir.hpp"
@@ -97,8 +98,6 @@ std::string fault(const std::filesystem::path& path, const lod::TiledTerrainOpti
     }
     return "";
 }
-
-bool has(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 
@@ -320,27 +319,27 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
         std::ofstream(path, std::ios::binary) << bytes;
         return fault(path);
     };
-    CHECK(has(fault(tiled.dir / "none.tiles"), "no such file"));
-    CHECK(has(fault(tiled.dir.path()), "no regular file"));
-    CHECK(has(fault_of(""), "no tile file"));
-    CHECK(has(fault_of("P6 800 600 255"), "no tile file"));
+    CHECK(contains(fault(tiled.dir / "none.tiles"), "no such file"));
+    CHECK(contains(fault(tiled.dir.path()), "no regular file"));
+    CHECK(contains(fault_of(""), "no tile file"));
+    CHECK(contains(fault_of("P6 800 600 255"), "no tile file"));
     CHECK(fault_of(good) == "");
     for (std::size_t size = 8; size < good.size(); size += size < 80 ? 1 : 997)
-        CHECK(has(fault_of(good.substr(0, size)), "cut off"));
-    CHECK(has(fault_of(good + "x"), "cut off or damaged"));
+        CHECK(contains(fault_of(good.substr(0, size)), "cut off"));
+    CHECK(contains(fault_of(good + "x"), "cut off or damaged"));
     const auto with = [&](std::size_t at, std::uint32_t number) {
         std::string bytes = good;
         std::memcpy(bytes.data() + at, &number, sizeof number);
         return fault_of(bytes);
     };
-    CHECK(has(with(8, 2), "version 2"));
-    CHECK(has(with(12, 0x04030201), "byte order"));
-    CHECK(has(with(16, 1), "damaged"));
-    CHECK(has(with(16, 0xFFFFFFFF), "damaged"));
-    CHECK(has(with(24, 17), "tiles of 17 steps"));
-    CHECK(has(with(32, 0xFFFFFFFF), "cut off or damaged") == false);
-    CHECK(has(with(good.size() - 100, 1), "is damaged"));
-    CHECK(has(fault(tiled.path, {.cache_bytes = 4096}), "too small"));
+    CHECK(contains(with(8, 2), "version 2"));
+    CHECK(contains(with(12, 0x04030201), "byte order"));
+    CHECK(contains(with(16, 1), "damaged"));
+    CHECK(contains(with(16, 0xFFFFFFFF), "damaged"));
+    CHECK(contains(with(24, 17), "tiles of 17 steps"));
+    CHECK(contains(with(32, 0xFFFFFFFF), "cut off or damaged") == false);
+    CHECK(contains(with(good.size() - 100, 1), "is damaged"));
+    CHECK(contains(fault(tiled.path, {.cache_bytes = 4096}), "too small"));
 
     HeightGrid grid = tiled.grid;
     grid.heights[47] = std::numeric_limits<float>::quiet_NaN();
@@ -353,12 +352,12 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
         return std::string();
     };
     const std::size_t files = tiled.dir.file_count();
-    CHECK(has(write_fault({}, tiled.dir / "new.tiles"), "column 7, row 1"));
-    CHECK(has(write_fault({.side = 48}, tiled.dir / "new.tiles"), "tiles of 48 steps"));
-    CHECK(has(write_fault({}, tiled.dir / "no" / "new.tiles"), "cannot be written"));
+    CHECK(contains(write_fault({}, tiled.dir / "new.tiles"), "column 7, row 1"));
+    CHECK(contains(write_fault({.side = 48}, tiled.dir / "new.tiles"), "tiles of 48 steps"));
+    CHECK(contains(write_fault({}, tiled.dir / "no" / "new.tiles"), "cannot be written"));
     const RunContext stop{.progress = [](std::string_view, double fraction) { return fraction < 0.5; }};
-    CHECK(
-        has(write_fault({.side = 16, .missing_height = 0.0f, .context = stop}, tiled.dir / "new.tiles"), "cancelled"));
+    CHECK(contains(write_fault({.side = 16, .missing_height = 0.0f, .context = stop}, tiled.dir / "new.tiles"),
+                   "cancelled"));
     CHECK(tiled.dir.file_count() == files);
     CHECK(write_fault({.missing_height = 0.0f}, tiled.dir / "new.tiles") == "");
     CHECK(fault(tiled.dir / "new.tiles") == "");

@@ -236,7 +236,7 @@ TEST_CASE("[bad-input] an exception quotes the first faults and counts all") {
 
 TEST_CASE("find_faults agrees with brute force on random polygon soups") {
     int sound = 0, unsound = 0;
-    for (const std::uint64_t seed : seeds({1, 2, 3}))
+    for (const std::uint64_t seed : seeds(3))
         for (int i = 0; i < 2000; ++i) {
             CAPTURE(seed);
             CAPTURE(i);

@@ -77,7 +77,7 @@ TEST_SUITE_BEGIN("contract");
 
 TEST_CASE("repair leaves no fault in any random soup, and every layer stays with its corner") {
     int with_faces = 0, with_angles = 0;
-    for (const std::uint64_t seed : seeds({11, 12, 13}))
+    for (const std::uint64_t seed : seeds(3))
         for (int i = 0; i < 1500; ++i) {
             CAPTURE(seed);
             CAPTURE(i);

@@ -340,7 +340,7 @@ TEST_CASE("[bad-input] every shorter length of a good file ends in a mesh or an 
 
 TEST_CASE("[bad-input] random bytes in a good file end in a mesh or an error") {
     const std::string spice = "0123456789-+./ \t\r\n\\#evtfnicrs,\xff";
-    for (const std::uint64_t seed : seeds({21, 22, 23, 24}))
+    for (const std::uint64_t seed : seeds(4))
         for (int i = 0; i < 500; ++i) {
             CAPTURE(seed);
             CAPTURE(i);

@@ -1,7 +1,6 @@
 #include "../kit/corner_angle_mesh.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
-#include "../kit/same_bytes.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/mesh/triangulate.hpp"
@@ -14,7 +13,6 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numbers>
 #include <set>
 #include <string>
 #include <string_view>
@@ -34,17 +32,12 @@ constexpr Shape k_shapes[] = {Shape::closed,    Shape::open,       Shape::prism,
 enum class Tags { none, crease, semi_sharp, dart, corner, seams };
 constexpr Tags k_tags[] = {Tags::none, Tags::crease, Tags::semi_sharp, Tags::dart, Tags::corner, Tags::seams};
 
-Vec3d on_circle(std::uint32_t i, std::uint32_t n, double z) {
-    const double angle = 2 * std::numbers::pi * i / n;
-    return {std::cos(angle), std::sin(angle), z};
-}
-
 /// Two n-gons, the first one below, and what joins them; with a vertex in the middle of an upright edge.
 ControlMeshData prism(std::uint32_t n, bool valence_2 = false) {
     std::vector<Vec3d> positions;
     std::vector<std::vector<std::uint32_t>> faces(2);
     for (int top = 0; top < 2; ++top)
-        for (std::uint32_t i = 0; i < n; ++i) positions.push_back(on_circle(i, n, top));
+        for (std::uint32_t i = 0; i < n; ++i) positions.push_back(test::on_unit_circle(i, n, top));
     for (std::uint32_t i = 0; i < n; ++i) {
         const std::uint32_t j = (i + 1) % n;
         faces[0].push_back(n - 1 - i);
@@ -59,22 +52,9 @@ ControlMeshData prism(std::uint32_t n, bool valence_2 = false) {
     return test::mesh_data(std::move(positions), faces);
 }
 
-/// A pyramid over an n-gon.
-ControlMeshData pyramid(std::uint32_t n) {
-    std::vector<Vec3d> positions;
-    std::vector<std::vector<std::uint32_t>> faces(n + 1);
-    for (std::uint32_t i = 0; i < n; ++i) {
-        positions.push_back(on_circle(i, n, 0.2 * std::cos(6 * std::numbers::pi * i / n)));
-        faces[i] = {i, (i + 1) % n, n};
-        faces[n].push_back(n - 1 - i);
-    }
-    positions.emplace_back(0, 0, 1);
-    return test::mesh_data(std::move(positions), faces);
-}
-
 ControlMeshData shape_data(Shape shape) {
     if (shape == Shape::open) return test::skewed_grid(3);
-    if (shape == Shape::many_edges) return pyramid(40);
+    if (shape == Shape::many_edges) return test::pyramid(40);
     ControlMeshData data = prism(shape == Shape::prism || shape == Shape::hole ? 5 : 4, shape == Shape::valence_2);
     if (shape == Shape::hole) data.holes = {1};
     return data;

@@ -135,6 +135,26 @@ bool in_the_middle(const Vec3d& p) {
     return std::max(std::abs(p.x - k_cells / 2.0), std::abs(p.y - k_cells / 2.0)) < k_middle + 1e-6;
 }
 
+/// Weights of control points i - 2 to i + 2, or at the ends of the two beyond and the two inside.
+struct SplineRow {
+    int first = 0;
+    std::vector<double> value, derivative;
+};
+
+/// A quartic spline whose control points go on as an even function, at control point i: at the ends, which this moves
+/// inwards from the control points, the second derivative in place of the first one, which is zero; towards greater i.
+SplineRow quartic(int i, int count) {
+    if (i > 0 && i + 1 < count)
+        return {i - 2,
+                {1.0 / 384, 76.0 / 384, 230.0 / 384, 76.0 / 384, 1.0 / 384},
+                {-1.0 / 48, -22.0 / 48, 0, 22.0 / 48, 1.0 / 48}};
+    const double sign = i == 0 ? 1 : -1;
+    return {
+        i == 0 ? -2 : i - 1, {1.0 / 24, 11.0 / 24, 11.0 / 24, 1.0 / 24}, {sign / 2, -sign / 2, -sign / 2, sign / 2}};
+}
+
+int reflected(int i, int count) { return i < 0 ? -1 - i : i >= count ? 2 * count - 1 - i : i; }
+
 }  // namespace
 
 TEST_SUITE_BEGIN("contract");
@@ -173,6 +193,33 @@ TEST_CASE("regular meshes: limit points are values of the scheme's box spline") 
             CHECK(compared >= (level == 0 ? 9 : 16));
         }
     }
+}
+
+TEST_CASE("regular meshes: biquartic limits up to the boundary are the even spline's, normals included") {
+    constexpr int k_side = 7;
+    const ControlMeshData data = test::skewed_grid(k_side - 1);
+    const ControlMesh mesh = ControlMesh::build(data);
+    const PolygonMesh limit = refine(mesh, "biquartic", 0, {.limit = true, .normals = true});
+    double apart = 0, tilted = 0;
+    for (int y = 0; y < k_side; ++y)
+        for (int x = 0; x < k_side; ++x) {
+            const SplineRow u = quartic(x, k_side), v = quartic(y, k_side);
+            Vec3d position(0), along_u(0), along_v(0);
+            for (std::size_t j = 0; j < v.value.size(); ++j)
+                for (std::size_t i = 0; i < u.value.size(); ++i) {
+                    const int px = reflected(u.first + static_cast<int>(i), k_side),
+                              py = reflected(v.first + static_cast<int>(j), k_side);
+                    const Vec3d p = data.positions[py * k_side + px];
+                    position += u.value[i] * v.value[j] * p;
+                    along_u += u.derivative[i] * v.value[j] * p;
+                    along_v += u.value[i] * v.derivative[j] * p;
+                }
+            const std::size_t at = static_cast<std::size_t>(y) * k_side + x;
+            apart = std::max(apart, glm::length(position - limit.positions[at]));
+            tilted = std::max(tilted, glm::length(glm::normalize(glm::cross(along_u, along_v)) - limit.normals[at]));
+        }
+    CHECK(apart < 1e-12);
+    CHECK(tilted < 1e-12);
 }
 
 TEST_CASE("regular meshes: each scheme has its box spline, or is known to have none") {

@@ -18,59 +18,6 @@ using namespace tetrakis;
 
 namespace {
 
-/// A random leaf of the bisection: a root, or a half or a quarter of a cell (odd and even depths).
-CellTriangle random_quad_leaf(test::Random& random, HalfedgeId root, int deepest) {
-    if (random.chance(0.1)) return {root, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}};
-    const auto level = static_cast<std::uint8_t>(random.below(static_cast<std::uint32_t>(deepest) + 1));
-    const std::uint32_t n = 1u << level, x = random.below(n), y = random.below(n);
-    if (level < deepest && random.chance(0.5)) {
-        // A quarter: base on a side of the cell, apex at its centre; one level further down.
-        const LatticePoint c[4] = {{2 * x, 2 * y}, {2 * x + 2, 2 * y}, {2 * x + 2, 2 * y + 2}, {2 * x, 2 * y + 2}};
-        const std::uint32_t k = random.below(4);
-        return {root, static_cast<std::uint8_t>(level + 1), {c[k], c[(k + 1) % 4], {2 * x + 1, 2 * y + 1}}};
-    }
-    // A half: base on a diagonal, the right angle is corner 2.
-    const LatticePoint c[4] = {{x, y}, {x + 1, y}, {x + 1, y + 1}, {x, y + 1}};
-    const std::uint32_t k = random.below(4);
-    return {root, level, {c[(k + 1) % 4], c[(k + 3) % 4], c[k]}};
-}
-
-/// A random red triangle of a root, or one of its green parts.
-CellTriangle random_loop_leaf(test::Random& random, HalfedgeId root, int deepest) {
-    const auto below = [&](std::uint32_t n) { return random.below(n); };
-    const int level = static_cast<int>(below(static_cast<std::uint32_t>(deepest) + 1));
-    const std::uint32_t side = 1u << level;
-    std::array<LatticePoint, 3> c;
-    const std::uint32_t x = below(side), y = below(side - x);
-    const bool inverted = x + y + 2 <= side && below(2) == 1;
-    if (inverted)
-        c = {LatticePoint{x + 1, y + 1}, {x, y + 1}, {x + 1, y}};
-    else
-        c = {LatticePoint{x, y}, {x + 1, y}, {x, y + 1}};
-    const std::uint32_t green = below(4);
-    if (green < 2) return {root, static_cast<std::uint8_t>(level), c};
-    std::array<LatticePoint, 3> p, m;
-    for (int k = 0; k < 3; ++k) p[k] = {2 * c[k].x, 2 * c[k].y};
-    for (int k = 0; k < 3; ++k) m[k] = {c[k].x + c[(k + 1) % 3].x, c[k].y + c[(k + 1) % 3].y};
-    const std::uint32_t k = below(3), k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-    CellTriangle leaf{root, static_cast<std::uint8_t>(level + 1), {}};
-    if (green == 2)
-        leaf.corner = below(2) ? std::array{p[k], p[k1], m[k1]} : std::array{p[k], m[k1], p[k2]};
-    else
-        leaf.corner = below(2) ? std::array{p[k], m[k], m[k1]} : std::array{p[k], m[k1], m[k2]};
-    const std::uint32_t turn = below(3);
-    std::rotate(leaf.corner.begin(), leaf.corner.begin() + turn, leaf.corner.end());
-    return leaf;
-}
-
-template <class Family>
-CellTriangle random_leaf(test::Random& random, const ControlMesh& mesh, int deepest) {
-    if constexpr (std::is_same_v<Family, LoopFamily>)
-        return random_loop_leaf(random, mesh.face_halfedge(FaceId(random.below(mesh.face_count()))), deepest);
-    else
-        return random_quad_leaf(random, HalfedgeId(random.below(mesh.halfedge_count())), deepest);
-}
-
 /// Largest |S - L| at the points of a lattice, L the linear interpolant of the three corners.
 double sampled_error(const QuadPatches& patches, const CellTriangle& leaf, int n, const Vec3d* apex = nullptr) {
     const ControlMesh& mesh = patches.mesh();
@@ -143,7 +90,7 @@ TEST_CASE_TEMPLATE("[inv9] bounds of leaves are never below the error sampled, a
         const double added = 2 * detail::surface_rounding(mesh);  // by every bound
         test::Random random(seed);
         for (int i = 0; i < 60; ++i) {
-            const CellTriangle leaf = random_leaf<Family>(random, mesh, 6);
+            const CellTriangle leaf = test::random_leaf<Family>(random, mesh, 6);
             CAPTURE(leaf.root.value);
             CAPTURE(int(leaf.level));
             const auto [sampled, back] = sampled_distance(16, [&](double b0, double b1, double b2) {
@@ -202,7 +149,7 @@ TEST_CASE_TEMPLATE("samples of leaves are points of the surface, with its normal
     constexpr int n = 4;
     std::vector<Vec3d> positions((n + 1) * (n + 2) / 2), normals(positions.size()), alone(positions.size());
     for (int i = 0; i < 300; ++i) {
-        const CellTriangle leaf = random_leaf<Family>(random, mesh, 5);
+        const CellTriangle leaf = test::random_leaf<Family>(random, mesh, 5);
         bounder.sample(leaf, n, positions, normals);
         bounder.sample(leaf, n, alone, {});
         std::size_t at = 0;

@@ -1,9 +1,9 @@
-#include "../kit/adaptive_dual.hpp"
 #include "../kit/dual_mesh.hpp"
 
 #include "../../eval/bounds/dual_bound.hpp"
 #include "../../eval/triangles/point_triangle.hpp"
-#include "../../hier/obj/obj_reader.hpp"
+#include "../../refine/points/row_points.hpp"
+#include "../../refine/points/vertex_links.hpp"
 
 #include <doctest/doctest.h>
 
@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <vector>
 
 using namespace tetrakis;
@@ -19,6 +20,16 @@ using test::Random;
 namespace {
 
 void say_nothing(double) {}
+
+/// Vertex quadtrees, and the scheme's points for their leaves.
+struct DualLeaves {
+    VertexForest trees;
+    std::shared_ptr<const LevelSource> source;
+
+    DualLeaves(const ControlMesh& mesh, const SchemeInfo& scheme)
+        : trees(vertex_roots(mesh, scheme, {})),
+          source(detail::row_points(mesh, scheme, {}, &trees.roots(), {}, false)) {}
+};
 
 /// The mesh of a forest's leaves, its bounds, and limit points all over the cells.
 struct Bounded {
@@ -30,23 +41,21 @@ struct Bounded {
     std::vector<std::vector<Vec3d>> samples;  ///< per vertex, k_points for each of its sides
     std::vector<double> gap;                  ///< per vertex, from its cell's corners to the samples beside them
 
-    Bounded(const AdaptiveDual& dual, const SchemeInfo& scheme, const ControlMesh& control, bool sampled = true) {
-        const VertexForest& forest = dual.forest();
+    Bounded(const DualLeaves& dual, const SchemeInfo& scheme, const ControlMesh& control) {
+        const VertexForest& forest = dual.trees;
         mesh = detail::dual_triangles(forest);
         positions.resize(mesh.vertex_count());
-        dual.points().limit_positions(cell_sites(mesh.faces.cells), positions);
-        detail::DualBound bounder(dual.points(), scheme, forest.roots(), control);
+        dual.source->limit_positions(cell_sites(mesh.faces.cells), positions);
+        detail::DualBound bounder(*dual.source, scheme, forest.roots(), control);
         bound = bounder.errors(forest, mesh, positions, {0, true}, say_nothing);
         samples.resize(mesh.vertex_count());
         gap.resize(mesh.vertex_count(), 0.0);
-        if (!sampled) return;
         for (std::uint32_t v = 0; v < samples.size(); ++v) add_samples(dual, mesh.faces.cells[v], samples[v], gap[v]);
         for (const auto& side : mesh.faces.other_sides)
             add_samples(dual, forest.cell(side.leaf), samples[side.vertex], gap[side.vertex]);
     }
 
-    static void add_samples(const AdaptiveDual& dual, const VertexCell& cell, std::vector<Vec3d>& samples,
-                            double& gap) {
+    static void add_samples(const DualLeaves& dual, const VertexCell& cell, std::vector<Vec3d>& samples, double& gap) {
         std::vector<VertexCell> cells;
         detail::add_cells_below(cell, k_bits, cells);
         // Beside an extraordinary point of many corners, cells hardly become smaller: how far that is from the samples.
@@ -57,7 +66,7 @@ struct Bounded {
                                  {(cell.at.x << k_deep) + x, (cell.at.y << k_deep) + y},
                                  static_cast<std::uint8_t>(cell.level + k_deep)});
         std::vector<Vec3d> points(cells.size());
-        dual.points().limit_positions(cell_sites(cells), points);
+        dual.source->limit_positions(cell_sites(cells), points);
         const std::array<std::size_t, 4> corner = {0, k_side - 1, k_points - k_side, k_points - 1};
         for (std::size_t c = 0; c < corner.size(); ++c)
             gap = std::max(gap, glm::length(points[k_points + c] - points[corner[c]]));
@@ -138,15 +147,11 @@ ControlMesh random_dual_net(std::uint64_t seed, bool creased) {
     return test::random_dual_mesh(seed, options);
 }
 
-AdaptiveDual random_adaptive(const ControlMesh& mesh, const SchemeInfo& scheme, Random& random, int rounds) {
-    AdaptiveDual dual(mesh, scheme);
+DualLeaves random_adaptive(const ControlMesh& mesh, const SchemeInfo& scheme, Random& random, int rounds) {
+    DualLeaves dual(mesh, scheme);
     ForestChange change;
-    for (int i = 0; i < rounds; ++i) {
-        std::vector<LeafId> marked;
-        for (const LeafId leaf : dual.forest().ordered_leaves())
-            if (random.chance(0.08)) marked.push_back(leaf);
-        dual.forest().refine(marked, change);
-    }
+    for (int i = 0; i < rounds; ++i)
+        dual.trees.refine(test::random_subset(dual.trees.ordered_leaves(), 0.08, random), change);
     return dual;
 }
 
@@ -154,7 +159,7 @@ void check_bounds(const ControlMesh& mesh, const SchemeInfo& scheme, std::uint64
     CAPTURE(scheme.name);
     CAPTURE(seed);
     Random random(seed);
-    const AdaptiveDual dual = random_adaptive(mesh, scheme, random, static_cast<int>(random.below(3)));
+    const DualLeaves dual = random_adaptive(mesh, scheme, random, static_cast<int>(random.below(3)));
     const Bounded b(dual, scheme, mesh);
     REQUIRE(b.bound.of_triangle.size() == b.mesh.triangle_count());
     const double farthest = check_forward(b);

@@ -48,14 +48,10 @@ double brute_force(const HeightImage& image, const std::array<Vec2d, 3>& uv, con
     return largest;
 }
 
-/// A flat sheet of n x n squares on [0, 1]^2, its texture coordinates the same.
+/// Flat, at height z.
 ControlMesh sheet(std::uint32_t n, double z) {
-    ControlMeshData data = test::grid(n);
-    for (Vec3d& p : data.positions) {
-        p = {p.x / n, p.y / n, z};
-        data.uvs.emplace_back(p);
-    }
-    data.face_uvs = data.face_vertices;
+    ControlMeshData data = test::unit_sheet(n);
+    for (Vec3d& p : data.positions) p.z = z;
     return ControlMesh::build(std::move(data));
 }
 

@@ -19,16 +19,6 @@
 using namespace tetrakis;
 using test::Random;
 
-// What keeps a reference to a mesh or a hierarchy takes one that stays, and no temporary.
-template <class Keeper, class Kept, class... Rest>
-constexpr bool takes_what_stays =
-    std::is_constructible_v<Keeper, const Kept&, Rest...> && !std::is_constructible_v<Keeper, Kept, Rest...>;
-static_assert(takes_what_stays<QuadPatches, ControlMesh>);
-static_assert(takes_what_stays<LoopPatches, ControlMesh>);
-static_assert(takes_what_stays<LimitSurface, ControlMesh, SchemeKind>);
-static_assert(takes_what_stays<LinearBound, ControlMesh, const SchemeInfo&>);
-static_assert(takes_what_stays<HierarchyEstimator, Hierarchy, double>);
-
 TEST_SUITE_BEGIN("eval");
 
 TEST_CASE_TEMPLATE("[inv1] a hierarchy whose limits come from patches has the mesh of one whose limits come from rules",

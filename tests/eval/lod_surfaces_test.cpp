@@ -12,6 +12,7 @@
 #include "../../hier/obj/obj_reader.hpp"
 
 #include "../kit/height_grids.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/lod_examples.hpp"
 #include "../kit/lod_morphs.hpp"
 #include "../kit/lod_views.hpp"
@@ -42,6 +43,7 @@ using test::grid_of;
 using test::k_box_obj;
 using test::k_octahedron_obj;
 using test::MorphWatch;
+using test::rough;
 using test::Sight;
 using test::SurfaceTopology;
 using test::topology;
@@ -62,20 +64,21 @@ double judged_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, co
     return largest;
 }
 
+/// All that there is of a surface.
+TriangleMesh full_mesh(const Example& example) {
+    lod::View full(*example.surface, {.max_leaves = 400'000});
+    full.update({.eye = example.middle + Vec3d(0, 0, example.size), .direction = {0, 0, -1}}, {.pixel_error = 1e-9});
+    REQUIRE(full.leaf_count() < 400'000);
+    return full.mesh();
+}
+
 }  // namespace
 
 TEST_CASE("lod: after every frame of a walk over any surface the mesh is whole, in budget and in promise") {
     for (const Example& example : examples()) {
         CAPTURE(example.name);
         lod::View view(*example.surface, {.max_leaves = 20'000, .max_ranges = 100});
-        // All that there is.
-        lod::View full(*example.surface, {.max_leaves = 400'000});
-        lod::Camera above;
-        above.eye = example.middle + Vec3d(0, 0, example.size);
-        above.direction = {0, 0, -1};
-        full.update(above, {.pixel_error = 1e-9});
-        const std::vector<Vec3d> places = full.mesh().positions;
-        REQUIRE(full.leaf_count() < 400'000);
+        const std::vector<Vec3d> places = full_mesh(example).positions;
         Copied copied;
         std::mt19937 random(11);
         double turn = 0, away = 1, largest = 0;
@@ -238,12 +241,7 @@ TEST_CASE("lod: bounds are nested and hold, on every surface") {
 TEST_CASE("lod: rays meet every surface where they meet all of its triangles [slow]") {
     for (const Example& example : examples()) {
         CAPTURE(example.name);
-        lod::View full(*example.surface, {.max_leaves = 400'000});
-        lod::Camera above;
-        above.eye = example.middle + Vec3d(0, 0, example.size);
-        above.direction = {0, 0, -1};
-        full.update(above, {.pixel_error = 1e-9});
-        const TriangleMesh mesh = full.mesh();
+        const TriangleMesh mesh = full_mesh(example);
         const TriangleBvh bvh(mesh);
         std::mt19937 random(9);
         std::uniform_real_distribution<double> one(-1, 1);
@@ -339,13 +337,12 @@ TEST_CASE("lod: a subdivision surface's errors hold between its points, too") {
 
 TEST_CASE("lod: surfaces are the same for any number of threads") {
     const auto bounds = [&](int threads) {
-        RunContext context;
-        context.threads = threads;
+        const RunContext context = test::with_thread_count(threads);
         const lod::PlanetSurface planet(wave_map(64, 32, 0.4), {.radius = 10, .context = context});
         const lod::SubdivisionSurface sub(control_mesh(k_box_obj), "catmull-clark", {.level = 3, .context = context});
         std::vector<std::array<Site, 3>> leaves;
-        for (const lod::Surface* surface :
-             {static_cast<const lod::Surface*>(&planet), static_cast<const lod::Surface*>(&sub)}) {
+        const lod::TerrainSurface terrain(rough(90, 70, 3), context);
+        for (const lod::Surface* surface : std::initializer_list<const lod::Surface*>{&planet, &sub, &terrain}) {
             lod::View view(*surface);
             lod::Camera camera;
             camera.eye = {0, -30, 3};
@@ -358,6 +355,40 @@ TEST_CASE("lod: surfaces are the same for any number of threads") {
     const auto one = bounds(1);
     CHECK(one.size() > 1000);
     for (const int threads : {2, 3, 4}) CHECK(bounds(threads) == one);
+}
+
+TEST_CASE("lod: a terrain's heights are its samples, and between them those of the finest mesh") {
+    for (const auto& [columns, rows] : {std::pair{33u, 33u}, {45u, 20u}, {2u, 9u}}) {
+        CAPTURE(columns);
+        HeightGrid grid = rough(columns, rows, 2);
+        grid.spacing = {2, 3};
+        grid.origin = {100, 50};
+        const lod::TerrainSurface surface(grid);
+        lod::View view(surface);
+        // Everything, as the eye is everywhere.
+        for (int i = 0; i < 2; ++i) view.update({.eye = {120, 20, 0}}, {.pixel_error = 1e-12});
+        const TriangleMesh mesh = view.mesh();
+        const TriangleBvh bvh(mesh);
+        const double width = 2.0 * (columns - 1), height = 3.0 * (rows - 1);
+        std::mt19937 random(columns);
+        std::uniform_real_distribution<double> one(0, 1);
+        for (int i = 0; i < 500; ++i) {
+            Vec3d p(100 + width * one(random), 50 - height * one(random), 0);
+            const auto ground = surface.at({p.x, p.y});
+            REQUIRE(ground);
+            p.z = ground->height;
+            const ClosestPoint found = bvh.closest(p);
+            REQUIRE(found.distance < 1e-9);
+            const auto& t = mesh.triangles[found.triangle];
+            const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+            REQUIRE(glm::length(ground->normal - glm::normalize(glm::cross(b - a, c - a))) < 1e-6);
+        }
+        for (std::uint32_t r = 0; r < rows; ++r)
+            for (std::uint32_t c = 0; c < columns; ++c)
+                REQUIRE(surface.at({100 + 2.0 * c, 50 - 3.0 * r})->height == double{grid.at(c, r)});
+        CHECK(!surface.at({99, 50}));
+        CHECK(!surface.at({100, 50.1}));
+    }
 }
 
 TEST_CASE("lod: a planet's heights are where they belong") {

@@ -1,5 +1,5 @@
 #include "../kit/corner_angle_mesh.hpp"
-#include "../kit/random_mesh.hpp"
+#include "../kit/patch_meshes.hpp"
 
 #include "../../eval/distance/limit_samples.hpp"
 #include "../../eval/estimate/mask_norm_bound.hpp"
@@ -29,35 +29,6 @@ ControlMesh random_mesh(std::uint64_t seed, bool triangles, bool with_angles = f
     if (!with_angles) return ControlMesh::build(data);
     for (std::uint32_t v = 0; v < data.positions.size(); v += 5) data.corners.push_back({v, k_infinite_sharpness});
     return test::with_mixed_angles(ControlMesh::build(data), seed);
-}
-
-template <class Family>
-CellTriangle random_triangle(Random& random, const ControlMesh& mesh) {
-    const int level = static_cast<int>(random.below(3));
-    const std::uint32_t n = 1u << level;
-    const auto at = [&](std::uint32_t limit) { return random.below(limit); };
-    CellTriangle t;
-    t.level = static_cast<std::uint8_t>(level);
-    if constexpr (std::is_same_v<Family, LoopFamily>) {
-        t.root = mesh.face_halfedge(FaceId(at(mesh.face_count())));
-        const std::uint32_t x = at(n), y = at(n - x);
-        if (x + y + 1 < n && random.chance(0.5))
-            t.corner = {LatticePoint{x + 1, y + 1}, {x, y + 1}, {x + 1, y}};
-        else
-            t.corner = {LatticePoint{x, y}, {x + 1, y}, {x, y + 1}};
-    } else {
-        t.root = HalfedgeId(at(mesh.halfedge_count()));
-        const std::uint32_t x = at(n), y = at(n);
-        if (level == 0 && random.chance(0.5))
-            t.corner = {LatticePoint{0, 0}, {2, 0}, {1, 1}};
-        else if (x + 2 <= n)
-            t.corner = {LatticePoint{x, y}, {x + 2, y}, {x + 1, y + 1}};
-        else if (random.chance(0.5))
-            t.corner = {LatticePoint{x, y}, {x + 1, y}, {x + 1, y + 1}};
-        else
-            t.corner = {LatticePoint{x, y}, {x + 1, y + 1}, {x, y + 1}};
-    }
-    return t;
 }
 
 /// Of limit points all over the triangle's parameters: the largest distance from it, and the largest difference,
@@ -101,7 +72,7 @@ void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint6
     const double aim = 0.004 * mesh.bounding_box().diagonal();
     const MaskNormBound<Family> deciding(points, scheme, rules, aim);
     std::vector<CellTriangle> triangles;
-    for (int i = 0; i < k_triangles; ++i) triangles.push_back(random_triangle<Family>(random, mesh));
+    for (int i = 0; i < k_triangles; ++i) triangles.push_back(test::random_leaf<Family>(random, mesh, 2));
     std::vector<double> decided(triangles.size());
     deciding.estimate(triangles, decided);
     int within = 0;

@@ -3,7 +3,6 @@
 #include "../../eval/tessellate/patch_batches.hpp"
 
 #include "../kit/patch_meshes.hpp"
-#include "../kit/same_bytes.hpp"
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
@@ -12,7 +11,6 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 // Patch trees of Catmull-Clark and Loop.
@@ -193,13 +191,7 @@ TEST_CASE("Loop patches: a crease vertex gets the mean normal of both sides") {
 }
 
 TEST_CASE("patch trees that are forgotten between batches grow again, bit for bit, and take little memory") {
-    constexpr std::uint32_t n = 32;
-    ControlMeshData data = test::grid(n, true, true);  // a torus of triangles: six at each vertex
-    for (std::uint32_t i = 0; i < n * n; ++i) {
-        const double a = 2 * std::numbers::pi * (i / n) / n, b = 2 * std::numbers::pi * (i % n) / n;
-        data.positions[i] = {(3 + std::cos(b)) * std::cos(a), (3 + std::cos(b)) * std::sin(a), std::sin(b)};
-    }
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    const ControlMesh mesh = ControlMesh::build(test::triangle_torus(32));
     const QuadPatches kept(mesh), forgotten(mesh);
     std::vector<Vec3d> first(mesh.halfedge_count()), again(mesh.halfedge_count());
     const auto at = [](const QuadPatches& patches, std::uint32_t h) {

@@ -1,3 +1,4 @@
+#include "../kit/corner_angle_mesh.hpp"
 #include "../kit/hierarchy_helpers.hpp"
 #include "../kit/input_helpers.hpp"
 #include "../kit/point_match.hpp"
@@ -5,6 +6,7 @@
 #include "../kit/surface_topology.hpp"
 
 #include "../../eval/distance/hausdorff.hpp"
+#include "../../eval/patches/quad_patches.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../hier/obj/obj_reader.hpp"
@@ -447,6 +449,14 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     CHECK(test::contains(
         refusal(code, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-2, .target = &target}); }),
         "catmull-clark or loop"));
+    // Corners with angles have no patches.
+    const ControlMesh plain = test::sheet(false), angles = test::with_mixed_angles(plain, 3);
+    CHECK(scheme_support(plain, SchemeKind::catmull_clark).patches);
+    CHECK(!scheme_support(angles, SchemeKind::catmull_clark).patches);
+    CHECK(scheme_support(angles, SchemeKind::catmull_clark).certified);
+    CHECK(test::contains(refusal(code, [&] { QuadPatches{angles}; }), "corner angles"));
+    CHECK(test::contains(refusal(code, [&] { tessellate(angles, {.tolerance = 1e-2, .target = &target}); }),
+                         "corner angles"));
     CHECK(test::contains(
         refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "buterfly", .tolerance = 1e-2}); }),
         "did you mean butterfly?"));

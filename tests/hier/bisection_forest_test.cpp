@@ -284,8 +284,7 @@ TEST_CASE("[bad-input] [inv10] of thousands of marks the first bad one is named 
     expected.refine(marked, expected_created);
     for (const int threads : {1, 2, 7}) {
         CAPTURE(threads);
-        RunContext context;
-        context.threads = threads;
+        const RunContext context = test::with_thread_count(threads);
         with_threads(context, [&] {
             BisectionForest forest = start;
             for (const auto& [first, second] :

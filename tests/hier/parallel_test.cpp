@@ -1,4 +1,5 @@
 #include "../../hier/base/parallel.hpp"
+#include "../kit/input_helpers.hpp"
 
 #include <doctest/doctest.h>
 
@@ -6,35 +7,28 @@
 #include <stdexcept>
 
 using namespace tetrakis;
-
-namespace {
-
-RunContext with(int threads) {
-    RunContext context;
-    context.threads = threads;
-    return context;
-}
-
-}  // namespace
+using test::with_thread_count;
 
 TEST_SUITE_BEGIN("hier");
 
 TEST_CASE("one thread is the calling thread, and arenas nest in any order") {
     const auto alone = [] { return detail::one_thread(); };
-    CHECK(with_threads(with(1), alone));
-    CHECK(with_threads(with(1), [&] { return with_threads(with(1), alone); }));
-    CHECK_FALSE(with_threads(with(1), [&] { return with_threads(with(2), alone); }));
+    CHECK(with_threads(with_thread_count(1), alone));
+    CHECK(with_threads(with_thread_count(1), [&] { return with_threads(with_thread_count(1), alone); }));
+    CHECK_FALSE(with_threads(with_thread_count(1), [&] { return with_threads(with_thread_count(2), alone); }));
     // The arena that the outermost call keeps has no room for a second entry.
-    CHECK(with_threads(with(1), [&] { return with_threads(with(2), [&] { return with_threads(with(1), alone); }); }));
+    CHECK(with_threads(with_thread_count(1), [&] {
+        return with_threads(with_thread_count(2), [&] { return with_threads(with_thread_count(1), alone); });
+    }));
     const auto fail = []() -> bool { throw std::runtime_error("on purpose"); };
-    CHECK_THROWS_AS(with_threads(with(1), fail), std::runtime_error);
-    CHECK(with_threads(with(1), alone));
+    CHECK_THROWS_AS(with_threads(with_thread_count(1), fail), std::runtime_error);
+    CHECK(with_threads(with_thread_count(1), alone));
 }
 
 TEST_CASE("loops round as the caller does") {
     const auto third = [] {
         double result = 0;
-        with_threads(with(1), [&] {
+        with_threads(with_thread_count(1), [&] {
             for_each_index(
                 4,
                 [&](std::uint32_t i) {

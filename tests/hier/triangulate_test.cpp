@@ -120,7 +120,7 @@ TEST_CASE("a diagonal repeats no edge, and where none is free the face gets a ce
 }
 
 TEST_CASE("triangulation of random surfaces keeps the area vector, the tags and every attribute") {
-    for (const std::uint64_t seed : seeds({31, 32, 33}))
+    for (const std::uint64_t seed : seeds(3))
         for (int i = 0; i < 300; ++i) {
             CAPTURE(seed);
             CAPTURE(i);

@@ -39,12 +39,5 @@ inline ControlMesh random_creased_dual_mesh(std::uint64_t seed) {
     options.corner = 0.1;
     return random_dual_mesh(seed, options);
 }
-/// The same, many of them semi-sharp and less so than what they meet.
-inline ControlMesh random_semi_sharp_dual_mesh(std::uint64_t seed) {
-    RandomMeshOptions options = random_options(seed);
-    options.crease = 0.3;
-    options.corner = 0.15;
-    return random_dual_mesh(seed, options, DualTags::of_all_kinds);
-}
 
 }  // namespace tetrakis::test

@@ -2,7 +2,6 @@
 
 #include "dual_mesh.hpp"
 #include "random_mesh.hpp"
-#include "same_bytes.hpp"
 
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"

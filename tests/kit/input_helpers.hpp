@@ -1,6 +1,6 @@
 #pragma once
 
-#include "meshes.hpp"
+#include "random_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
@@ -9,8 +9,6 @@
 #include <doctest/doctest.h>
 
 #include <cstdint>
-#include <cstdlib>
-#include <initializer_list>
 #include <random>
 #include <string>
 #include <vector>
@@ -42,13 +40,6 @@ inline RunContext with_thread_count(int threads) {
     RunContext context;
     context.threads = threads;
     return context;
-}
-
-/// Listed seeds, and the one of TETRAKIS_SEED.
-inline std::vector<std::uint64_t> seeds(std::initializer_list<std::uint64_t> listed) {
-    std::vector<std::uint64_t> all(listed);
-    if (const char* extra = std::getenv("TETRAKIS_SEED")) all.push_back(std::strtoull(extra, nullptr, 10));
-    return all;
 }
 
 }  // namespace tetrakis::test

@@ -12,6 +12,29 @@
 
 namespace tetrakis::test {
 
+inline double twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// Calls visit(column, row, height of the triangle there) for the samples under a triangle. Returns its area, in cells,
+/// negative where it is clockwise.
+template <class Visit>
+double visit_samples(const HeightGrid& grid, std::array<Vec3d, 3> p, const Visit& visit) {
+    for (Vec3d& at : p) at = {(at.x - grid.origin.x) / grid.spacing.x, (at.y - grid.origin.y) / grid.spacing.y, at.z};
+    const double area = twice_area(p[0], p[1], p[2]);
+    const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
+    const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
+    for (double y = std::ceil(y0); y <= y1; ++y)
+        for (double x = std::ceil(x0); x <= x1; ++x) {
+            const Vec3d at(x, y, 0);
+            const double a = twice_area(at, p[1], p[2]), b = twice_area(p[0], at, p[2]), c = area - a - b;
+            if (a < 0 || b < 0 || c < 0) continue;
+            visit(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(-y),
+                  (a * p[0].z + b * p[1].z + c * p[2].z) / area);
+        }
+    return area / 2;
+}
+
 /// What a mesh is of a grid, found without anything of the library's.
 struct Judged {
     double largest_error = 0, area = 0;
@@ -21,30 +44,15 @@ struct Judged {
 inline Judged judge(const TriangleMesh& mesh, const HeightGrid& grid) {
     Judged judged;
     std::vector<char> seen(grid.heights.size(), 0);
-    for (const auto& triangle : mesh.triangles) {
-        std::array<Vec3d, 3> p;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3d& at = mesh.positions[triangle[k]];
-            p[k] = {(at.x - grid.origin.x) / grid.spacing.x, (grid.origin.y - at.y) / grid.spacing.y, at.z};
-        }
-        const auto twice = [](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-            return (c.x - a.x) * (b.y - a.y) - (b.x - a.x) * (c.y - a.y);  // y is to the south
-        };
-        const double area = twice(p[0], p[1], p[2]);
-        judged.area += area / 2;
-        if (!(area > 0)) ++judged.turned;
-        const auto [x0, x1] = std::minmax({p[0].x, p[1].x, p[2].x});
-        const auto [y0, y1] = std::minmax({p[0].y, p[1].y, p[2].y});
-        for (double y = std::ceil(y0); y <= y1; ++y)
-            for (double x = std::ceil(x0); x <= x1; ++x) {
-                const Vec3d at(x, y, 0);
-                const double a = twice(at, p[1], p[2]), b = twice(p[0], at, p[2]), c = area - a - b;
-                if (a < 0 || b < 0 || c < 0) continue;
-                const auto column = static_cast<std::uint32_t>(x), row = static_cast<std::uint32_t>(y);
+    for (const auto& [i, j, k] : mesh.triangles) {
+        const double area = visit_samples(
+            grid, {mesh.positions[i], mesh.positions[j], mesh.positions[k]},
+            [&](std::uint32_t column, std::uint32_t row, double height) {
                 seen[row * std::size_t{grid.columns} + column] = 1;
-                const double height = (a * p[0].z + b * p[1].z + c * p[2].z) / area;
                 judged.largest_error = std::max(judged.largest_error, std::abs(height - double{grid.at(column, row)}));
-            }
+            });
+        judged.area += area;
+        if (!(area > 0)) ++judged.turned;
     }
     judged.unseen = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 0));
     return judged;

@@ -3,6 +3,7 @@
 #include "../../eval/lod/view.hpp"
 #include "../../eval/terrain/height_grid.hpp"
 
+#include "judged_terrain.hpp"
 #include "lod_views.hpp"
 #include "surface_topology.hpp"
 
@@ -14,10 +15,6 @@
 #include <random>
 
 namespace tetrakis::test {
-
-inline double twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-}
 
 /// The used triangles are a disc, and cover the grid once.
 inline void check_whole(const lod::View& view, const HeightGrid& grid) {
@@ -41,24 +38,15 @@ inline void check_whole(const lod::View& view, const HeightGrid& grid) {
 inline double judged_pixels(const lod::View& view, const HeightGrid& grid, const lod::Camera& camera) {
     const Sight sight(camera);
     double largest = 0;
-    for (const lod::Triangle& t : used(view)) {
-        const Vec3d a = position(view, t[0]), b = position(view, t[1]), c = position(view, t[2]);
-        const double area = twice_area(a, b, c);
-        const auto column = [&](double x) { return (x - grid.origin.x) / grid.spacing.x; };
-        const auto row = [&](double y) { return (grid.origin.y - y) / grid.spacing.y; };
-        const auto [x0, x1] = std::minmax({column(a.x), column(b.x), column(c.x)});
-        const auto [y0, y1] = std::minmax({row(a.y), row(b.y), row(c.y)});
-        for (double y = std::ceil(y0); y <= y1; ++y)
-            for (double x = std::ceil(x0); x <= x1; ++x) {
-                Vec3d at(grid.origin.x + x * grid.spacing.x, grid.origin.y - y * grid.spacing.y, 0);
-                const double u = twice_area(at, b, c) / area, v = twice_area(a, at, c) / area, w = 1 - u - v;
-                if (u < 0 || v < 0 || w < 0) continue;
-                at.z = double{grid.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y))};
-                if (!sight.sees(at)) continue;
-                const double error = std::abs(u * a.z + v * b.z + w * c.z - at.z);
-                largest = std::max(largest, error * sight.pixels / glm::length(at - camera.eye));
-            }
-    }
+    for (const auto& [i, j, k] : used(view))
+        visit_samples(grid, {position(view, i), position(view, j), position(view, k)},
+                      [&](std::uint32_t column, std::uint32_t row, double height) {
+                          const Vec3d at(grid.origin.x + column * grid.spacing.x, grid.origin.y - row * grid.spacing.y,
+                                         grid.at(column, row));
+                          if (sight.sees(at))
+                              largest = std::max(largest,
+                                                 std::abs(height - at.z) * sight.pixels / glm::length(at - camera.eye));
+                      });
     return largest;
 }
 

@@ -6,14 +6,23 @@
 #include "../../refine/rules/polygon_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 
+#include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-// Control meshes from lists of faces, from text and from data/; grids.
+// Control meshes from lists of faces, from text and from data/; grids; and whether meshes are the same.
 namespace tetrakis::test {
+
+template <class T>
+bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+    return a.size() == b.size() &&
+           (a.empty() || std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(T)) == 0);
+}
 
 inline ControlMeshData mesh_data(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces) {
     ControlMeshData data;
@@ -45,6 +54,42 @@ inline ControlMeshData grid(std::uint32_t n, bool triangles = false, bool torus 
                 faces.push_back({a, b, c, d});
             }
         }
+    return mesh_data(std::move(positions), faces);
+}
+
+/// Triangles around the z-axis, six at each of n x n vertices.
+inline ControlMeshData triangle_torus(std::uint32_t n) {
+    ControlMeshData data = grid(n, true, true);
+    for (Vec3d& p : data.positions) {
+        const double a = 2 * std::numbers::pi * p.y / n, b = 2 * std::numbers::pi * p.x / n;
+        p = {(3 + std::cos(b)) * std::cos(a), (3 + std::cos(b)) * std::sin(a), std::sin(b)};
+    }
+    return data;
+}
+
+/// n x n quads over the unit square, with UVs equal to x and y.
+inline ControlMeshData unit_sheet(std::uint32_t n) {
+    ControlMeshData data = grid(n);
+    for (Vec3d& p : data.positions) data.uvs.emplace_back(p /= n);
+    data.face_uvs = data.face_vertices;
+    return data;
+}
+
+inline Vec3d on_unit_circle(std::uint32_t i, std::uint32_t n, double z) {
+    const double angle = 2 * std::numbers::pi * i / n;
+    return {std::cos(angle), std::sin(angle), z};
+}
+
+/// Over an n-gon that is not flat.
+inline ControlMeshData pyramid(std::uint32_t n) {
+    std::vector<Vec3d> positions;
+    std::vector<std::vector<std::uint32_t>> faces(n + 1);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        positions.push_back(on_unit_circle(i, n, 0.2 * std::cos(6 * std::numbers::pi * i / n)));
+        faces[i] = {i, (i + 1) % n, n};
+        faces[n].push_back(n - 1 - i);
+    }
+    positions.emplace_back(0, 0, 1);
     return mesh_data(std::move(positions), faces);
 }
 

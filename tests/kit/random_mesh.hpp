@@ -100,17 +100,7 @@ class RandomMeshMaker {
     RandomMeshMaker(std::uint64_t seed, const RandomMeshOptions& options) : random_(seed), o_(options) {}
 
     ControlMeshData run() {
-        switch (o_.topology) {
-            case Topology::plane:
-                make_plane();
-                break;
-            case Topology::torus:
-                make_torus();
-                break;
-            case Topology::sphere:
-                make_sphere();
-                break;
-        }
+        o_.topology == Topology::sphere ? make_sphere() : make_grid(o_.topology == Topology::torus);
         if (!o_.triangles_only) merge_faces();
         split_faces();
         if (!o_.triangles_only) add_edge_vertices();
@@ -127,28 +117,22 @@ class RandomMeshMaker {
     static std::uint32_t size(const Polygon& p) { return static_cast<std::uint32_t>(p.size()); }
     double bump() { return random_.uniform(-o_.bumps, o_.bumps); }
 
-    void make_plane() {
-        const auto w = static_cast<std::uint32_t>(o_.columns), h = static_cast<std::uint32_t>(o_.rows);
-        for (std::uint32_t y = 0; y <= h; ++y)
-            for (std::uint32_t x = 0; x <= w; ++x) positions_.emplace_back(x + bump(), y + bump(), 2 * bump());
-        for (std::uint32_t y = 0; y < h; ++y)
-            for (std::uint32_t x = 0; x < w; ++x) {
-                const std::uint32_t v = y * (w + 1) + x;
-                faces_.push_back({v, v + 1, v + w + 2, v + w + 1});
-            }
-    }
-
-    void make_torus() {
-        const auto w = static_cast<std::uint32_t>(std::max(3, o_.columns)),
-                   h = static_cast<std::uint32_t>(std::max(3, o_.rows));
+    void make_grid(bool torus) {
+        const auto w = static_cast<std::uint32_t>(torus ? std::max(3, o_.columns) : o_.columns),
+                   h = static_cast<std::uint32_t>(torus ? std::max(3, o_.rows) : o_.rows);
+        const std::uint32_t across = torus ? w : w + 1, down = torus ? h : h + 1;  // vertices
         const double tau = 2 * std::numbers::pi;
-        for (std::uint32_t y = 0; y < h; ++y)
-            for (std::uint32_t x = 0; x < w; ++x) {
+        for (std::uint32_t y = 0; y < down; ++y)
+            for (std::uint32_t x = 0; x < across; ++x) {
+                if (!torus) {
+                    positions_.emplace_back(x + bump(), y + bump(), 2 * bump());
+                    continue;
+                }
                 const double a = tau * (x + bump()) / w, b = tau * (y + bump()) / h, r = 1 + 0.5 * bump();
                 positions_.emplace_back((2.5 + r * std::cos(b)) * std::cos(a), (2.5 + r * std::cos(b)) * std::sin(a),
                                         r * std::sin(b));
             }
-        const auto at = [&](std::uint32_t x, std::uint32_t y) { return (y % h) * w + x % w; };
+        const auto at = [&](std::uint32_t x, std::uint32_t y) { return (y % down) * across + x % across; };
         for (std::uint32_t y = 0; y < h; ++y)
             for (std::uint32_t x = 0; x < w; ++x)
                 faces_.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)});
@@ -287,26 +271,18 @@ class RandomMeshMaker {
     }
 
     void add_tags(ControlMeshData& data) {
-        for (const auto& [edge, f] : edges_of(data)) {
-            if (!random_.chance(o_.crease)) continue;
-            data.creases.push_back({edge.first, edge.second, sharpness(), 0});
-        }
+        std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+        for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
+            for (std::uint32_t i = data.face_offsets[f], last = data.face_offsets[f + 1] - 1; i <= last; ++i)
+                edges.insert(
+                    std::minmax(data.face_vertices[i], data.face_vertices[i == last ? data.face_offsets[f] : i + 1]));
+        for (const auto& [a, b] : edges)
+            if (random_.chance(o_.crease)) data.creases.push_back({a, b, sharpness(), 0});
         for (std::uint32_t v = 0; v < data.positions.size(); ++v)
             if (random_.chance(o_.corner)) data.corners.push_back({v, sharpness(), 0});
         const auto face_count = static_cast<std::uint32_t>(data.face_offsets.size() - 1);
         for (std::uint32_t f = 0; f < face_count; ++f)
             if (random_.chance(o_.hole) && data.holes.size() + 1 < face_count) data.holes.push_back(f);
-    }
-
-    static std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> edges_of(const ControlMeshData& data) {
-        std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> result;
-        for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
-            for (std::uint32_t i = data.face_offsets[f]; i < data.face_offsets[f + 1]; ++i) {
-                const std::uint32_t j = i + 1 == data.face_offsets[f + 1] ? data.face_offsets[f] : i + 1;
-                const std::uint32_t a = data.face_vertices[i], b = data.face_vertices[j];
-                result[{std::min(a, b), std::max(a, b)}] = f;
-            }
-        return result;
     }
 
     Random random_;

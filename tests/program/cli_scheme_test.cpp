@@ -88,13 +88,10 @@ TEST_CASE("scheme answers at vertices of a thousand edges, and says what would t
         for (const auto& e : scheme.at("eigenvalues")) multiplicity += e.at("multiplicity").get<int>();
         CHECK(static_cast<std::size_t>(multiplicity) == scheme.at("points").size());
     }
-    const ProcessResult matrix = cli::run({"scheme", "loop", "--valence", "100000", "--matrix", "--json"});  // of 4 TB
-    CHECK(matrix.code == 2);
-    CHECK(matrix.err.find("--matrix, 300001 x 300001 numbers as JSON, takes about 4.32e+03 GB") != std::string::npos);
-    const ProcessResult all = cli::run({"scheme", "doo-sabin", "--valence", "2000000000"});
-    CHECK(all.code == 2);
-    CHECK(all.err.find("GB of memory") != std::string::npos);
-    CHECK(all.err.find("ask for a lower --valence") != std::string::npos);
+    cli::check_refused({"scheme", "loop", "--valence", "100000", "--matrix", "--json"}, 2,
+                       "--matrix, 300001 x 300001 numbers as JSON, takes about 4.32e+03 GB");  // of 4 TB
+    const std::string all = cli::check_refused({"scheme", "doo-sabin", "--valence", "2000000000"}, 2, "GB of memory");
+    CHECK(all.find("ask for a lower --valence") != std::string::npos);
 }
 
 TEST_CASE("scheme classifies averaging by its number of steps, and says which options do nothing here") {
@@ -288,21 +285,16 @@ TEST_CASE("refine --stencils: its rows, applied to the control vertices, are the
 }
 
 TEST_CASE("[bad-input] an unknown scheme is answered with the nearest name and all names") {
-    const ProcessResult wrong = cli::run({"scheme", "catmul-clark"});
-    CHECK(wrong.code == 2);
-    CHECK(wrong.out.empty());
-    CHECK(wrong.err.find("did you mean catmull-clark?") != std::string::npos);
-    CHECK(wrong.err.find("modified-butterfly") != std::string::npos);
-    CHECK(cli::run({"refine", cli::data("cube.obj"), "--levels", "1", "--scheme", "dosabin", "-o", "x.obj"})
-              .err.find("did you mean doo-sabin?") != std::string::npos);
-    CHECK(cli::run({"scheme"}).code == 2);
-    CHECK(cli::run({"scheme", "loop", "--valence", "x"}).code == 2);
-    CHECK(cli::run({"scheme", "honeycomb", "--boundary", "--valence", "4"}).code == 2);
-    const ProcessResult undrawn = cli::run({"scheme", "honeycomb", "--boundary", "--image", "no.png"});
-    CHECK(undrawn.code == 2);
-    CHECK(undrawn.err.find("no picture of the boundary") != std::string::npos);
+    const std::string wrong = cli::check_refused({"scheme", "catmul-clark"}, 2, "did you mean catmull-clark?");
+    CHECK(wrong.find("modified-butterfly") != std::string::npos);
+    cli::check_refused({"refine", cli::data("cube.obj"), "--levels", "1", "--scheme", "dosabin", "-o", "x.obj"}, 2,
+                       "did you mean doo-sabin?");
+    cli::check_refused({"scheme"}, 2, "");
+    cli::check_refused({"scheme", "loop", "--valence", "x"}, 2, "");
+    for (const char* name : {"honeycomb", "doo-sabin"})
+        cli::check_refused({"scheme", name, "--boundary", "--valence", "4"}, 2, "");
+    cli::check_refused({"scheme", "honeycomb", "--boundary", "--image", "no.png"}, 2, "no picture of the boundary");
     CHECK(!std::filesystem::exists("no.png"));
-    CHECK(cli::run({"scheme", "doo-sabin", "--boundary", "--valence", "4"}).code == 2);
 }
 
 TEST_CASE("[bad-input] scheme says why there is nothing to print for a boundary that is used up") {
@@ -311,9 +303,7 @@ TEST_CASE("[bad-input] scheme says why there is nothing to print for a boundary 
         std::vector<std::string> arguments{"scheme"};
         arguments.insert(arguments.end(), scheme.begin(), scheme.end());
         arguments.insert(arguments.end(), {"--boundary", "--recede"});
-        const auto result = cli::run(arguments);
-        CHECK(result.code == 2);
-        CHECK(result.err.find("uses up the boundary") != std::string::npos);
+        cli::check_refused(arguments, 2, "uses up the boundary");
     }
 }
 
@@ -343,9 +333,8 @@ TEST_CASE("refine and tessellate say which options a scheme has no use for, and 
     CHECK(half_steps({"--scheme", "doo-sabin", "--recede"}, "--recede has no effect on doo-sabin"));
     CHECK(half_steps({"--scheme", "biquartic", "--averaging-steps", "2"}, "--averaging-steps has no effect"));
     CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "kobbelt", "--beta", "0.6"}, "--beta has no effect"));
-    const auto refused = cli::run({"refine", cli::data("cube.obj"), "--levels", "1", "--beta", "5", "-o", out});
-    CHECK(refused.code == 3);
-    CHECK(refused.err.find("they must lie inside the triangle") != std::string::npos);
+    cli::check_refused({"refine", cli::data("cube.obj"), "--levels", "1", "--beta", "5", "-o", out}, 3,
+                       "they must lie inside the triangle");
     CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "loop", "--warren"}, "no effect"));
 }
 
@@ -373,18 +362,14 @@ TEST_CASE("refine and tessellate take the angles of corners from tags, from one 
     CHECK(by_number != measured);
     CHECK(refined("t cornerangle 2/1/0 0 1 250\n", {}) == by_number);
     CHECK(refined("t cornerangle 2/1/0 0 1 250\n", {"--corner-angle", "measured"}) == by_number);
-    for (const char* angle : {"180", "0", "360", "90x", "flat"}) {
-        const auto refused = cli::run({"refine", in, "--levels", "1", "--corner-angle", angle, "-o", out});
-        CHECK(refused.code == 2);
-        CHECK(refused.err.find("neither measured nor a number of degrees") != std::string::npos);
-    }
+    for (const char* angle : {"180", "0", "360", "90x", "flat"})
+        cli::check_refused({"refine", in, "--levels", "1", "--corner-angle", angle, "-o", out}, 2,
+                           "neither measured nor a number of degrees");
     const auto ignored = cli::run({"refine", in, "--levels", "1", "--scheme", "kobbelt", "-o", out});
     CHECK((ignored.out + ignored.err).find("corner angles were ignored: kobbelt") != std::string::npos);
-    const auto projected = cli::run({"tessellate", in, "--tolerance", "1e-2", "--target", in, "-o", out});
-    CHECK(projected.code == 1);
-    CHECK(projected.err.find("without corner angles") != std::string::npos);
-    const auto done = cli::run({"tessellate", in, "--tolerance", "1e-2", "-o", out});
-    CHECK(done.code == 0);
+    cli::check_refused({"tessellate", in, "--tolerance", "1e-2", "--target", in, "-o", out}, 1,
+                       "without corner angles");
+    CHECK(cli::run({"tessellate", in, "--tolerance", "1e-2", "-o", out}).code == 0);
 }
 
 TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis function") {

@@ -1,15 +1,15 @@
 #include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 
 #include "../kit/cli.hpp"
+#include "../kit/meshes.hpp"
 #include "../kit/process.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <numbers>
 #include <string_view>
 
 using namespace tetrakis;
@@ -117,22 +117,6 @@ bool warns_of(const Run& run, std::string_view text) {
         if (warning.get<std::string>().find(text) != std::string::npos) return true;
     return false;
 }
-
-/// A torus of n x n quads, each cut into two triangles: all valences are 6.
-[[maybe_unused]] void write_triangle_torus(const std::filesystem::path& path, int n) {
-    std::ofstream out(path);
-    const auto angle = [n](int i) { return 2 * std::numbers::pi * i / n; };
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j)
-            out << "v " << (3 + std::cos(angle(j))) * std::cos(angle(i)) << ' '
-                << (3 + std::cos(angle(j))) * std::sin(angle(i)) << ' ' << std::sin(angle(j)) << '\n';
-    const auto at = [n](int i, int j) { return i % n * n + j % n + 1; };
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            out << "f " << at(i, j) << ' ' << at(i + 1, j) << ' ' << at(i + 1, j + 1) << '\n';
-            out << "f " << at(i, j) << ' ' << at(i + 1, j + 1) << ' ' << at(i, j + 1) << '\n';
-        }
-}
 }  // namespace
 
 TEST_CASE("Catmull-Clark on triangles alone: a hint at loop, unless the scheme is given") {
@@ -176,7 +160,12 @@ TEST_CASE("Catmull-Clark on many triangles takes little memory") {
     constexpr int n = 184, k_faces = 2 * n * n;
     const ScratchDir scratch;
     const auto torus = scratch / "torus.obj";
-    write_triangle_torus(torus, n);
+    TriangleMesh mesh;
+    const ControlMeshData data = test::triangle_torus(n);
+    mesh.positions = data.positions;
+    for (std::size_t c = 0; c < data.face_vertices.size(); c += 3)
+        mesh.triangles.push_back({data.face_vertices[c], data.face_vertices[c + 1], data.face_vertices[c + 2]});
+    write_mesh(torus, mesh);
     const Run run(torus.string(),
                   {"--tolerance", "1e-3", "--no-measure", "--max-memory", std::to_string(3 * k_faces) + "K"});
     CHECK(run.result.code == 0);
@@ -184,32 +173,17 @@ TEST_CASE("Catmull-Clark on many triangles takes little memory") {
 }
 #endif
 
-TEST_CASE("[bad-input] what other schemes cannot do is refused before anything is read") {
-    struct Case {
-        std::vector<std::string> options;
-        std::string words;
-    };
-    for (const Case& c : {Case{{"--scheme", "buterfly"}, "did you mean butterfly?"},
-                          Case{{"--scheme", "biquartic", "--estimator", "certified"}, "--estimator measured"},
-                          Case{{"--scheme", "sqrt3", "--estimator", "certified"}, "modified-butterfly"},
-                          Case{{"--scheme", "4-8", "--target", "x.obj"}, "--scheme catmull-clark or loop"}}) {
-        CAPTURE(c.words);
-        std::vector<std::string> options = {"--tolerance", "1e-2"};
-        options.insert(options.end(), c.options.begin(), c.options.end());
-        const Run run("missing.obj", options);
-        CHECK(run.result.code == 2);
-        CAPTURE(run.result.err);
-        CHECK(run.result.err.find(c.words) != std::string::npos);
-    }
-    // The refusal and the help name all schemes that have a certified bound.
-    const Run refused("missing.obj", {"--tolerance", "1e-2", "--scheme", "biquartic", "--estimator", "certified"});
+TEST_CASE("[bad-input] the refusal of a certified bound and the help name all schemes that have one") {
+    const std::string refused = cli::check_refused({"tessellate", "missing.obj", "--tolerance", "1e-2", "--scheme",
+                                                    "biquartic", "--estimator", "certified", "-o", "no.obj"},
+                                                   2, "--estimator measured");
     const ProcessResult help = cli::run({"tessellate", "--help"});
     const std::size_t list = help.out.find("certified_error is null:");
     REQUIRE(list != std::string::npos);
     for (const SchemeInfo& scheme : scheme_table()) {
         CAPTURE(scheme.name);
         if (!scheme_support(scheme.name).certified) continue;
-        CHECK(refused.result.err.find(scheme.name, refused.result.err.find("--scheme")) != std::string::npos);
+        CHECK(refused.find(scheme.name, refused.find("--scheme")) != std::string::npos);
         CHECK(help.out.substr(list, 400).find(scheme.name) != std::string::npos);
     }
 }
@@ -298,6 +272,9 @@ TEST_CASE("[bad-input] tessellate refuses options that make no sense before any 
         {{missing, "--tolerance", "1e-3", "--image", "a.jpg"}, 2, "--image"},
         {{missing, "--tolerance", "1e-3", "--size", "90x90"}, 2, "--size"},
         {{missing, "--tolerance", "1e-3", "--samples", "900", "--no-measure"}, 2, "--samples"},
+        {{missing, "--tolerance", "1e-2", "--scheme", "buterfly"}, 2, "did you mean butterfly?"},
+        {{missing, "--tolerance", "1e-2", "--scheme", "sqrt3", "--estimator", "certified"}, 2, "modified-butterfly"},
+        {{missing, "--tolerance", "1e-2", "--scheme", "4-8", "--target", "x.obj"}, 2, "--scheme catmull-clark or loop"},
         {{missing, "--tolerance", "1e-3"}, 3, "missing.obj"},
         {{cube, "--tolerance", "1e-3", "--target", missing}, 3, "missing.obj"},
         {{cube, "--tolerance", "1e-3", "--displacement", "a.png", "--amplitude", "1"}, 3, "texture coordinates"},

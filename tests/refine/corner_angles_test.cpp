@@ -1,13 +1,10 @@
 #include "../../schemes/core/corner_angles.hpp"
-#include "../kit/same_bytes.hpp"
 
 #include "../kit/corner_angle_mesh.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
@@ -197,42 +194,6 @@ TEST_CASE("where a crease between two sectors goes smooth, what is left has the 
     CHECK(angles(with_crease(1, {{v, right, radians(90)}, {v, left, radians(90)}}), 1) ==
           std::vector<double>{0, 0, radians(170), radians(170)});
     CHECK(angles(with_crease(1, {{v, right, a}}), 1) == std::vector<double>{0, 0, 0, 0});
-}
-
-TEST_CASE("[inv1] hierarchies and the rules agree where corners have angles") {
-    const auto less = [](const Vec3d& p, const Vec3d& q) {
-        return std::array{p.x, p.y, p.z} < std::array{q.x, q.y, q.z};
-    };
-    RuleOptions measured;
-    measured.measure_corner_angles = true;
-    for (const std::string_view scheme : k_angle_schemes)
-        for (const std::uint64_t seed : {1, 2}) {
-            CAPTURE(scheme);
-            CAPTURE(seed);
-            const bool triangles = takes_triangles(scheme);
-            test::RandomMeshOptions options;
-            options.columns = options.rows = 3;
-            options.hole = 0;
-            options.triangles_only = triangles;
-            options.crease = options.corner = 0.4;
-            const ControlMesh mesh = test::with_mixed_angles(test::random_mesh(seed, options), seed);
-            REQUIRE(mesh.has_corner_angles());
-            const RuleOptions rules = seed == 1 ? RuleOptions{} : measured;
-            constexpr int k_levels = 2;
-            Hierarchy h = make_hierarchy(mesh, scheme, {.rules = rules});
-            h.refine_where(each_leaf([](const LeafView&) { return true; }), triangles ? k_levels : 2 * k_levels - 1);
-            const auto positions = [&](MeshPositions which) {
-                auto points = h.to_mesh({.positions = which, .level = k_levels}).mesh.positions;
-                std::sort(points.begin(), points.end(), less);
-                return points;
-            };
-            std::vector<Vec3d> net = Level(mesh, scheme, k_levels, {.rules = rules}).points,
-                               limit = Level(mesh, scheme, k_levels, {.rules = rules, .limit = true}).points;
-            std::sort(net.begin(), net.end(), less);
-            CHECK(test::farthest_apart(positions(MeshPositions::level), net) < 1e-12 * mesh.bounding_box().diagonal());
-            const std::vector<Vec3d> on_limit = positions(MeshPositions::limit);
-            CHECK(test::farthest_apart(on_limit, limit) < 1e-12 * mesh.bounding_box().diagonal());
-        }
 }
 
 TEST_CASE("charts have the angles of their corners' sectors, and shares of those that a seam cuts") {

@@ -1,10 +1,13 @@
-#include "../kit/adaptive_dual.hpp"
 #include "../kit/dual_mesh.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/obj/obj_reader.hpp"
+#include "../../refine/adaptive/dual_charts.hpp"
+#include "../../refine/points/row_points.hpp"
+#include "../../refine/points/vertex_links.hpp"
+#include "../../refine/points/written_positions.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
@@ -15,6 +18,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace tetrakis;
@@ -73,6 +77,21 @@ std::multimap<Cycle, std::vector<Vec2d>> faces_of(const PolygonMesh& mesh, std::
     return result;
 }
 
+/// The leaves, each with the point of its own level, and their UVs.
+PolygonMesh net_of(const ControlMesh& mesh, const SchemeInfo& scheme, const VertexForest& forest) {
+    DualFaces faces = forest.faces(FaceCorners::leaves);
+    PolygonMesh net;
+    net.positions.resize(faces.cells.size());
+    written_positions(*detail::row_points(mesh, scheme, {}, &forest.roots(), {}, false), cell_sites(faces.cells),
+                      net.positions);
+    auto [uvs, face_uvs] = DualCharts(mesh, scheme, {}, forest.roots()).uvs(forest, faces, false);
+    net.uvs = std::move(uvs);
+    net.face_uvs = std::move(face_uvs);
+    net.face_offsets = faces.face_offsets;
+    net.face_vertices = faces.face_vertices;
+    return net;
+}
+
 double apart(const std::vector<Vec2d>& a, const std::vector<Vec2d>& b) {
     double worst = 0;
     for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, glm::length(a[i] - b[i]));
@@ -110,17 +129,12 @@ TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one l
             const ControlMesh plain = plain_mesh(seed);
             const bool creased = seed % 2 == 1;
             const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
-            AdaptiveDual dual(mesh, *find_scheme(name));
+            VertexForest forest(vertex_roots(mesh, *find_scheme(name), {}));
             test::Random random(seed);
-            std::vector<LeafId> marked;
             ForestChange change;
-            for (int i = 0; i < 3; ++i) {
-                marked.clear();
-                for (const LeafId leaf : dual.forest().ordered_leaves())
-                    if (random.chance(0.15)) marked.push_back(leaf);
-                dual.forest().refine(marked, change);
-            }
-            const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
+            for (int i = 0; i < 3; ++i)
+                forest.refine(test::random_subset(forest.ordered_leaves(), 0.15, random), change);
+            const PolygonMesh got = net_of(mesh, *find_scheme(name), forest);
             int found = 0;
             for (int level = 1; level <= 3; ++level)
                 found += compare_faces(got, refine_stencils(mesh, *find_scheme(name), level).mesh, creased);
@@ -135,9 +149,9 @@ TEST_CASE("[bad-input] UVs of vertex quadtrees: a seam along a crease that ends 
         "vt 0 0\nvt 1 0\nvt 2 0\nvt 0 1\nvt 1 1\nvt 2 1\nvt 0 2\nvt 1 2\nvt 2 2\nvt 5 0\nvt 5 1\n"
         "f 1/1 2/2 5/5 4/4\nf 2/10 3/3 6/6 5/5\nf 4/4 5/5 8/8 7/7\nf 5/5 6/6 9/9 8/8\nt crease 2/1/0 1 4 10\n",
         "dart.obj"));
-    AdaptiveDual dual(mesh, *find_scheme("doo-sabin"));
-    CHECK(dual.to_mesh().uvs.empty());
-    CHECK_THROWS_WITH_AS(dual.to_mesh({.uvs = true}), doctest::Contains("charts"), Error);
+    const SchemeInfo& scheme = *find_scheme("doo-sabin");
+    const VertexForest forest(vertex_roots(mesh, scheme, {}));
+    CHECK_THROWS_WITH_AS(net_of(mesh, scheme, forest), doctest::Contains("charts"), Error);
 }
 
 TEST_CASE("[slow] faces have the material of the side whose UVs they have, also beside creases that end near a seam") {

@@ -1,4 +1,5 @@
 #include "../kit/meshes.hpp"
+#include "../kit/scheme_variants.hpp"
 
 #include "../../refine/uniform/refine.hpp"
 
@@ -36,34 +37,17 @@ ControlMesh grid_with_seam(std::uint32_t n, std::uint32_t cut, bool triangles, F
     return ControlMesh::build(std::move(data));
 }
 
-struct Choice {
-    const SchemeInfo* scheme;
-    RuleOptions rules{};
-    bool across_seams = false;  ///< has faces there
-
-    std::string name() const {
-        std::string text(scheme->name);
-        if (text == "averaging") text += std::to_string(rules.averaging_steps);
-        return text;
-    }
-};
-
-std::vector<Choice> all_choices() {
-    std::vector<Choice> all;
-    for (const SchemeInfo& scheme : scheme_table()) {
-        if (scheme.name == "averaging") {
-            for (int steps = 0; steps <= 5; ++steps) {
-                all.push_back({&scheme});
-                all.back().rules.averaging_steps = steps;
-            }
-        } else {
-            all.push_back({&scheme});
-        }
-    }
-    for (Choice& choice : all)
-        choice.across_seams = choice.scheme->refinement == Refinement::honeycomb ||
-                              fan_lattice(*choice.scheme, choice.rules) == FanLattice::dual;
+/// Every scheme by its own rules.
+std::vector<test::SchemeVariant> all_choices() {
+    std::vector<test::SchemeVariant> all = test::scheme_variants();
+    std::erase_if(all, [](const auto& variant) { return variant.name.find(',') != std::string::npos; });
     return all;
+}
+
+/// Whether it has faces there.
+bool across_seams(const test::SchemeVariant& choice) {
+    return choice.scheme->refinement == Refinement::honeycomb ||
+           fan_lattice(*choice.scheme, choice.options) == FanLattice::dual;
 }
 
 Vec2d uv_at(const PolygonMesh& mesh, std::uint32_t corner) { return mesh.uvs[mesh.face_uvs[corner]]; }
@@ -106,12 +90,12 @@ TEST_SUITE_BEGIN("refine");
 TEST_CASE("[inv7] every scheme: charts that are affine in the plane stay so, up to their seam") {
     constexpr std::uint32_t n = 12;
     constexpr int levels = 2;
-    for (const Choice& choice : all_choices())
+    for (const test::SchemeVariant& choice : all_choices())
         for (const FaceVaryingRule rule : {FaceVaryingRule::corners_only, FaceVaryingRule::linear_all}) {
-            INFO(choice.name(), ", rule ", static_cast<int>(rule));
+            INFO(choice.name, ", rule ", static_cast<int>(rule));
             const ControlMesh mesh = grid_with_seam(n, n, choice.scheme->family == MeshFamily::triangles, rule);
-            const PolygonMesh fine = refine(mesh, *choice.scheme, levels, {.rules = choice.rules});
-            CHECK(fine.warnings.size() == (choice.across_seams && rule == FaceVaryingRule::linear_all ? 1 : 0));
+            const PolygonMesh fine = refine(mesh, *choice.scheme, levels, {.rules = choice.options});
+            CHECK(fine.warnings.size() == (across_seams(choice) && rule == FaceVaryingRule::linear_all ? 1 : 0));
             REQUIRE(fine.face_uvs.size() == fine.face_vertices.size());
             double off = 0, near_seam = 0, beside = -double(n), longest = 0;
             std::size_t left = 0, right = 0, wrong_material = 0;
@@ -147,7 +131,7 @@ TEST_CASE("[inv7] every scheme: charts that are affine in the plane stay so, up 
             CHECK(left > 0);
             CHECK(right > 0);
             // A face belongs to the side that its centre is on; one across the seam to either.
-            if (choice.across_seams)
+            if (across_seams(choice))
                 CHECK(beside < 1e-12);
             else
                 CHECK(beside < 0);
@@ -156,17 +140,17 @@ TEST_CASE("[inv7] every scheme: charts that are affine in the plane stay so, up 
             double apart = 0;
             for (const Vec3d& p : seam)
                 if (p.y > 4 && p.y < n - 4) apart = std::max(apart, std::abs(p.x - n / 2));
-            CHECK(apart < (choice.across_seams ? longest : 1e-12));
+            CHECK(apart < (across_seams(choice) ? longest : 1e-12));
         }
 }
 
 TEST_CASE("[inv7] [slow] every scheme: the weights of UVs sum to one in charts of any shape") {
     for (const std::string name : {"cube", "extruded_pentagon", "pipe3", "tetrahedron", "bracket"})
-        for (const Choice& choice : all_choices()) {
-            INFO(name, ", ", choice.name());
+        for (const test::SchemeVariant& choice : all_choices()) {
+            INFO(name, ", ", choice.name);
             const ControlMeshData surface = test::mesh_for(*choice.scheme, test::model(name)).data();
             const ControlMesh mesh = charts_of_one_face(surface);
-            const PolygonMesh fine = refine(mesh, *choice.scheme, name == "bracket" ? 1 : 2, {.rules = choice.rules});
+            const PolygonMesh fine = refine(mesh, *choice.scheme, name == "bracket" ? 1 : 2, {.rules = choice.options});
             // Averaging says that it leaves creases alone, other dual schemes that semi-sharp ones stay sharp.
             for (const std::string& warning : fine.warnings)
                 CHECK((warning.starts_with("the creases were ignored") || warning.starts_with("semi-sharp edges")));
@@ -185,8 +169,8 @@ TEST_CASE("[inv7] [slow] every scheme: the weights of UVs sum to one in charts o
 }
 
 TEST_CASE("every scheme: without seams UVs are refined as any attribute of the vertices") {
-    for (const Choice& choice : all_choices()) {
-        INFO(choice.name());
+    for (const test::SchemeVariant& choice : all_choices()) {
+        INFO(choice.name);
         ControlMeshData data = test::mesh_for(*choice.scheme, test::model("extruded_pentagon")).data();
         VertexAttribute same{"uv", 2, {}};
         data.uvs.clear();
@@ -196,7 +180,7 @@ TEST_CASE("every scheme: without seams UVs are refined as any attribute of the v
             data.uvs.emplace_back(same.values[2 * v], same.values[2 * v + 1]);
         }
         data.face_uvs = data.face_vertices;
-        RefineOptions options{.rules = choice.rules};
+        RefineOptions options{.rules = choice.options};
         options.attributes = {&same, 1};
         const PolygonMesh fine = refine(ControlMesh::build(std::move(data)), *choice.scheme, 2, options);
         REQUIRE(fine.face_uvs.size() == fine.face_vertices.size());
@@ -212,12 +196,12 @@ TEST_CASE("every scheme: without seams UVs are refined as any attribute of the v
 
 TEST_CASE("every scheme: a seam that ends inside the mesh ends in its refinement, too") {
     constexpr std::uint32_t n = 12;
-    for (const Choice& choice : all_choices()) {
-        INFO(choice.name());
+    for (const test::SchemeVariant& choice : all_choices()) {
+        INFO(choice.name);
         const ControlMesh mesh =
             grid_with_seam(n, n / 2, choice.scheme->family == MeshFamily::triangles, FaceVaryingRule::corners_only);
         // The other chart is a quarter of the grid: a corner of it inside, where the main chart has a reflex one.
-        const PolygonMesh fine = refine(mesh, *choice.scheme, 2, {.rules = choice.rules});
+        const PolygonMesh fine = refine(mesh, *choice.scheme, 2, {.rules = choice.options});
         CHECK(fine.warnings.empty());
         const std::vector<Vec3d> seam = seam_edges(fine);
         CHECK(!seam.empty());
@@ -229,6 +213,6 @@ TEST_CASE("every scheme: a seam that ends inside the mesh ends in its refinement
                          along = glm::length(Vec2d(std::max(n / 2 - p.x, 0.0), p.y - n / 2));
             off = std::max(off, std::min(up, along));
         }
-        CHECK(off < (choice.across_seams ? 0.5 : 1e-12));
+        CHECK(off < (across_seams(choice) ? 0.5 : 1e-12));
     }
 }

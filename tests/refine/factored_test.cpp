@@ -1,5 +1,5 @@
 #include "../kit/factored_helpers.hpp"
-#include "../kit/refine_by_rules.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
@@ -31,7 +31,7 @@ double disagreement_with_rules(const ControlMesh& mesh, FactoredScheme scheme, i
         half_first |= scheme == FactoredScheme::four_eight && mesh.face_size(FaceId(f)) != 4;
     const int half_steps = steps * FactoredMesh(mesh, scheme).half_steps_per_level();
     const PolygonMesh ours = factored(mesh, scheme, half_steps - (half_first ? 1 : 0)).active_mesh();
-    const PolygonMesh rules = refine_by_rules(mesh, *find_scheme(name(scheme)), steps);
+    const PolygonMesh rules = refine_stencils(mesh, scheme_named(name(scheme)), steps).mesh;
     CHECK(ours.face_count() == rules.face_count());
     return disagreement(ours.positions, rules.positions);
 }
@@ -194,8 +194,7 @@ TEST_CASE("[inv10] factored schemes: the same bytes for any number of threads") 
     for (const FactoredScheme scheme : factored_schemes()) {
         CAPTURE(name(scheme));
         const auto run = [&](int threads) {
-            RunContext context;
-            context.threads = threads;
+            const RunContext context = test::with_thread_count(threads);
             return with_threads(context, [&] {
                 const FactoredMesh result = factored(mesh, scheme, 7);
                 return std::vector<Vec3d>(result.positions().begin(), result.positions().end());

@@ -226,8 +226,7 @@ TEST_CASE("refine_near: as many half-steps as asked for inside of the sphere, ho
 TEST_CASE("adaptive half-steps: the same bytes for any number of threads and any order of the calls") {
     for (const FactoredScheme scheme : {FactoredScheme::catmull_clark, FactoredScheme::doo_sabin}) {
         const auto run = [&](int threads, bool turned) {
-            RunContext context;
-            context.threads = threads;
+            const RunContext context = test::with_thread_count(threads);
             return with_threads(context, [&] {
                 AdaptiveFactoredMesh mesh(test::model("cube"), scheme);
                 std::vector<LeafId> some;

@@ -264,31 +264,6 @@ TEST_CASE("equal parts of the leaves are compact") {
     }
 }
 
-TEST_CASE("[inv4] neighbours are the leaves that share the side's vertices in the mesh") {
-    for (const std::string_view scheme : {"catmull-clark", "loop", "sqrt3"}) {
-        CAPTURE(scheme);
-        const ControlMesh mesh = test::hierarchy_mesh(scheme, 1);
-        Hierarchy h = make_hierarchy(mesh, scheme);
-        Random random(7);
-        test::random_changes(h, 15, 4, random, [] {});
-        const HierarchyMesh out = h.to_mesh();
-        std::map<std::pair<std::uint32_t, std::uint32_t>, LeafHandle> owner;  // by directed edge
-        const auto faces = test::faces_of(out.mesh);
-        for (std::size_t f = 0; f < faces.size(); ++f)
-            for (std::size_t i = 0; i < 3; ++i) owner[{faces[f][i], faces[f][(i + 1) % 3]}] = out.leaves[f];
-        // The leaves beyond the edges of a leaf's faces, other than itself.
-        std::map<LeafHandle, std::set<LeafHandle>> expected, found;
-        for (const auto& [edge, leaf] : owner) {
-            const auto twin = owner.find({edge.second, edge.first});
-            if (twin != owner.end() && twin->second != leaf) expected[leaf].insert(twin->second);
-        }
-        for (LeafHandle leaf : h.leaves())
-            for (int side = 0; side < 3; ++side)
-                for (LeafHandle across : h.neighbours(leaf, side)) found[leaf].insert(across);
-        CHECK(found == expected);
-    }
-}
-
 TEST_CASE("leaves come along the curve, and nodes know their parents, children and leaves") {
     for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint", "sqrt3"}) {
         CAPTURE(scheme);

@@ -1,9 +1,7 @@
 #include "../kit/input_helpers.hpp"
 #include "../kit/random_mesh.hpp"
-#include "../kit/same_bytes.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 
@@ -11,26 +9,9 @@
 
 #include <algorithm>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 using namespace tetrakis;
-
-// What keeps a reference to a mesh takes one that stays, and no temporary.
-template <class Refiner, class... Rest>
-constexpr bool takes_meshes_that_stay = std::is_constructible_v<Refiner, const ControlMesh&, Rest...> &&
-                                        !std::is_constructible_v<Refiner, ControlMesh, Rest...> &&
-                                        !std::is_constructible_v<Refiner, const ControlMesh, Rest...>;
-static_assert(takes_meshes_that_stay<PositionRefiner, const char*, int>);
-static_assert(takes_meshes_that_stay<PositionRefiner, const SchemeInfo&, int, RefineOptions>);
-template <class Mesh, class Scheme>
-concept MakesHierarchy = requires(Mesh&& mesh, Scheme scheme) {
-    make_hierarchy(std::forward<Mesh>(mesh), scheme);
-    make_hierarchy(std::forward<Mesh>(mesh), scheme, {.rules = {}});
-};
-static_assert(MakesHierarchy<const ControlMesh&, const char*> && MakesHierarchy<ControlMesh&, const SchemeInfo&>);
-static_assert(!MakesHierarchy<ControlMesh, const char*> && !MakesHierarchy<const ControlMesh, const SchemeInfo&>);
 
 namespace {
 

@@ -18,15 +18,11 @@ using test::mesh_for, test::model;
 
 namespace {
 
-/// n x n quads over the unit square, raised, with UVs equal to x and y.
+/// A sheet that is not flat.
 ControlMeshData sheet(std::uint32_t n) {
-    ControlMeshData data = test::grid(n);
-    for (Vec3d& p : data.positions) {
-        const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
-        p = {p.x / n, p.y / n, 0.1 * ((x * 7 + y * 3) % 5)};
-        data.uvs.emplace_back(p.x, p.y);
-    }
-    data.face_uvs = data.face_vertices;
+    ControlMeshData data = test::unit_sheet(n);
+    for (std::uint32_t i = 0; i < data.positions.size(); ++i)
+        data.positions[i].z = 0.1 * ((i % (n + 1) * 7 + i / (n + 1) * 3) % 5);
     // No corners, which the triangulated mesh would keep and its charts not.
     data.boundary_rule = BoundaryRule::edge_only;
     data.face_varying_rule = FaceVaryingRule::smooth_all;

@@ -13,10 +13,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -64,7 +62,7 @@ std::vector<Case> cases() {
 }
 
 /// @param sharp_for_ever  or without anything sharp but boundaries
-ControlMesh make_mesh(std::uint64_t seed, bool triangles, bool sharp_for_ever, bool with_uvs = false) {
+ControlMesh make_mesh(std::uint64_t seed, bool triangles, bool sharp_for_ever) {
     test::RandomMeshOptions options = test::random_options(seed);
     options.columns = 3 + static_cast<int>(seed % 2);
     options.rows = 3;
@@ -74,15 +72,11 @@ ControlMesh make_mesh(std::uint64_t seed, bool triangles, bool sharp_for_ever, b
         options.topology = seed % 2 == 0 ? test::Topology::sphere : test::Topology::torus;
         options.removed_faces = 0;
     }
+    if (!sharp_for_ever) options.crease = options.corner = 0;
     ControlMeshData data = test::random_mesh_data(seed, options);
-    if (!sharp_for_ever) {
-        data.creases.clear();
-        data.corners.clear();
-    }
     for (auto& tag : data.creases) tag.sharpness = k_sharpness_infinity;
     for (auto& tag : data.corners) tag.sharpness = k_sharpness_infinity;
-    if (with_uvs) test::add_charts(data);
-    ControlMesh mesh = ControlMesh::build(std::move(data));
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
     return triangles ? triangulate(mesh) : mesh;
 }
 
@@ -114,39 +108,22 @@ PolygonMesh mesh_of(const RuleRefiner& refiner, const std::vector<Vec3d>& points
     return mesh;
 }
 
-/// Creases around regions of faces, of which none ends at a dart, or along edges here and there, of which most do.
-ControlMesh with_creases(const ControlMesh& mesh, std::uint64_t seed, bool with_limit, bool darts = false) {
-    ControlMeshData data = mesh.data();
-    const auto region = [&](HalfedgeId h) {
-        const std::uint32_t f = mesh.face(h).value;
-        return (f * 2654435761u + seed * 40503u) >> 7 & 3;
-    };
-    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
-        const HalfedgeId h(i), t = mesh.twin(h);
-        if (!t.valid() || t.value < i) continue;
-        const bool chosen = ((i * 2654435761u + seed * 7919u) >> 9) % 5 == 0;
-        if (darts ? !chosen : region(h) == region(t)) continue;
-        // Sharp beyond the last level is as sharp as for ever; but not for limits.
-        const bool finite = !with_limit && i % 3 == 0;
-        data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, finite ? 8.5f : k_sharpness_infinity});
-    }
-    data.corners.push_back({static_cast<std::uint32_t>(seed) % mesh.vertex_count(), k_sharpness_infinity});
-    return ControlMesh::build(std::move(data));
-}
-
-/// Tags that turn smooth on several levels, some of them on the last but one, on the last or after it.
-ControlMesh with_turning_tags(const ControlMesh& mesh, std::uint64_t seed, int levels) {
+/// Creases along edges here and there, most of which end at darts, or around regions of faces, of which none does; each
+/// as sharp as one of these, and a corner as the first and as the last.
+ControlMesh with_tags(const ControlMesh& mesh, std::uint64_t seed, bool darts, const std::vector<float>& sharpness) {
     ControlMeshData data = mesh.data();
     test::Random random(seed);
-    const float sharpness[] = {
-        0.6f, 1.0f, float(levels) - 1, float(levels) - 0.4f, float(levels) + 0.5f, k_sharpness_infinity};
+    std::vector<bool> region;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) region.push_back(random.chance(0.5));
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) {
-        const HalfedgeId h = mesh.edge_halfedge(EdgeId(e));
-        if (mesh.is_boundary(EdgeId(e)) || !random.chance(0.25)) continue;
-        data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, sharpness[random.below(6)]});
+        const HalfedgeId h = mesh.edge_halfedge(EdgeId(e)), t = mesh.twin(h);
+        if (!t.valid() || (darts ? !random.chance(0.25) : region[mesh.face(h).value] == region[mesh.face(t).value]))
+            continue;
+        const float s = sharpness[random.below(static_cast<std::uint32_t>(sharpness.size()))];
+        data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, s});
     }
-    data.corners.push_back({random.below(mesh.vertex_count()), sharpness[3]});
-    data.corners.push_back({random.below(mesh.vertex_count()), sharpness[0]});
+    for (const float s : {sharpness.front(), sharpness.back()})
+        data.corners.push_back({random.below(mesh.vertex_count()), s});
     return ControlMesh::build(std::move(data));
 }
 
@@ -238,46 +215,29 @@ TEST_CASE("[inv1] [slow] rows that repeat themselves give what the rules give, l
     }
 }
 
-TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are those of the rules") {
+TEST_CASE(
+    "[slow] rows beside creases of dual schemes, and of tags that turn smooth on the way, are those of the rules") {
     for (const Case& c : cases()) {
-        if (!is_dual(c)) continue;
         CAPTURE(c.scheme);
         int repeated = 0;
-        for (const std::uint64_t seed : test::seeds(12)) {
+        for (const std::uint64_t seed : test::seeds(is_dual(c) ? 12 : 6)) {
             CAPTURE(seed);
-            const bool limit = seed % 2 == 0;
-            const ControlMesh mesh = make_mesh(3 * (seed % 3) + seed % 2, false, false);
-            repeated += check_rows(with_creases(mesh, seed, limit, seed % 12 >= 6), c, limit, limit);
-        }
-        CHECK(repeated >= 12);
-    }
-}
-
-TEST_CASE("[slow] rows of tags that turn smooth on the way are those of the rules, limits and normals as well") {
-    for (const Case& c : cases()) {
-        if (is_dual(c)) continue;
-        CAPTURE(c.scheme);
-        for (const std::uint64_t seed : test::seeds(6)) {
-            CAPTURE(seed);
-            const ControlMesh mesh = with_turning_tags(make_mesh(seed, takes_triangles(c), false), seed, c.levels);
             const bool limit = seed % 2 == 1 && !find_scheme(c.scheme)->is_linear();
-            CHECK(check_rows(mesh, c, limit, limit));
+            const float last = static_cast<float>(c.levels);
+            // Sharp beyond the last level is as sharp as for ever; but not for limits.
+            const std::vector<float> for_ever{k_sharpness_infinity, limit ? k_sharpness_infinity : 8.5f},
+                turning{0.6f, 1.0f, last - 1, last + 0.5f, k_sharpness_infinity, last - 0.4f};
+            const ControlMesh mesh =
+                make_mesh(is_dual(c) ? 3 * (seed % 3) + seed % 2 : seed, takes_triangles(c), false);
+            repeated += check_rows(with_tags(mesh, seed, !is_dual(c) || seed >= 6, is_dual(c) ? for_ever : turning), c,
+                                   limit, limit);
         }
+        CHECK(repeated >= (is_dual(c) ? 12 : 6));
     }
 }
 
 TEST_CASE("hundreds of edges around a vertex and around a face: rows that repeat themselves are those of the rules") {
-    constexpr std::uint32_t k_edges = 260;
-    std::vector<Vec3d> positions;
-    std::vector<std::vector<std::uint32_t>> faces(k_edges + 1);  // of a pyramid
-    for (std::uint32_t i = 0; i < k_edges; ++i) {
-        const double angle = 2 * std::numbers::pi * i / k_edges, r = 1 + 0.1 * std::sin(5 * angle);
-        positions.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.1 * std::cos(3 * angle));
-        faces[i] = {i, (i + 1) % k_edges, k_edges};
-        faces[k_edges].push_back(k_edges - 1 - i);
-    }
-    positions.emplace_back(0, 0, 1);
-    const ControlMesh mesh = ControlMesh::build(test::mesh_data(std::move(positions), faces));
+    const ControlMesh mesh = ControlMesh::build(test::pyramid(260));
     for (const Case& c : {Case{"doo-sabin", 3}, Case{"tuned-loop", 3}, Case{"4-8", 3}}) {
         CAPTURE(c.scheme);
         CHECK(check_rows(test::mesh_for(*find_scheme(c.scheme), mesh), c));
@@ -346,7 +306,9 @@ TEST_CASE("limits beside a crease that bends at a vertex of regular valence are 
 }
 
 TEST_CASE("refinement by repeated rows can be cancelled, charts as well") {
-    const ControlMesh mesh = make_mesh(3, true, false, true);
+    ControlMeshData data = make_mesh(3, true, false).data();
+    test::add_charts(data);
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
     int calls = 0;
     RefineOptions options;
     options.context.progress = [&](std::string_view, double) { return ++calls > 0; };

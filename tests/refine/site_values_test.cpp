@@ -1,3 +1,4 @@
+#include "../kit/corner_angle_mesh.hpp"
 #include "../kit/hierarchy_helpers.hpp"
 #include "../kit/point_match.hpp"
 
@@ -34,15 +35,17 @@ struct SiteChoice {
 /// A uniform level of refine() with limits, and of its vertices which are where.
 class UniformMesh {
   public:
-    UniformMesh(const ControlMesh& mesh, const SiteChoice& choice, int level, double tolerance) {
+    UniformMesh(const ControlMesh& mesh, const SiteChoice& choice, int level, double tolerance, bool with_normals) {
         RefineOptions options;
         options.rules = choice.rules;
         net = refine(mesh, choice.scheme, level, options);
         options.limit = true;
+        options.normals = with_normals;
         try {
             const PolygonMesh surface = refine(mesh, choice.scheme, level, options);
             REQUIRE(surface.face_vertices == net.face_vertices);
             limits = surface.positions;
+            normals = surface.normals;
         } catch (const Error& e) {
             REQUIRE(e.code() == ErrorCode::unsupported);  // a vertex that the scheme has no limit mask for
         }
@@ -103,6 +106,7 @@ class UniformMesh {
 
     PolygonMesh net;
     std::vector<Vec3d> limits;  // empty: the scheme has not all of them
+    std::vector<Vec3d> normals;
 
   private:
     static std::array<std::uint32_t, 3> from_least(std::array<std::uint32_t, 3> t) {
@@ -120,9 +124,9 @@ class UniformMesh {
 };
 
 /// None where the scheme has no limit mask for one of the vertices.
-std::optional<HierarchyMesh> limits_of(const Hierarchy& h) {
+std::optional<HierarchyMesh> limits_of(const Hierarchy& h, bool with_normals) {
     try {
-        return h.to_mesh();
+        return h.to_mesh({.normals = with_normals});
     } catch (const Error& e) {
         REQUIRE(e.code() == ErrorCode::unsupported);
         return std::nullopt;
@@ -166,7 +170,7 @@ void compare_sites(const SiteChoice& choice, const ControlMesh& mesh, std::uint6
     const HierarchyMesh finest = h.to_mesh({.positions = MeshPositions::finest});
     const std::vector<int> finest_level = finest_levels(h, finest);
     std::optional<HierarchyMesh> limits;
-    std::size_t found = 0;
+    std::size_t found = 0, turned = 0;
     for (int level = 1; level <= levels; ++level) {
         CAPTURE(level);
         const int own = level * steps;
@@ -176,9 +180,9 @@ void compare_sites(const SiteChoice& choice, const ControlMesh& mesh, std::uint6
                                        : steps == 2              ? 2 * own
                                                                  : level);
         const HierarchyMesh whole = all.to_mesh({.positions = MeshPositions::level, .level = own, .triangles = true});
-        const UniformMesh uniform(mesh, choice, level, tolerance);
+        const UniformMesh uniform(mesh, choice, level, tolerance, dual);
         const auto numbers = uniform.numbers(whole, tolerance);
-        if (!uniform.limits.empty() && !limits) limits = limits_of(h);
+        if (!uniform.limits.empty() && !limits) limits = limits_of(h, dual);
         // A vertex of a dual scheme is on its own level alone.
         const HierarchyMesh out = dual ? finest : h.to_mesh({.positions = MeshPositions::level, .level = own});
         REQUIRE(out.sites == finest.sites);
@@ -197,6 +201,7 @@ void compare_sites(const SiteChoice& choice, const ControlMesh& mesh, std::uint6
             if (uniform.limits.empty() || !limits || uniform.is_shared(number->second)) continue;
             ++compared.limits;
             REQUIRE(glm::length(limits->mesh.positions[v] - uniform.limits[number->second]) <= tolerance);
+            if (dual) turned += glm::length(limits->mesh.normals[v] - uniform.normals[number->second]) > 1e-9;
         }
         std::vector<Vec3d> points(whole.sites.size());
         roots.positions(whole.sites, own, points);
@@ -212,6 +217,9 @@ void compare_sites(const SiteChoice& choice, const ControlMesh& mesh, std::uint6
         CHECK(off <= tolerance);
     }
     CHECK(3 * found >= finest.sites.size());
+    // Creases that end leave triangles, where midedge-simplest has no tangent plane: both of its directions shrink by
+    // 1/4, as what bends the surface does.
+    if (choice.scheme != "midedge-simplest") CHECK(turned == 0);
 }
 
 /// Every scheme whose vertices are sites of corner cells or triangles.
@@ -261,6 +269,15 @@ TEST_CASE("[inv1] primal schemes: each vertex of an adaptive mesh is where unifo
             options.columns = options.rows = options.boundary_rule == BoundaryRule::none ? 4 : 3;
             options.triangles_only = find_scheme(choice.scheme)->family == MeshFamily::triangles;
             compare_sites(choice, test::random_mesh(seed, options), seed, 2, compared);
+            // Corners with angles of their own, and by those of the control mesh.
+            if (seed > 3 || !find_scheme(choice.scheme)->takes_corner_angles) continue;
+            options.hole = 0;
+            options.crease = options.corner = 0.4;
+            SiteChoice angles = choice;
+            angles.rules.measure_corner_angles = seed == 3;
+            const ControlMesh mesh = test::with_mixed_angles(test::random_mesh(seed, options), seed);
+            REQUIRE(mesh.has_corner_angles());
+            compare_sites(angles, mesh, seed, 2, compared);
         }
         CHECK(compared.limits > 0);
         CHECK(compared.levels.size() == 2);

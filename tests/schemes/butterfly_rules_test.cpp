@@ -149,33 +149,6 @@ double monomial(int p, int q, double x, double y) { return std::pow(x, p) * std:
 
 TEST_SUITE_BEGIN("schemes");
 
-TEST_CASE("modified butterfly: an extraordinary vertex inside gives its rule to all its edges") {
-    for (const int n : {3, 4, 5, 7, 8, 12}) {
-        CAPTURE(n);
-        const TriangleFan fan(n, false, 4);
-        const RuleStep step = modified_butterfly_step(fan.mesh, {});
-        for (int i = 0; i < n; ++i)
-            check_weights(edge_weights(fan.mesh, step, 0, fan.point(i, 1)), fan.weights(inner_rule(n, i)));
-    }
-    // Those to regular vertices of a boundary as well: every other side of an octagon has one more triangle, so that
-    // each of its corners has three.
-    constexpr int n = 8;
-    RuleMesh::Builder faces;
-    for (int i = 0; i < n; ++i) {
-        faces.face({0, 1 + i, 1 + (i + 1) % n});
-        if (i % 2 == 0) faces.face({1 + (i + 1) % n, 1 + i, 1 + n + i / 2});
-    }
-    const RuleMesh star(1 + n + n / 2, std::move(faces));
-    const RuleStep step = modified_butterfly_step(star, {});
-    for (int i = 0; i < n; ++i) {
-        REQUIRE(star.ring(1 + i).faces() == 3);
-        const std::vector<double> rule = inner_rule(n, i);
-        RowWeights expected;
-        for (int j = 0; j <= n; ++j) expected[j] = rule[j];
-        check_weights(edge_weights(star, step, 0, 1 + i), expected);
-    }
-}
-
 TEST_CASE("modified butterfly: between regular vertices, one inside and one on the boundary") {
     const TriangleGrid grid(8, 8);
     const RuleStep step = modified_butterfly_step(grid.mesh, {});

@@ -1,5 +1,3 @@
-#include "../kit/scheme_variants.hpp"
-
 #include "../../schemes/analysis/spectrum.hpp"
 #include "../../schemes/parts/dense_eigen.hpp"
 #include "../../schemes/parts/sector_fan.hpp"
@@ -13,16 +11,6 @@
 #include <vector>
 
 using namespace tetrakis;
-
-namespace {
-
-double largest(const std::vector<double>& w) {
-    double most = 0;
-    for (const double x : w) most = std::max(most, std::abs(x));
-    return most;
-}
-
-}  // namespace
 
 TEST_SUITE_BEGIN("schemes");
 
@@ -69,32 +57,6 @@ TEST_CASE("a defective eigenvalue comes out as often as it counts, and others th
         if (e.frequency == 2 && std::abs(e.value - 0.02062) < 2e-5) close.push_back(e.value.real());
     REQUIRE(close.size() == 2);
     CHECK(std::abs(close[0] - close[1]) == doctest::Approx(1.0452e-5).epsilon(1e-3));
-}
-
-TEST_CASE("the rows of a local matrix are those of its scheme's step, in all sectors") {
-    for (const test::SchemeVariant& v : test::scheme_variants()) {
-        if (v.scheme->family == MeshFamily::hexagons) continue;
-        CAPTURE(v.name);
-        for (const FanShape shape : {FanShape{.faces = 5}, FanShape{.faces = 26}, {.faces = 5, .boundary = true}}) {
-            const LocalMatrix matrix = local_matrix(*v.scheme, shape, v.options);
-            const FanLattice lattice = fan_lattice(*v.scheme, shape, v.options);
-            const SectorFan fan(lattice, shape, fan_rings(*v.scheme, shape, v.options) + 4);
-            const RuleStep step = v.scheme->step(fan.mesh, v.options);
-            const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), matrix.labels);
-            double off = 0;
-            for (int i = 0; i < matrix.size(); ++i) {
-                std::vector<double> difference(static_cast<std::size_t>(fan.labels.size()), 0.0);
-                for (const auto& [point, weight] : step.stencils.row(rows[i]).terms)
-                    difference[static_cast<std::size_t>(point)] = weight;
-                for (const auto& [column, weight] : matrix.row(i).terms) {
-                    CHECK(matrix.at(i, column) == weight);
-                    difference[static_cast<std::size_t>(fan.labels.find(matrix.labels.all()[column]))] -= weight;
-                }
-                off = std::max(off, largest(difference));
-            }
-            CHECK(off < 1e-14);
-        }
-    }
 }
 
 TEST_CASE("the eigenvalues at boundaries of many edges, part by part, are those of the whole matrix") {

@@ -20,6 +20,14 @@ using namespace tetrakis;
 
 namespace {
 
+// Before main(), in whatever order the files are initialised.
+const std::size_t k_length_of_notes = [] {
+    std::size_t length = 0;
+    for (const SchemeInfo& scheme : scheme_table()) length += scheme.notes.size();
+    return length;
+}();
+const SchemeInfo* const k_last_at_start = find_scheme("honeycomb");
+
 constexpr float k_infinite = std::numeric_limits<float>::infinity();
 
 /// A ring of columns x rows vertices, closed in j, faces between columns [from, to); column c is `c % columns`.
@@ -71,6 +79,25 @@ bool takes_creases(const SchemeInfo& s) { return s.name != "averaging" && s.name
 }  // namespace
 
 TEST_SUITE_BEGIN("schemes");
+
+TEST_CASE("the table is whole before the program starts, and its entries stay where they are") {
+    std::size_t length = 0;
+    std::set<std::string_view> names;
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        length += scheme.notes.size();
+        CHECK(names.insert(scheme.name).second);
+        CHECK(find_scheme(scheme.name) == &scheme);
+        CHECK(nearest_scheme_name(scheme.name) == scheme.name);
+        CHECK(bool(scheme.step));
+        CHECK(bool(scheme.closed_masks));
+    }
+    CHECK(names.size() == scheme_table().size());
+    CHECK(length == k_length_of_notes);
+    REQUIRE(k_last_at_start != nullptr);
+    CHECK(k_last_at_start == find_scheme("honeycomb"));
+    CHECK(find_scheme("loops") == nullptr);
+}
 
 TEST_CASE("a crease gives each side the boundary rules of that side alone") {
     for (const SchemeInfo& scheme : scheme_table()) {
