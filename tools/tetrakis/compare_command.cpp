@@ -73,21 +73,20 @@ ExitCode run(const CompareOptions& options) {
 
 }  // namespace
 
-void add_compare_command(CLI::App& app, Command& chosen) {
+void add_compare_command(CommandLine program) {
     auto options = std::make_shared<CompareOptions>();
-    CLI::App* command = app.add_subcommand("compare", "Measures how far two meshes are from each other");
-    command->add_option("A", options->a, "Mesh (.obj, .ply, .glb, .gltf)")->required()->type_name("");
-    command->add_option("B", options->b, "Mesh to compare it with")->required()->type_name("");
-    command->add_flag("--json", options->json, "Print JSON");
-    command->add_option("--samples", options->samples, "Points to sample in each direction")
-        ->type_name("N")
-        ->capture_default_str()
-        ->check(CLI::Range(std::uint64_t{1}, k_most_samples));
-    options->run.add(*command);
-    command->footer(
-        "Distances are sampled, so each is a lower bound. Polygons are compared as fans of triangles.\n"
-        "Example:\n  tetrakis compare data/knot.obj data/knot_tri.obj");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    CommandLine command =
+        program.command("compare", "Measures how far two meshes are from each other",
+                        "Distances are sampled, so each is a lower bound. Polygons are compared as fans of triangles.\n"
+                        "Example:\n  tetrakis compare data/knot.obj data/knot_tri.obj");
+    command.option("A", "", options->a, "Mesh (.obj, .ply, .glb, .gltf)").required();
+    command.option("B", "", options->b, "Mesh to compare it with").required();
+    command.flag("--json", options->json, "Print JSON");
+    command.option("--samples", "N", options->samples, "Points to sample in each direction")
+        .shows_default()
+        .range(std::uint64_t{1}, k_most_samples, Option::InHelp::yes);
+    options->run.add(command);
+    command.runs([options] { return run(*options); });
 }
 
 }  // namespace tetrakis::cli

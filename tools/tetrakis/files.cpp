@@ -33,17 +33,15 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
 
 }  // namespace
 
-void add_read_options(CLI::App& command, ReadOptions& options) {
+void add_read_options(CommandLine command, ReadOptions& options) {
     command
-        .add_option("--weld", options.weld,
-                    "Join vertices in one place, or within a distance in the unit of the model, so that faces side by\n"
-                    "side share them; comes before --repair")
-        ->type_name("[DISTANCE]")
-        ->expected(0, 1)
-        ->default_str("0")
-        ->check(number_check("a distance of 0 or more (give the model before --weld, or write --weld=0)",
-                             [](double x) { return x >= 0; }));
-    command.add_flag("--repair", options.repair, "Mend what can be mended safely, and say what was done");
+        .option("--weld", "[DISTANCE]", options.weld,
+                "Join vertices in one place, or within a distance in the unit of the model, so that faces side by\n"
+                "side share them; comes before --repair")
+        .value_or("0")
+        .number("a distance of 0 or more (give the model before --weld, or write --weld=0)",
+                [](double x) { return x >= 0; });
+    command.flag("--repair", options.repair, "Mend what can be mended safely, and say what was done");
 }
 
 LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context) {

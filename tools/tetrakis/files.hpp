@@ -1,13 +1,11 @@
 #pragma once
 
-#include "commands.hpp"
+#include "command_line.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-
-#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <filesystem>
@@ -59,7 +57,7 @@ struct LoadedModel {
 };
 
 /// --weld and --repair, which every command that loads a control mesh has.
-void add_read_options(CLI::App& command, ReadOptions& options);
+void add_read_options(CommandLine command, ReadOptions& options);
 
 /// @throws InputError, Error (memory_limit, cancelled)
 LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context);

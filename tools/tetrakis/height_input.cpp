@@ -7,28 +7,21 @@
 
 namespace tetrakis::cli {
 
-void HeightInput::add(CLI::App& command, const std::string& what) {
-    command
-        .add_option("IN", path,
-                    !what.empty()
-                        ? what
-                        : "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
-                          "others with GDAL")
-        ->required()
-        ->type_name("");
-    command.add_option("--spacing", spacing, "Distance between samples (the file's own, else 1)")
-        ->type_name("D")
-        ->check(number_check("a positive number", [](double value) { return value > 0; }));
-    command.add_option("--scale", read.scale, "Heights are this times the file's numbers (1)")
-        ->type_name("S")
-        ->check(number_check("a number", [](double) { return true; }));
-    command.add_option("--offset", read.offset, "What is added to that (0)")
-        ->type_name("H")
-        ->check(number_check("a number", [](double) { return true; }));
-    command.add_option("--columns", read.columns, "Of a raw file that is not square")->type_name("N");
-    command.add_option("--rows", read.rows, "Of a raw file that is not square")->type_name("N");
-    command.add_flag("--big-endian", read.big_endian, "The order of bytes in a raw file");
-    command.add_option("--no-data", read.no_data, "The number in the file that stands for no data")->type_name("V");
+Option HeightInput::add(CommandLine command, const std::string& what) {
+    const auto any = [](double) { return true; };
+    const Option file = command.option(
+        "IN", "", path,
+        !what.empty() ? what
+                      : "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
+                        "others with GDAL");
+    command.option("--spacing", "D", spacing, "Distance between samples (the file's own, else 1)").positive();
+    command.option("--scale", "S", read.scale, "Heights are this times the file's numbers (1)").number("a number", any);
+    command.option("--offset", "H", read.offset, "What is added to that (0)").number("a number", any);
+    command.option("--columns", "N", read.columns, "Of a raw file that is not square");
+    command.option("--rows", "N", read.rows, "Of a raw file that is not square");
+    command.flag("--big-endian", read.big_endian, "The order of bytes in a raw file");
+    command.option("--no-data", "V", read.no_data, "The number in the file that stands for no data");
+    return file.required();
 }
 
 HeightReadOptions HeightInput::options(const Run& process) const {

@@ -3,8 +3,6 @@
 #include "../../eval/terrain/height_source.hpp"
 #include "run_options.hpp"
 
-#include <CLI/CLI.hpp>
-
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -19,7 +17,8 @@ struct HeightInput {
     double spacing = 0;  ///< 0: the file's own
 
     /// @param what  the help text of the file
-    void add(CLI::App& command, const std::string& what = {});
+    /// @returns     the file's option
+    Option add(CommandLine command, const std::string& what = {});
     /// @param warnings  receives what was filled
     /// @throws InputError, Error (memory_limit, cancelled)
     HeightGrid load(const Run& process, std::vector<std::string>& warnings) const;

@@ -2,7 +2,6 @@
 
 #include "console.hpp"
 #include "files.hpp"
-#include "report.hpp"
 #include "scheme_option.hpp"
 
 #include "../../eval/lod_surfaces/planet_surface.hpp"
@@ -12,6 +11,7 @@
 #include "../../hier/base/error.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -116,37 +116,21 @@ std::vector<std::filesystem::path> LodInput::inputs(const std::filesystem::path&
     return files;
 }
 
-void LodInput::add(CLI::App& command) {
-    heights.add(command, "Heights, as `tetrakis terrain` reads them, .tiles, or a control mesh (.obj)");
-    command.get_option("IN")->required(false);
-    command.add_option("FACES", faces, "With --planet: IN is a cube's face +x, and these are -x, +y, -y, +z, -z")
-        ->type_name("");
+void LodInput::add(CommandLine command) {
+    heights.add(command, "Heights, as `tetrakis terrain` reads them, .tiles, or a control mesh (.obj)").required(false);
+    command.option("FACES", "", faces, "With --planet: IN is a cube's face +x, and these are -x, +y, -y, +z, -z");
+    command.option("--fractal", "SEED", fractal,
+                   "In place of IN: fractal heights, of a square of 100000 or, with --planet, a ball, down to "
+                   "triangles of --spacing");
     command
-        .add_option("--fractal", fractal,
-                    "In place of IN: fractal heights, of a square of 100000 or, with --planet, a ball, down to "
-                    "triangles of --spacing")
-        ->type_name("SEED");
-    command
-        .add_option("--planet", planet_radius,
-                    "Heights are over longitudes and latitudes, or a cube's faces, of a planet of this radius")
-        ->type_name("R")
-        ->check(number_check("a positive number", [](double value) { return value > 0; }));
-    command.add_option("--scheme", scheme, "Of a control mesh: loop, or one on quads (catmull-clark)")
-        ->type_name("NAME");
-    command.add_option("--level", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
-        ->type_name("N")
-        ->check(CLI::Range(1, lod::SampledSurface::k_max_level).description(""));
+        .option("--planet", "R", planet_radius,
+                "Heights are over longitudes and latitudes, or a cube's faces, of a planet of this radius")
+        .positive();
+    command.option("--scheme", "NAME", scheme, "Of a control mesh: loop, or one on quads (catmull-clark)");
+    command.option("--level", "N", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
+        .range(1, lod::SampledSurface::k_max_level);
     add_read_options(command, read_mesh);
-    command
-        .add_option_function<std::string>(
-            "--cache",
-            [this](const std::string& text) {
-                const auto bytes = parse_size(text, k_binary_thousand);
-                if (!bytes) throw CLI::ValidationError("--cache", text + " is no size such as 500M or 2G");
-                cache_bytes = *bytes;
-            },
-            "Most memory for .tiles (512M)")
-        ->type_name("BYTES");
+    add_bytes_option(command, "--cache", cache_bytes, "Most memory for .tiles (512M)");
 }
 
 LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) const {
@@ -233,9 +217,9 @@ std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     std::vector<CameraPlace> given;
     try {
-        const Json list = Json::parse(text);
+        const auto list = nlohmann::json::parse(text);
         if (!list.is_array()) throw InputError(fmt::format("{}: a camera path is a list", path.string()));
-        for (const Json& entry : list) {
+        for (const nlohmann::json& entry : list) {
             const auto vec = [&](const char* key) {
                 const auto v = entry.at(key).get<std::array<double, 3>>();
                 return Vec3d(v[0], v[1], v[2]);

@@ -8,8 +8,6 @@
 #include "height_input.hpp"
 #include "run_options.hpp"
 
-#include <CLI/CLI.hpp>
-
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -59,7 +57,7 @@ struct LodInput {
     std::uint64_t cache_bytes = lod::TiledTerrainOptions().cache_bytes;
     ReadOptions read_mesh;
 
-    void add(CLI::App& command);
+    void add(CommandLine command);
     std::filesystem::path title() const;  ///< for messages: the (first) file, or "fractal 7"
     /// The files that are read, and `path`.
     std::vector<std::filesystem::path> inputs(const std::filesystem::path& path) const;

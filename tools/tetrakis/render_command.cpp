@@ -64,19 +64,18 @@ ExitCode run(const RenderCommandOptions& options) {
 
 }  // namespace
 
-void add_render_command(CLI::App& app, Command& chosen) {
+void add_render_command(CommandLine program) {
     auto options = std::make_shared<RenderCommandOptions>();
-    CLI::App* command = app.add_subcommand("render", "Draws a mesh");
-    command->add_option("IN", options->input, "Mesh (.obj, .ply, .glb, .gltf)")->required()->type_name("");
-    command->add_option("-o,--output", options->output, "Picture to write (.png)")->required()->type_name("PNG");
-    command->add_flag("--wireframe", options->wireframe, "Draw the edges of the triangles, too");
-    command->add_option("--heat", options->heat, "Colour each triangle by its distance to this mesh")
-        ->type_name("MESH");
-    command->add_flag("--flat", options->flat, "Shade each triangle by its own normal");
-    add_view_options(*command, options->render);
-    options->run.add(*command);
-    command->footer("Example:\n  tetrakis render data/rook.obj -o rook.png --wireframe --size 640x480");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    CommandLine command = program.command(
+        "render", "Draws a mesh", "Example:\n  tetrakis render data/rook.obj -o rook.png --wireframe --size 640x480");
+    command.option("IN", "", options->input, "Mesh (.obj, .ply, .glb, .gltf)").required();
+    command.option("-o,--output", "PNG", options->output, "Picture to write (.png)").required();
+    command.flag("--wireframe", options->wireframe, "Draw the edges of the triangles, too");
+    command.option("--heat", "MESH", options->heat, "Colour each triangle by its distance to this mesh");
+    command.flag("--flat", options->flat, "Shade each triangle by its own normal");
+    add_view_options(command, options->render);
+    options->run.add(command);
+    command.runs([options] { return run(*options); });
 }
 
 }  // namespace tetrakis::cli
