@@ -156,9 +156,9 @@ Json json_of_counts(const std::map<std::uint32_t, std::uint64_t>& counts) {
     return json;
 }
 
-Json json_of(const Vec3d& p) { return Json::array({p.x, p.y, p.z}); }
+Json json_of_point(const Vec3d& p) { return Json::array({p.x, p.y, p.z}); }
 
-Json json_of(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box, const std::string& input) {
+Json json_of_mesh(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box, const std::string& input) {
     const ControlMeshData& data = mesh.data();
     return {{"input", input},
             {"vertices", mesh.vertex_count()},
@@ -183,7 +183,7 @@ Json json_of(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box,
             {"uvs", data.uvs.size()},
             {"materials", data.materials},
             {"groups", data.groups},
-            {"bounding_box", {{"lower", json_of(box.lower)}, {"upper", json_of(box.upper)}}},
+            {"bounding_box", {{"lower", json_of_point(box.lower)}, {"upper", json_of_point(box.upper)}}},
             {"diagonal", box.diagonal()},
             {"warnings", mesh.warnings()}};
 }
@@ -224,7 +224,7 @@ ExitCode run(const InfoOptions& options) {
     const MeshStatistics s = statistics(model.mesh);
     const Box3d box = model.mesh.bounding_box();
     if (options.json)
-        fmt::print("{}", dump(json_of(model.mesh, s, box, options.input.string())));
+        fmt::print("{}", dump(json_of_mesh(model.mesh, s, box, options.input.string())));
     else
         print_summary(model.mesh, s, box, options.input.string());
     return ExitCode::done;

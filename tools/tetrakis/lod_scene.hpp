@@ -5,7 +5,7 @@
 #include "../../eval/lod_surfaces/tiled_terrain.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-#include "height_input.hpp"
+#include "files.hpp"
 #include "run_options.hpp"
 
 #include <cmath>

@@ -1,7 +1,6 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "height_input.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
 

@@ -6,6 +6,8 @@
 
 #include "../../eval/distance/hausdorff.hpp"
 #include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/png.hpp"
+#include "../../eval/render/render.hpp"
 #include "../../hier/base/vec.hpp"
 
 #include <fmt/format.h>
@@ -16,6 +18,10 @@
 
 namespace tetrakis::cli {
 namespace {
+
+TriangleMesh read_mesh(const std::filesystem::path& path, const Run& process) {
+    return reading(path, [&] { return read_triangle_mesh(path, process.context()); });
+}
 
 struct CompareOptions {
     std::filesystem::path a, b;
@@ -34,10 +40,7 @@ Json json_of_direction(const DirectedDistance& d) {
 
 ExitCode run(const CompareOptions& options) {
     Run process(options.run);
-    const auto read = [&](const std::filesystem::path& path) {
-        return reading(path, [&] { return read_triangle_mesh(path, process.context()); });
-    };
-    const TriangleMesh a = read(options.a), b = read(options.b);
+    const TriangleMesh a = read_mesh(options.a, process), b = read_mesh(options.b, process);
     const MeshComparison result = compare(a, b, {.samples = options.samples}, process.context());
     process.end_progress();
     const double diagonal = bounding_box(a.positions).diagonal();
@@ -71,6 +74,48 @@ ExitCode run(const CompareOptions& options) {
     return ExitCode::done;
 }
 
+struct RenderCommandOptions {
+    std::filesystem::path input, output, heat;
+    bool wireframe = false, flat = false;
+    RenderOptions render;
+    RunOptions run;
+};
+
+ExitCode run(const RenderCommandOptions& options) {
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::picture, "-o", options.output);
+    outputs.check({options.input, options.heat});
+
+    Run process(options.run);
+    const TriangleMesh mesh = read_mesh(options.input, process);
+    RenderOptions render_options = options.render;
+    render_options.wireframe = options.wireframe;
+    render_options.shading = options.flat ? Shading::flat : Shading::smooth;
+    DirectedDistance distance;
+    if (!options.heat.empty()) {
+        const TriangleMesh other = read_mesh(options.heat, process);
+        distance =
+            directed_distance(mesh, TriangleBvh(other, process.context()), {.per_triangle = true}, process.context());
+        render_options.triangle_values = distance.triangle_max;
+        render_options.legend_title = "distance";
+    }
+    const Stopwatch draw;
+    const Image image = render(mesh, render_options, process.context());
+    const double seconds = draw.seconds();
+    write_png(options.output, image);
+    process.end_progress();
+
+    Table table;
+    table.row("input", fmt::format("{} ({} triangles)", options.input.string(), format_count(mesh.triangles.size())));
+    if (!options.heat.empty())
+        table.row("heat",
+                  fmt::format("distance to {}, at most {}", options.heat.string(), format_length(distance.max)));
+    table.row("drawn", fmt::format("{} x {} pixels in {}", image.width, image.height, format_seconds(seconds)));
+    table.row("written", options.output.string());
+    table.print();
+    return ExitCode::done;
+}
+
 }  // namespace
 
 void add_compare_command(CommandLine program) {
@@ -85,6 +130,20 @@ void add_compare_command(CommandLine program) {
     command.option("--samples", "N", options->samples, "Points to sample in each direction")
         .shows_default()
         .range(std::uint64_t{1}, k_most_samples, Option::InHelp::yes);
+    options->run.add(command);
+    command.runs([options] { return run(*options); });
+}
+
+void add_render_command(CommandLine program) {
+    auto options = std::make_shared<RenderCommandOptions>();
+    CommandLine command = program.command(
+        "render", "Draws a mesh", "Example:\n  tetrakis render data/rook.obj -o rook.png --wireframe --size 640x480");
+    command.option("IN", "", options->input, "Mesh (.obj, .ply, .glb, .gltf)").required();
+    command.option("-o,--output", "PNG", options->output, "Picture to write (.png)").required();
+    command.flag("--wireframe", options->wireframe, "Draw the edges of the triangles, too");
+    command.option("--heat", "MESH", options->heat, "Colour each triangle by its distance to this mesh");
+    command.flag("--flat", options->flat, "Shade each triangle by its own normal");
+    add_view_options(command, options->render);
     options->run.add(command);
     command.runs([options] { return run(*options); });
 }
