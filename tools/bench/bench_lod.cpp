@@ -103,6 +103,14 @@ double milliseconds_since(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 }
 
+void report_frames(benchmark::State& state, std::vector<double> times, double changes) {
+    std::sort(times.begin(), times.end());
+    const auto frames = static_cast<double>(times.size());
+    state.counters["median"] = times[times.size() / 2];
+    state.counters["p99.9"] = times[static_cast<std::size_t>(0.999 * (frames - 1))];
+    state.counters["changes"] = changes / frames;
+}
+
 /// Arguments: samples of a side; leaves, thousands; how far the camera flies in a frame.
 void fly(benchmark::State& state) {
     const lod::TerrainSurface& terrain = surface(static_cast<std::uint32_t>(state.range(0)));
@@ -123,11 +131,7 @@ void fly(benchmark::State& state) {
         for (const auto& range : update.vertices) bytes += range.count * sizeof(lod::Vertex);
         for (const auto& range : update.triangles) bytes += range.count * sizeof(lod::Triangle);
     }
-    std::sort(times.begin(), times.end());
-    const auto frames = static_cast<double>(times.size());
-    state.counters["median"] = times[times.size() / 2];
-    state.counters["p99.9"] = times[static_cast<std::size_t>(0.999 * (frames - 1))];
-    state.counters["changes"] = changes / frames;
+    report_frames(state, times, changes);
     state.counters["bytes_a_change"] = bytes / std::max(1.0, changes);
     state.counters["leaves"] = leaves;
     state.counters["bytes_a_leaf"] = static_cast<double>(view.memory_bytes()) / leaves;
@@ -246,11 +250,7 @@ void fly_tiles(benchmark::State& state) {
         camera.eye += static_cast<double>(state.range(2)) * Vec3d(1, -0.3, 0);
         std::this_thread::sleep_until(begin + std::chrono::microseconds(16'667));
     }
-    std::sort(times.begin(), times.end());
-    const auto frames = static_cast<double>(times.size());
-    state.counters["median"] = times[times.size() / 2];
-    state.counters["p99.9"] = times[static_cast<std::size_t>(0.999 * (frames - 1))];
-    state.counters["changes"] = changes / frames;
+    report_frames(state, times, changes);
     state.counters["waiting_frames"] = waiting;
     state.counters["loads"] = static_cast<double>(terrain.statistics().loads);
 }

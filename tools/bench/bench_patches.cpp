@@ -33,31 +33,32 @@ std::int64_t for_each_point(const ControlMesh& mesh, bool triangles, const Point
     return count;
 }
 
-template <class Patches>
-void limit(benchmark::State& state, const char* name) {
-    constexpr bool triangles = std::is_same_v<Patches, LoopPatches>;
+/// Times evaluate(patches, root, x, y) at all of them.
+template <class Patches, class Evaluate>
+void time_points(benchmark::State& state, const char* name, const Evaluate& evaluate) {
     const ControlMesh mesh = data_model(name);
     const Patches patches(mesh);
     std::int64_t count = 0;
     for (auto _ : state)
-        count = for_each_point(mesh, triangles, [&](HalfedgeId root, std::uint32_t x, std::uint32_t y) {
-            benchmark::DoNotOptimize(patches.limit(root, LatticePoint{x, y}, k_level));
-        });
+        count = for_each_point(mesh, std::is_same_v<Patches, LoopPatches>,
+                               [&](HalfedgeId root, std::uint32_t x, std::uint32_t y) {
+                                   benchmark::DoNotOptimize(evaluate(patches, root, x, y));
+                               });
     state.SetItemsProcessed(state.iterations() * count);
 }
 
 template <class Patches>
+void limit(benchmark::State& state, const char* name) {
+    time_points<Patches>(state, name, [](const Patches& patches, HalfedgeId root, std::uint32_t x, std::uint32_t y) {
+        return patches.limit(root, LatticePoint{x, y}, k_level);
+    });
+}
+
+template <class Patches>
 void evaluate(benchmark::State& state, const char* name) {
-    constexpr bool triangles = std::is_same_v<Patches, LoopPatches>;
-    const ControlMesh mesh = data_model(name);
-    const Patches patches(mesh);
-    std::int64_t count = 0;
-    for (auto _ : state)
-        count = for_each_point(mesh, triangles, [&](HalfedgeId root, std::uint32_t x, std::uint32_t y) {
-            benchmark::DoNotOptimize(
-                patches.evaluate(root, static_cast<double>(x) / k_side, static_cast<double>(y) / k_side));
-        });
-    state.SetItemsProcessed(state.iterations() * count);
+    time_points<Patches>(state, name, [](const Patches& patches, HalfedgeId root, std::uint32_t x, std::uint32_t y) {
+        return patches.evaluate(root, static_cast<double>(x) / k_side, static_cast<double>(y) / k_side);
+    });
 }
 
 // The macros take functions, no instances of templates with arguments.

@@ -18,24 +18,50 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace tetrakis::bench {
 
 namespace {
 
-const ControlMesh& mesh_of(const BenchModel& model, SchemeKind scheme) {
-    static std::map<std::pair<std::string_view, SchemeKind>, ControlMesh> cache;
-    const auto [place, fresh] = cache.try_emplace({model.name, scheme});
+/// What is refined, and how.
+struct Case {
+    const BenchModel* model;
+    const SchemeInfo* scheme;
+    int levels, threads;
+    bool limit = false;
+    bool positions_only = false;  ///< by the rules
+
+    bool triangles() const { return scheme->family == MeshFamily::triangles; }
+    RefineOptions options() const {
+        RefineOptions options;
+        options.limit = options.normals = limit;
+        options.context.threads = threads;
+        return options;
+    }
+};
+
+const ControlMesh& mesh_of(const Case& c) {
+    static std::map<std::pair<std::string_view, bool>, ControlMesh> cache;
+    const auto [place, fresh] = cache.try_emplace({c.model->name, c.triangles()});
     if (fresh) {
-        ControlMeshData data = load_bench_model(model);
+        ControlMeshData data = load_bench_model(*c.model);
         // Peers leave texture coordinates alone.
         data.uvs.clear();
         data.face_uvs.clear();
         data.uv_lines.clear();
         place->second = ControlMesh::build(std::move(data));
-        if (scheme == SchemeKind::loop) place->second = triangulate(place->second);
+        if (c.triangles()) place->second = triangulate(place->second);
     }
     return place->second;
+}
+
+/// For a peer. @param name  of a scheme that is none of the usual two
+UniformTask task_of(const Case& c, std::string_view name = {}) {
+    // A level of ours is two of the peers' steps of sqrt3.
+    return {mesh_of(c).data(), c.triangles() ? SchemeKind::loop : SchemeKind::catmull_clark,
+            c.scheme->refinement == Refinement::sqrt3 ? 2 * c.levels : c.levels, c.limit, name};
 }
 
 void count(benchmark::State& state, std::uint64_t vertices) {
@@ -45,27 +71,13 @@ void count(benchmark::State& state, std::uint64_t vertices) {
         Counter(static_cast<double>(vertices), Counter::kIsIterationInvariantRate | Counter::kInvert);
 }
 
-RefineOptions options_for(int threads, bool limit) {
-    RefineOptions options;
-    options.limit = options.normals = limit;
-    options.context.threads = threads;
-    return options;
-}
-
-struct Case {
-    const BenchModel* model;
-    SchemeKind scheme;
-    int levels, threads;
-    bool limit;
-};
-
 /// From the control mesh in memory to a mesh of the last level, in whatever memory the library has: what the last round
 /// freed, as far as it keeps that.
 void full_refinement(benchmark::State& state, Case c) {
-    const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
+    const ControlMesh& mesh = mesh_of(c);
     std::uint64_t vertices = 0;
     for (auto _ : state) {
-        vertices = refine(mesh, name(c.scheme), c.levels, options_for(c.threads, c.limit)).positions.size();
+        vertices = refine(mesh, *c.scheme, c.levels, c.options()).positions.size();
         benchmark::ClobberMemory();
     }
     count(state, vertices);
@@ -80,12 +92,12 @@ void full_cold_refinement(benchmark::State& state, Case c) {
 
 /// As `full_refinement`, from flat arrays, i.e. with the control mesh's half-edges and checks.
 void from_arrays(benchmark::State& state, Case c) {
-    const ControlMeshData& data = mesh_of(*c.model, c.scheme).data();
+    const ControlMeshData& data = mesh_of(c).data();
     std::uint64_t vertices = 0;
     for (auto _ : state) {
-        const RefineOptions options = options_for(c.threads, c.limit);
+        const RefineOptions options = c.options();
         const ControlMesh mesh = ControlMesh::build(data, options.context);
-        vertices = refine(mesh, name(c.scheme), c.levels, options).positions.size();
+        vertices = refine(mesh, *c.scheme, c.levels, options).positions.size();
         benchmark::ClobberMemory();
     }
     count(state, vertices);
@@ -93,8 +105,8 @@ void from_arrays(benchmark::State& state, Case c) {
 
 /// Positions only, again, in buffers that are kept.
 void positions_refinement(benchmark::State& state, Case c) {
-    const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
-    const PositionRefiner refiner(mesh, name(c.scheme), c.levels, options_for(c.threads, c.limit));
+    const ControlMesh& mesh = mesh_of(c);
+    const PositionRefiner refiner(mesh, *c.scheme, c.levels, c.options());
     std::vector<Vec3d> positions(refiner.mesh().positions.size()), normals(refiner.mesh().normals.size());
     for (auto _ : state) {
         refiner.refine(mesh.positions(), positions, normals);
@@ -105,25 +117,25 @@ void positions_refinement(benchmark::State& state, Case c) {
 
 template <class T>
 void far(benchmark::State& state, Case c) {
-    const ControlMeshData& data = mesh_of(*c.model, c.scheme).data();
+    const UniformTask task = task_of(c);
     std::uint64_t vertices = 0;
-    for (auto _ : state) vertices = far_uniform<T>({data, c.scheme, c.levels, c.limit});
+    for (auto _ : state) vertices = far_uniform<T>(task);
     count(state, vertices);
 }
 
 void stencils(benchmark::State& state, Case c) {
-    const auto evaluate = stencil_evaluation({mesh_of(*c.model, c.scheme).data(), c.scheme, c.levels});
+    const auto evaluate = stencil_evaluation(task_of(c));
     std::uint64_t vertices = 0;
     for (auto _ : state) vertices = evaluate();
     count(state, vertices);
 }
 
 template <class Make>
-void in_place(benchmark::State& state, Case c, Make make, std::string_view name = {}) {
+void in_place(benchmark::State& state, const Case& c, Make make, std::string_view name) {
     std::uint64_t vertices = 0;
     for (auto _ : state) {
         state.PauseTiming();
-        auto refine = make(UniformTask{mesh_of(*c.model, c.scheme).data(), c.scheme, c.levels, false, name});
+        auto refine = make(task_of(c, name));
         if (!refine) {
             state.SkipWithError("the peer does not take this mesh");
             break;
@@ -138,21 +150,9 @@ void in_place(benchmark::State& state, Case c, Make make, std::string_view name 
 }
 
 /// Any scheme by its rules: from the control mesh to the last level, or positions only, again.
-struct RuleCase {
-    const BenchModel* model;
-    const SchemeInfo* scheme;
-    int levels, threads;
-    bool positions_only = false;
-};
-
-const ControlMesh& mesh_of(const RuleCase& c) {
-    return mesh_of(*c.model, c.scheme->family == MeshFamily::triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
-}
-
-void by_rules(benchmark::State& state, RuleCase c) {
+void by_rules(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(c);
-    RefineOptions options;
-    options.context.threads = c.threads;
+    const RefineOptions options = c.options();
     const auto make = [&] {
         return with_threads(options.context, [&] { return RuleRefiner(mesh, *c.scheme, c.levels, options); });
     };
@@ -167,133 +167,93 @@ void by_rules(benchmark::State& state, RuleCase c) {
 }
 
 constexpr BenchModel k_dense{"spot-quads", "data/models/spot-quads.obj", SchemeKind::catmull_clark};
+constexpr std::pair<const char*, const char*> k_usual_schemes[] = {{"cc", "catmull-clark"}, {"loop", "loop"}};
 
-void add(const std::string& method, const Case& c, void (*run)(benchmark::State&, Case)) {
-    std::string full(c.model->name);
-    full += c.scheme == SchemeKind::loop ? "/loop/" : "/cc/";
-    full += std::to_string(c.levels) + "/" + method + (c.limit ? "_limit" : "");
-    if (c.threads == 2) full += "_2t";
+/// @param scheme  what the benchmark's name calls it
+template <class Run>
+void add(std::string_view scheme, std::string_view method, const Case& c, Run run) {
+    const std::string full = fmt::format("{}/{}/{}/{}{}{}", c.model->name, scheme, c.levels, method,
+                                         c.limit ? "_limit" : "", c.threads == 2 ? "_2t" : "");
     benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+}
+
+/// What a peer has, by its name for schemes that are none of the usual two.
+template <class Make>
+auto by_peer(Make make, std::string_view name = {}) {
+    return [=](benchmark::State& state, const Case& c) { in_place(state, c, make, name); };
 }
 
 void register_all() {
     const BenchModel* models[] = {find_bench_model("spot-control"), find_bench_model("suzanne"),
                                   find_bench_model("pawn"), &k_dense};
     for (const BenchModel* model : models)
-        for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
+        for (const auto& [label, scheme] : k_usual_schemes)
             for (int levels = 3; levels <= 6; ++levels) {
                 for (const bool limit : {false, true}) {
-                    const Case one{model, scheme, levels, 1, limit}, two{model, scheme, levels, 2, limit};
-                    add("full_cold", one, full_cold_refinement);
-                    add("full", one, full_refinement);
-                    add("positions", one, positions_refinement);
-                    add("positions", two, positions_refinement);
-                    add("far_double", one, far<double>);
-                    add("far_float", one, far<float>);
+                    const Case one{model, find_scheme(scheme), levels, 1, limit};
+                    add(label, "full_cold", one, full_cold_refinement);
+                    add(label, "full", one, full_refinement);
+                    add(label, "positions", one, positions_refinement);
+                    add(label, "positions", {model, one.scheme, levels, 2, limit}, positions_refinement);
+                    add(label, "far_double", one, far<double>);
+                    add(label, "far_float", one, far<float>);
                 }
-                const Case c{model, scheme, levels, 1, false};
-                add("full_cold", {model, scheme, levels, 2, false}, full_cold_refinement);
-                add("from_arrays", c, from_arrays);
-                add("stencils", c, stencils);
+                const Case c{model, find_scheme(scheme), levels, 1};
+                add(label, "full_cold", {model, c.scheme, levels, 2}, full_cold_refinement);
+                add(label, "from_arrays", c, from_arrays);
+                add(label, "stencils", c, stencils);
 #ifdef TETRAKIS_BENCH_CGAL
-                add("cgal", c, [](benchmark::State& state, Case k) { in_place(state, k, cgal_uniform); });
+                add(label, "cgal", c, by_peer(cgal_uniform));
 #endif
 #ifdef TETRAKIS_BENCH_OPENMESH
-                add("openmesh", c, [](benchmark::State& state, Case k) { in_place(state, k, openmesh_uniform); });
+                add(label, "openmesh", c, by_peer(openmesh_uniform));
 #endif
             }
 }
 
 /// How the time of a vertex grows from 8 to 129 million of them, 6 GB, with two threads.
 void register_large() {
-    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
+    for (const auto& [label, scheme] : k_usual_schemes)
         for (const int levels : {7, 9}) {
-            const Case c{find_bench_model("suzanne"), scheme, levels, 2, false};
-            add("full_cold", c, full_cold_refinement);
-            add("positions", c, positions_refinement);
+            const Case c{find_bench_model("suzanne"), find_scheme(scheme), levels, 2};
+            add(label, "full_cold", c, full_cold_refinement);
+            add(label, "positions", c, positions_refinement);
         }
-}
-
-/// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest.
-template <bool WithLimit>
-void full_mesh(benchmark::State& state, RuleCase c) {
-    const ControlMesh& mesh = mesh_of(c);
-    RefineOptions options;
-    options.limit = options.normals = WithLimit;
-    options.context.threads = c.threads;
-    std::uint64_t vertices = 0;
-    for (auto _ : state) {
-        const PolygonMesh last = refine(mesh, *c.scheme, c.levels, options);
-        vertices = last.positions.size();
-        benchmark::ClobberMemory();
-    }
-    count(state, vertices);
-}
-
-/// Positions only, again, in a buffer that is kept, by the way that refine() takes.
-template <bool WithLimit>
-void positions_of_scheme(benchmark::State& state, RuleCase c) {
-    const ControlMesh& mesh = mesh_of(c);
-    RefineOptions options;
-    options.limit = options.normals = WithLimit;
-    options.context.threads = c.threads;
-    const PositionRefiner refiner(mesh, *c.scheme, c.levels, options);
-    std::vector<Vec3d> positions(refiner.mesh().positions.size()), normals(refiner.mesh().normals.size());
-    for (auto _ : state) {
-        refiner.refine(mesh.positions(), positions, normals);
-        benchmark::ClobberMemory();
-    }
-    count(state, positions.size());
-}
-
-/// What peers have besides Catmull-Clark and Loop.
-template <class Make>
-void add_peer(const BenchModel& model, const SchemeInfo& scheme, int levels, const char* peer, Make make) {
-    // A level of ours is two of the peers' steps of sqrt3.
-    const Case c{&model, scheme.family == MeshFamily::triangles ? SchemeKind::loop : SchemeKind::catmull_clark,
-                 scheme.refinement == Refinement::sqrt3 ? 2 * levels : levels, 1, false};
-    const std::string full = fmt::format("{}/{}/{}/{}", model.name, scheme.name, levels, peer);
-    benchmark::RegisterBenchmark(full.c_str(),
-                                 [=, name = scheme.name](benchmark::State& state) { in_place(state, c, make, name); })
-        ->Unit(benchmark::kMillisecond)
-        ->UseRealTime();
 }
 
 void register_schemes() {
     for (const char* name : {"spot-control", "suzanne"}) {
-        const BenchModel& smooth = *find_bench_model(name);
+        const BenchModel* smooth = find_bench_model(name);
         for (const SchemeInfo& scheme : scheme_table())
-            for (const int threads : {1, 2}) {
-                const RuleCase c{&smooth, &scheme, scheme.refinement == Refinement::sqrt3 ? 4 : 5, threads};
-                for (const auto& [method, run] :
-                     {std::pair("refine", &full_mesh<false>), std::pair("refine_limit", &full_mesh<true>),
-                      std::pair("positions", &positions_of_scheme<false>),
-                      std::pair("positions_limit", &positions_of_scheme<true>)}) {
-                    const std::string full =
-                        fmt::format("{}/{}/{}/{}{}", name, scheme.name, c.levels, method, threads == 2 ? "_2t" : "");
-                    benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+            for (const int threads : {1, 2})
+                for (const bool limit : {false, true}) {
+                    const Case c{smooth, &scheme, scheme.refinement == Refinement::sqrt3 ? 4 : 5, threads, limit};
+                    add(scheme.name, "refine", c, full_refinement);
+                    add(scheme.name, "positions", c, positions_refinement);
                 }
-            }
+        // What peers have besides Catmull-Clark and Loop.
+        const auto add_peer = [&](std::string_view scheme, int levels, const char* peer, auto make) {
+            add(scheme, peer, {smooth, find_scheme(scheme), levels, 1}, by_peer(make, scheme));
+        };
 #ifdef TETRAKIS_BENCH_CGAL
-        add_peer(smooth, *find_scheme("doo-sabin"), 5, "cgal", cgal_uniform);
-        add_peer(smooth, *find_scheme("sqrt3"), 4, "cgal", cgal_uniform);
+        add_peer("doo-sabin", 5, "cgal", cgal_uniform);
+        add_peer("sqrt3", 4, "cgal", cgal_uniform);
 #endif
 #ifdef TETRAKIS_BENCH_OPENMESH
-        add_peer(smooth, *find_scheme("modified-butterfly"), 5, "openmesh", openmesh_uniform);
-        add_peer(smooth, *find_scheme("sqrt3"), 4, "openmesh", openmesh_uniform);
+        add_peer("modified-butterfly", 5, "openmesh", openmesh_uniform);
+        add_peer("sqrt3", 4, "openmesh", openmesh_uniform);
 #endif
     }
-    const BenchModel* model = find_bench_model("pawn");
     for (const SchemeInfo& scheme : scheme_table())
         for (const bool positions_only : {false, true})
-            for (const int threads : {1, 2}) {
-                // About 200 000 points each.
-                const int levels = scheme.refinement == Refinement::sqrt3 ? 3 : 4;
-                const RuleCase c{model, &scheme, levels, threads, positions_only};
-                const std::string full = fmt::format("{}/{}/{}/rules_{}{}", model->name, scheme.name, levels,
-                                                     positions_only ? "positions" : "full", threads == 2 ? "_2t" : "");
-                benchmark::RegisterBenchmark(full.c_str(), by_rules, c)->Unit(benchmark::kMillisecond)->UseRealTime();
-            }
+            for (const int threads : {1, 2})
+                add(scheme.name, positions_only ? "rules_positions" : "rules_full",
+                    {.model = find_bench_model("pawn"),
+                     .scheme = &scheme,
+                     .levels = scheme.refinement == Refinement::sqrt3 ? 3 : 4,  // about 200 000 points each
+                     .threads = threads,
+                     .positions_only = positions_only},
+                    by_rules);
 }
 
 }  // namespace

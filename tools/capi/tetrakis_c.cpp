@@ -136,6 +136,8 @@ void give(Struct* receiver, const Struct& result, const char* name) {
     receiver->size = size;
 }
 
+Vec3d vec(const double* v) { return {v[0], v[1], v[2]}; }
+
 HeightGrid grid_of(const float* heights, std::uint32_t columns, std::uint32_t rows) {
     require(heights, "heights");
     return {.columns = columns,
@@ -195,7 +197,7 @@ lod::ProceduralHeights heights_of(const tetrakis_procedural_heights* given) {
             .high = known.high};
 }
 double fractal_height(void* user, const double place[3]) {
-    return static_cast<const lod::ProceduralHeights*>(user)->height({place[0], place[1], place[2]});
+    return static_cast<const lod::ProceduralHeights*>(user)->height(vec(place));
 }
 double fractal_deviation(void* user, double radius) {
     return static_cast<const lod::ProceduralHeights*>(user)->deviation(radius);
@@ -203,17 +205,13 @@ double fractal_deviation(void* user, double radius) {
 
 template <class Kind, class... Arguments>
 tetrakis_surface* made(Arguments&&... arguments) {
-    auto result = std::make_unique<tetrakis_surface>();
-    result->surface = std::make_unique<const Kind>(std::forward<Arguments>(arguments)...);
-    return result.release();
+    return new tetrakis_surface{std::make_unique<const Kind>(std::forward<Arguments>(arguments)...)};
 }
 
 /// Writes what a caller may have left out.
 void give(const Vec3d& from, double* to) {
     if (to != nullptr) std::copy_n(&from.x, 3, to);
 }
-
-Vec3d vec(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
@@ -227,7 +225,7 @@ tetrakis_status tetrakis_load_control_mesh(const char* path, tetrakis_control_me
     return guarded([&] {
         require(path, "path");
         require(mesh, "mesh");
-        *mesh = std::make_unique<tetrakis_control_mesh>(tetrakis_control_mesh{load_control_mesh(path)}).release();
+        *mesh = new tetrakis_control_mesh{load_control_mesh(path)};
     });
 }
 
@@ -246,8 +244,7 @@ tetrakis_status tetrakis_make_control_mesh(const double* positions, uint32_t ver
         for (std::uint32_t f = 0; f < face_count; ++f)
             data.face_offsets.push_back(data.face_offsets.back() + face_sizes[f]);
         data.face_vertices.assign(face_vertices, face_vertices + data.face_offsets.back());
-        *mesh = std::make_unique<tetrakis_control_mesh>(tetrakis_control_mesh{ControlMesh::build(std::move(data))})
-                    .release();
+        *mesh = new tetrakis_control_mesh{ControlMesh::build(std::move(data))};
     });
 }
 void tetrakis_free_control_mesh(tetrakis_control_mesh* mesh) { delete mesh; }
@@ -269,9 +266,7 @@ tetrakis_status tetrakis_tessellate(const tetrakis_control_mesh* control, const 
         context.threads = known.threads;
         const Tessellation result = tessellate(control->mesh, options, context);
         const Box3d box = bounding_box(result.mesh.positions);
-        *mesh = std::make_unique<tetrakis_mesh>(
-                    tetrakis_mesh{gpu_mesh(result.mesh, (box.lower + box.upper) / 2.0), result.tolerance_reached})
-                    .release();
+        *mesh = new tetrakis_mesh{gpu_mesh(result.mesh, (box.lower + box.upper) / 2.0), result.tolerance_reached};
     });
 }
 
@@ -286,7 +281,7 @@ tetrakis_status tetrakis_get_mesh_arrays(const tetrakis_mesh* mesh, tetrakis_mes
         result.normals = &m.normals.data()->x;
         result.uvs = m.uvs.empty() ? nullptr : &m.uvs.data()->x;
         result.indices = m.indices.data();
-        for (int k = 0; k < 3; ++k) result.origin[k] = m.origin[k];
+        give(m.origin, result.origin);
         give(arrays, result, "arrays");
     });
 }
@@ -407,7 +402,7 @@ int tetrakis_planet_at(const tetrakis_surface* surface, const double direction[3
     return looked([&] {
         const auto* planet = tetrakis_surface::as<lod::PlanetSurface>(surface);
         if (planet == nullptr || direction == nullptr) return false;
-        const Vec3d out = unit_or_zero(Vec3d(direction[0], direction[1], direction[2]));
+        const Vec3d out = unit_or_zero(vec(direction));
         if (!(glm::length(out) > 0)) return false;
         if (height != nullptr) *height = planet->height(out);
         if (normal != nullptr) give(planet->normal(out), normal);
@@ -436,8 +431,7 @@ int tetrakis_surface_hit(const tetrakis_surface* surface, const double origin[3]
                          double farthest, double* t, double normal[3]) {
     return looked([&] {
         if (surface == nullptr || origin == nullptr || direction == nullptr) return false;
-        const auto hit = surface->surface->hit({origin[0], origin[1], origin[2]},
-                                               {direction[0], direction[1], direction[2]}, farthest);
+        const auto hit = surface->surface->hit(vec(origin), vec(direction), farthest);
         if (!hit) return false;
         if (t != nullptr) *t = hit->t;
         give(hit->normal, normal);
@@ -451,13 +445,11 @@ tetrakis_status tetrakis_make_view(const tetrakis_surface* surface, const tetrak
         require(surface, "surface");
         require(view, "view");
         const tetrakis_view_options known = taken(options, TETRAKIS_VIEW_OPTIONS, "options");
-        *view = std::make_unique<tetrakis_view>(
-                    tetrakis_view{lod::View(*surface->surface, {.max_leaves = known.max_leaves,
+        *view = new tetrakis_view{lod::View(*surface->surface, {.max_leaves = known.max_leaves,
                                                                 .max_bytes = known.max_bytes,
                                                                 .max_ranges = known.max_ranges,
                                                                 .outside_weight = known.outside_weight,
-                                                                .hysteresis = known.hysteresis})})
-                    .release();
+                                                                .hysteresis = known.hysteresis})};
     });
 }
 void tetrakis_free_view(tetrakis_view* view) { delete view; }
@@ -522,15 +514,14 @@ tetrakis_status tetrakis_take_snapshot(const tetrakis_view* view, tetrakis_snaps
     return guarded([&] {
         require(view, "view");
         require(snapshot, "snapshot");
-        *snapshot = std::make_unique<tetrakis_snapshot>(view->view.mesh()).release();
+        *snapshot = new tetrakis_snapshot(view->view.mesh());
     });
 }
 void tetrakis_free_snapshot(tetrakis_snapshot* snapshot) { delete snapshot; }
 int tetrakis_snapshot_hit(const tetrakis_snapshot* snapshot, const double origin[3], const double direction[3],
                           double farthest, double* t, double normal[3]) {
     if (snapshot == nullptr || origin == nullptr || direction == nullptr) return 0;
-    const RayHit hit = snapshot->bvh.intersect({origin[0], origin[1], origin[2]},
-                                               {direction[0], direction[1], direction[2]}, 0, farthest);
+    const RayHit hit = snapshot->bvh.intersect(vec(origin), vec(direction), 0, farthest);
     if (!hit.found()) return 0;
     if (t != nullptr) *t = hit.t;
     if (normal != nullptr) {
@@ -544,6 +535,6 @@ tetrakis_status tetrakis_set_view_origin(tetrakis_view* view, const double origi
     return guarded([&] {
         require(view, "view");
         require(origin, "origin");
-        view->view.set_origin({origin[0], origin[1], origin[2]});
+        view->view.set_origin(vec(origin));
     });
 }

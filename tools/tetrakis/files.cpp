@@ -1,5 +1,5 @@
 #include "files.hpp"
-#include "run_options.hpp"
+#include "console.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../hier/base/files.hpp"
@@ -11,13 +11,6 @@
 
 namespace tetrakis::cli {
 namespace {
-
-std::string lower_extension(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
 
 /// Whether both name one file, which need not exist yet.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -33,17 +26,22 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
 
 }  // namespace
 
-void add_read_options(CLI::App& command, ReadOptions& options) {
+std::string lower_extension(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+void add_read_options(CommandLine command, ReadOptions& options) {
     command
-        .add_option("--weld", options.weld,
-                    "Join vertices in one place, or within a distance in the unit of the model, so that faces side by\n"
-                    "side share them; comes before --repair")
-        ->type_name("[DISTANCE]")
-        ->expected(0, 1)
-        ->default_str("0")
-        ->check(number_check("a distance of 0 or more (give the model before --weld, or write --weld=0)",
-                             [](double x) { return x >= 0; }));
-    command.add_flag("--repair", options.repair, "Mend what can be mended safely, and say what was done");
+        .option("--weld", "[DISTANCE]", options.weld,
+                "Join vertices in one place, or within a distance in the unit of the model, so that faces side by\n"
+                "side share them; comes before --repair")
+        .value_or("0")
+        .number("a distance of 0 or more (give the model before --weld, or write --weld=0)",
+                [](double x) { return x >= 0; });
+    command.flag("--repair", options.repair, "Mend what can be mended safely, and say what was done");
 }
 
 LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context) {
@@ -63,6 +61,46 @@ LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& opt
         model.mesh = ControlMesh::build(std::move(data), context);
         model.build_seconds = build.seconds();
         return model;
+    });
+}
+
+Option HeightInput::add(CommandLine command, const std::string& what) {
+    const auto any = [](double) { return true; };
+    const Option file = command.option(
+        "IN", "", path,
+        !what.empty() ? what
+                      : "Heights: .png (grey, or terrain-RGB), .hgt, .r16 or .raw (16 bits), .r32 or .f32 (floats); "
+                        "others with GDAL");
+    command.option("--spacing", "D", spacing, "Distance between samples (the file's own, else 1)").positive();
+    command.option("--scale", "S", read.scale, "Heights are this times the file's numbers (1)").number("a number", any);
+    command.option("--offset", "H", read.offset, "What is added to that (0)").number("a number", any);
+    command.option("--columns", "N", read.columns, "Of a raw file that is not square");
+    command.option("--rows", "N", read.rows, "Of a raw file that is not square");
+    command.flag("--big-endian", read.big_endian, "The order of bytes in a raw file");
+    command.option("--no-data", "V", read.no_data, "The number in the file that stands for no data");
+    return file.required();
+}
+
+HeightReadOptions HeightInput::options(const Run& process) const {
+    HeightReadOptions options = read;
+    options.context = process.context();
+    if (spacing > 0) options.spacing = Vec2d(spacing);
+    return options;
+}
+
+std::unique_ptr<HeightSource> HeightInput::open(const Run& process) const {
+    return reading(path, [&] { return open_height_source(path, options(process)); });
+}
+
+HeightGrid HeightInput::load(const Run& process, std::vector<std::string>& warnings) const {
+    return reading(path, [&] {
+        HeightGrid grid = load_height_grid(path, options(process));
+        if (const std::uint64_t filled = fill_missing_heights(grid); filled > 0)
+            warnings.push_back(
+                fmt::format("{} samples have no data and were filled from those around; the error there "
+                            "is towards these",
+                            format_count(filled)));
+        return grid;
     });
 }
 

@@ -1,16 +1,17 @@
 #pragma once
 
-#include "commands.hpp"
+#include "command_line.hpp"
+#include "run_options.hpp"
 
+#include "../../eval/terrain/height_source.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/obj/obj_reader.hpp"
 
-#include <CLI/CLI.hpp>
-
 #include <chrono>
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <string>
 #include <utility>
@@ -59,10 +60,32 @@ struct LoadedModel {
 };
 
 /// --weld and --repair, which every command that loads a control mesh has.
-void add_read_options(CLI::App& command, ReadOptions& options);
+void add_read_options(CommandLine command, ReadOptions& options);
 
 /// @throws InputError, Error (memory_limit, cancelled)
 LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context);
+
+/// A height grid on the command line, and how its file is read.
+struct HeightInput {
+    std::filesystem::path path;
+    HeightReadOptions read;
+    double spacing = 0;  ///< 0: the file's own
+
+    /// @param what  the help text of the file
+    /// @returns     the file's option
+    Option add(CommandLine command, const std::string& what = {});
+    /// @param warnings  receives what was filled
+    /// @throws InputError, Error (memory_limit, cancelled)
+    HeightGrid load(const Run& process, std::vector<std::string>& warnings) const;
+    /// @throws InputError, Error (memory_limit, cancelled)
+    std::unique_ptr<HeightSource> open(const Run& process) const;
+
+  private:
+    HeightReadOptions options(const Run& process) const;
+};
+
+/// Of a file: ".obj" of "A.OBJ".
+std::string lower_extension(const std::filesystem::path& path);
 
 /// The files that a command is to write, checked before any work is done.
 class OutputFiles {

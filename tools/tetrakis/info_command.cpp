@@ -1,7 +1,6 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "mesh_statistics.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
 
@@ -9,9 +8,13 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <numeric>
 #include <string>
+#include <vector>
 
 namespace tetrakis::cli {
 namespace {
@@ -21,6 +24,89 @@ struct InfoOptions {
     ReadOptions read;
     bool json = false;
 };
+
+/// What there is to know about a control mesh at a glance.
+struct MeshStatistics {
+    std::map<std::uint32_t, std::uint64_t> faces_by_size;
+    std::map<std::uint32_t, std::uint64_t> interior_vertices_by_valence;
+    std::uint64_t boundary_edges = 0, boundary_loops = 0;
+    std::uint64_t pieces = 0;  ///< connected components
+    std::int64_t euler_characteristic = 0;
+    std::uint64_t sharp_edges = 0, semi_sharp_edges = 0;        ///< inside the surface; the boundary is not counted
+    std::uint64_t sharp_vertices = 0, semi_sharp_vertices = 0;  ///< tagged as corners
+    std::uint64_t holes = 0, isolated_vertices = 0;
+};
+
+/// Each boundary loop is walked once: from a half-edge without a twin to the next one around its target.
+std::uint64_t count_boundary_loops(const ControlMesh& mesh) {
+    std::vector<bool> seen(mesh.halfedge_count(), false);
+    std::uint64_t loops = 0;
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        HalfedgeId h(i);
+        if (seen[i] || mesh.twin(h).valid()) continue;
+        ++loops;
+        while (!seen[h.value]) {
+            seen[h.value] = true;
+            h = mesh.vertex_halfedge(mesh.target(h));  // of a boundary vertex: the outgoing one that has no twin
+        }
+    }
+    return loops;
+}
+
+std::uint64_t count_pieces(const ControlMesh& mesh) {
+    std::vector<std::uint32_t> parent(mesh.face_count());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t f) {
+        while (parent[f] != f) f = parent[f] = parent[parent[f]];
+        return f;
+    };
+    std::uint64_t pieces = mesh.face_count();
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        const HalfedgeId h(i), t = mesh.twin(h);
+        if (!t.valid() || t.value < i) continue;
+        const std::uint32_t a = root(mesh.face(h).value), b = root(mesh.face(t).value);
+        if (a == b) continue;
+        parent[b] = a;
+        --pieces;
+    }
+    return pieces;
+}
+
+MeshStatistics statistics(const ControlMesh& mesh) {
+    MeshStatistics s;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        ++s.faces_by_size[mesh.face_size(FaceId(f))];
+        if (mesh.is_hole(FaceId(f))) ++s.holes;
+    }
+    for (std::uint32_t i = 0; i < mesh.edge_count(); ++i) {
+        const EdgeId e(i);
+        if (mesh.is_boundary(e))
+            ++s.boundary_edges;
+        else if (mesh.sharpness(e) == k_sharpness_infinity)
+            ++s.sharp_edges;
+        else if (mesh.sharpness(e) > 0)
+            ++s.semi_sharp_edges;
+    }
+    for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) {
+        const VertexId v(i);
+        if (mesh.is_isolated(v))
+            ++s.isolated_vertices;
+        else if (!mesh.is_boundary(v))
+            ++s.interior_vertices_by_valence[mesh.valence(v)];
+    }
+    // The tags as given: the boundary rule's own corners are no tags.
+    for (const ControlMeshData::VertexTag& tag : mesh.data().corners) {
+        if (tag.sharpness >= k_infinite_sharpness)
+            ++s.sharp_vertices;
+        else if (tag.sharpness > 0)
+            ++s.semi_sharp_vertices;
+    }
+    s.boundary_loops = count_boundary_loops(mesh);
+    s.pieces = count_pieces(mesh);
+    s.euler_characteristic =
+        static_cast<std::int64_t>(mesh.vertex_count() - s.isolated_vertices) - mesh.edge_count() + mesh.face_count();
+    return s;
+}
 
 std::string_view name_of(BoundaryRule rule) {
     switch (rule) {
@@ -70,9 +156,9 @@ Json json_of_counts(const std::map<std::uint32_t, std::uint64_t>& counts) {
     return json;
 }
 
-Json json_of(const Vec3d& p) { return Json::array({p.x, p.y, p.z}); }
+Json json_of_point(const Vec3d& p) { return Json::array({p.x, p.y, p.z}); }
 
-Json json_of(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box, const std::string& input) {
+Json json_of_mesh(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box, const std::string& input) {
     const ControlMeshData& data = mesh.data();
     return {{"input", input},
             {"vertices", mesh.vertex_count()},
@@ -97,7 +183,7 @@ Json json_of(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box,
             {"uvs", data.uvs.size()},
             {"materials", data.materials},
             {"groups", data.groups},
-            {"bounding_box", {{"lower", json_of(box.lower)}, {"upper", json_of(box.upper)}}},
+            {"bounding_box", {{"lower", json_of_point(box.lower)}, {"upper", json_of_point(box.upper)}}},
             {"diagonal", box.diagonal()},
             {"warnings", mesh.warnings()}};
 }
@@ -138,7 +224,7 @@ ExitCode run(const InfoOptions& options) {
     const MeshStatistics s = statistics(model.mesh);
     const Box3d box = model.mesh.bounding_box();
     if (options.json)
-        fmt::print("{}", dump(json_of(model.mesh, s, box, options.input.string())));
+        fmt::print("{}", dump(json_of_mesh(model.mesh, s, box, options.input.string())));
     else
         print_summary(model.mesh, s, box, options.input.string());
     return ExitCode::done;
@@ -146,14 +232,14 @@ ExitCode run(const InfoOptions& options) {
 
 }  // namespace
 
-void add_info_command(CLI::App& app, Command& chosen) {
+void add_info_command(CommandLine program) {
     auto options = std::make_shared<InfoOptions>();
-    CLI::App* command = app.add_subcommand("info", "Checks a control mesh and says what is in it");
-    command->add_option("IN", options->input, "Control mesh (.obj)")->required()->type_name("");
-    command->add_flag("--json", options->json, "Print JSON");
-    add_read_options(*command, options->read);
-    command->footer("Example:\n  tetrakis info data/rook.obj");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    CommandLine command = program.command("info", "Checks a control mesh and says what is in it",
+                                          "Example:\n  tetrakis info data/rook.obj");
+    command.option("IN", "", options->input, "Control mesh (.obj)").required();
+    command.flag("--json", options->json, "Print JSON");
+    add_read_options(command, options->read);
+    command.runs([options] { return run(*options); });
 }
 
 }  // namespace tetrakis::cli

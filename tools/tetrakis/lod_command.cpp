@@ -342,47 +342,35 @@ ExitCode run(const LodCommandOptions& options) {
 
 }  // namespace
 
-void add_lod_command(CLI::App& app, Command& chosen) {
+void add_lod_command(CommandLine program) {
     auto options = std::make_shared<LodCommandOptions>();
     options->render.width = 960;
     options->render.height = 540;
-    CLI::App* command = app.add_subcommand(
-        "lod", "Flies over heights, a planet, a control mesh or a fractal with view-dependent LOD, frame by frame");
-    options->input.add(*command);
-    CLI::Option_group* way = command->add_option_group("camera", "At most one of these; default: --fly");
-    way->add_flag("--fly", options->fly, "Once around, above the ground, looking ahead");
-    way->add_flag("--orbit", options->orbit, "Once around from outside, looking at the middle");
-    way->add_option(
-           "--path", options->path,
-           "A list of {\"eye\": [x, y, z], \"target\": [x, y, z], \"fov_degrees\": a}, on which the frames lie")
-        ->type_name("CAMERA.json");
-    way->require_option(0, 1);
-    command->add_option("--budget", options->leaves, "Most triangles (200000)")
-        ->type_name("N")
-        ->check(CLI::Range(1u, 100'000'000u).description(""));
-    command->add_option("--pixels", options->pixels, "Triangles whose error looks larger are split (1)")
-        ->type_name("E")
-        ->check(number_check("a positive number", [](double value) { return value > 0; }));
-    command->add_flag("--wait", options->wait, "Of .tiles: each frame waits until all of it is loaded");
-    command->add_option("--frames", options->frames, "How many (120)")
-        ->type_name("N")
-        ->check(CLI::Range(1u, 1'000'000u).description(""));
-    command
-        ->add_option("--images", options->images,
-                     "Pictures to draw of them, a sheet of all, and flight.png, which is animated (0)")
-        ->type_name("N")
-        ->check(CLI::Range(0u, 10'000u).description(""));
-    add_size_option(*command, options->render);
-    options->run.add(*command);
-    command->add_option("-o,--output", options->directory, "Directory for frames.csv, pictures and last.glb")
-        ->required()
-        ->type_name("DIR");
-    command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
-    command->footer(
+    CommandLine command = program.command(
+        "lod", "Flies over heights, a planet, a control mesh or a fractal with view-dependent LOD, frame by frame",
         "x runs east, y north, z up, as `tetrakis terrain` has them. Exit code 4: the budget did not reach --pixels.\n"
         "Example:\n  tetrakis lod data/island.png --scale 0.1 --spacing 40 --pixels 0.5 --frames 60 --images 1 -o "
         "island");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    options->input.add(command);
+    CommandLine way = command.at_most_one("camera", "At most one of these; default: --fly");
+    way.flag("--fly", options->fly, "Once around, above the ground, looking ahead");
+    way.flag("--orbit", options->orbit, "Once around from outside, looking at the middle");
+    way.option("--path", "CAMERA.json", options->path,
+               "A list of {\"eye\": [x, y, z], \"target\": [x, y, z], \"fov_degrees\": a}, on which the frames lie");
+    command.option("--budget", "N", options->leaves, "Most triangles (200000)").range(1u, 100'000'000u);
+    command.option("--pixels", "E", options->pixels, "Triangles whose error looks larger are split (1)").positive();
+    command.flag("--wait", options->wait, "Of .tiles: each frame waits until all of it is loaded");
+    command.option("--frames", "N", options->frames, "How many (120)").range(1u, 1'000'000u);
+    command
+        .option("--images", "N", options->images,
+                "Pictures to draw of them, a sheet of all, and flight.png, which is animated (0)")
+        .range(0u, 10'000u);
+    add_size_option(command, options->render);
+    options->run.add(command);
+    command.option("-o,--output", "DIR", options->directory, "Directory for frames.csv, pictures and last.glb")
+        .required();
+    command.option("--report", "R.json", options->report, "Write figures as JSON");
+    command.runs([options] { return run(*options); });
 }
 
 }  // namespace tetrakis::cli

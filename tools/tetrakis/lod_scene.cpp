@@ -2,7 +2,6 @@
 
 #include "console.hpp"
 #include "files.hpp"
-#include "report.hpp"
 #include "scheme_option.hpp"
 
 #include "../../eval/lod_surfaces/planet_surface.hpp"
@@ -12,6 +11,7 @@
 #include "../../hier/base/error.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -24,28 +24,29 @@ namespace tetrakis::cli {
 
 namespace {
 
-bool has_extension(const std::filesystem::path& path, std::string_view asked) {
-    std::string extension = path.extension().string();
-    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-    return extension == asked;
+/// Where a scene over such a grid is looked at.
+void set_place(LodScene& scene, const HeightGrid& grid, double low, double high) {
+    const double width = (grid.columns - 1) * grid.spacing.x, height = (grid.rows - 1) * grid.spacing.y;
+    scene.size = std::min(width, height);
+    scene.middle = {grid.origin.x + width / 2, grid.origin.y - height / 2, low + 0.3 * (high - low)};
+}
+
+/// The place over the grid that is nearest.
+Vec2d inside(const HeightGrid& grid, const Vec3d& p) {
+    const double x = grid.origin.x, y = grid.origin.y;
+    return {std::clamp(p.x, x, x + (grid.columns - 1) * grid.spacing.x),
+            std::clamp(p.y, y - (grid.rows - 1) * grid.spacing.y, y)};
 }
 
 LodScene terrain_scene(HeightGrid grid, const Run& process) {
     LodScene scene;
-    const double width = (grid.columns - 1) * grid.spacing.x, height = (grid.rows - 1) * grid.spacing.y;
     const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
-    scene.size = std::min(width, height);
-    scene.middle = {grid.origin.x + width / 2, grid.origin.y - height / 2,
-                    double{*low} + 0.3 * (double{*high} - double{*low})};
+    set_place(scene, grid, double{*low}, double{*high});
     scene.description = fmt::format("{} x {} samples", grid.columns, grid.rows);
     auto surface = std::make_unique<lod::TerrainSurface>(std::move(grid), process.context());
     scene.surface_bytes = surface->memory_bytes();
     scene.low = [terrain = surface.get()](const Vec3d& p) {
-        const HeightGrid& heights = terrain->grid();
-        const double x = heights.origin.x, y = heights.origin.y;
-        const Vec2d inside(std::clamp(p.x, x, x + (heights.columns - 1) * heights.spacing.x),
-                           std::clamp(p.y, y - (heights.rows - 1) * heights.spacing.y, y));
-        return terrain->at(inside).value_or(lod::GroundPoint{}).height;
+        return terrain->at(inside(terrain->grid(), p)).value_or(lod::GroundPoint{}).height;
     };
     scene.surface = std::move(surface);
     return scene;
@@ -56,17 +57,12 @@ LodScene tiles_scene(const std::filesystem::path& path, std::uint64_t cache_byte
     auto surface = std::make_unique<lod::TiledTerrain>(path, lod::TiledTerrainOptions{.cache_bytes = cache_bytes});
     const HeightGrid& grid = surface->frame();
     const auto [lowest, highest] = surface->lowest_highest();
-    const double width = (grid.columns - 1) * grid.spacing.x, height = (grid.rows - 1) * grid.spacing.y;
-    scene.size = std::min(width, height);
-    scene.middle = {grid.origin.x + width / 2, grid.origin.y - height / 2, lowest + 0.3 * (highest - lowest)};
+    set_place(scene, grid, lowest, highest);
     scene.description = fmt::format("{} x {} samples, tiles", grid.columns, grid.rows);
     // As far as it is loaded.
     scene.low = [terrain = surface.get(), top = highest + 1](const Vec3d& p) {
-        const HeightGrid& heights = terrain->frame();
-        const double x = heights.origin.x, y = heights.origin.y;
-        const Vec3d above(std::clamp(p.x, x, x + (heights.columns - 1) * heights.spacing.x),
-                          std::clamp(p.y, y - (heights.rows - 1) * heights.spacing.y, y), top);
-        return top - terrain->hit(above, {0, 0, -1}).value_or(lod::SurfaceHit{1, {}}).t;
+        return top -
+               terrain->hit(Vec3d(inside(terrain->frame(), p), top), {0, 0, -1}).value_or(lod::SurfaceHit{1, {}}).t;
     };
     scene.tiles = surface.get();
     scene.surface = std::move(surface);
@@ -116,41 +112,25 @@ std::vector<std::filesystem::path> LodInput::inputs(const std::filesystem::path&
     return files;
 }
 
-void LodInput::add(CLI::App& command) {
-    heights.add(command, "Heights, as `tetrakis terrain` reads them, .tiles, or a control mesh (.obj)");
-    command.get_option("IN")->required(false);
-    command.add_option("FACES", faces, "With --planet: IN is a cube's face +x, and these are -x, +y, -y, +z, -z")
-        ->type_name("");
+void LodInput::add(CommandLine command) {
+    heights.add(command, "Heights, as `tetrakis terrain` reads them, .tiles, or a control mesh (.obj)").required(false);
+    command.option("FACES", "", faces, "With --planet: IN is a cube's face +x, and these are -x, +y, -y, +z, -z");
+    command.option("--fractal", "SEED", fractal,
+                   "In place of IN: fractal heights, of a square of 100000 or, with --planet, a ball, down to "
+                   "triangles of --spacing");
     command
-        .add_option("--fractal", fractal,
-                    "In place of IN: fractal heights, of a square of 100000 or, with --planet, a ball, down to "
-                    "triangles of --spacing")
-        ->type_name("SEED");
-    command
-        .add_option("--planet", planet_radius,
-                    "Heights are over longitudes and latitudes, or a cube's faces, of a planet of this radius")
-        ->type_name("R")
-        ->check(number_check("a positive number", [](double value) { return value > 0; }));
-    command.add_option("--scheme", scheme, "Of a control mesh: loop, or one on quads (catmull-clark)")
-        ->type_name("NAME");
-    command.add_option("--level", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
-        ->type_name("N")
-        ->check(CLI::Range(1, lod::SampledSurface::k_max_level).description(""));
+        .option("--planet", "R", planet_radius,
+                "Heights are over longitudes and latitudes, or a cube's faces, of a planet of this radius")
+        .positive();
+    command.option("--scheme", "NAME", scheme, "Of a control mesh: loop, or one on quads (catmull-clark)");
+    command.option("--level", "N", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
+        .range(1, lod::SampledSurface::k_max_level);
     add_read_options(command, read_mesh);
-    command
-        .add_option_function<std::string>(
-            "--cache",
-            [this](const std::string& text) {
-                const auto bytes = parse_size(text, k_binary_thousand);
-                if (!bytes) throw CLI::ValidationError("--cache", text + " is no size such as 500M or 2G");
-                cache_bytes = *bytes;
-            },
-            "Most memory for .tiles (512M)")
-        ->type_name("BYTES");
+    add_bytes_option(command, "--cache", cache_bytes, "Most memory for .tiles (512M)");
 }
 
 LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) const {
-    const bool mesh = has_extension(heights.path, ".obj"),
+    const bool mesh = lower_extension(heights.path) == ".obj",
                for_others = level != 0 || !scheme.empty() || heights.read.scale != 1 || heights.read.offset != 0;
     if (fractal) {
         if (!heights.path.empty() || for_others)
@@ -162,7 +142,7 @@ LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) 
     if (!faces.empty() && (planet_radius == 0 || faces.size() != 5))
         throw UsageError(
             fmt::format("{} files; one is read, or with --planet the six faces of a cube", 1 + faces.size()));
-    if (has_extension(heights.path, ".tiles")) {
+    if (lower_extension(heights.path) == ".tiles") {
         if (planet_radius > 0 || for_others || heights.spacing > 0)
             throw UsageError(
                 "--planet, --level, --scheme, --spacing, --scale and --offset do not change tiles; the last three "
@@ -233,9 +213,9 @@ std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     std::vector<CameraPlace> given;
     try {
-        const Json list = Json::parse(text);
+        const auto list = nlohmann::json::parse(text);
         if (!list.is_array()) throw InputError(fmt::format("{}: a camera path is a list", path.string()));
-        for (const Json& entry : list) {
+        for (const nlohmann::json& entry : list) {
             const auto vec = [&](const char* key) {
                 const auto v = entry.at(key).get<std::array<double, 3>>();
                 return Vec3d(v[0], v[1], v[2]);

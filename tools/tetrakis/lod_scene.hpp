@@ -5,10 +5,8 @@
 #include "../../eval/lod_surfaces/tiled_terrain.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-#include "height_input.hpp"
+#include "files.hpp"
 #include "run_options.hpp"
-
-#include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -59,7 +57,7 @@ struct LodInput {
     std::uint64_t cache_bytes = lod::TiledTerrainOptions().cache_bytes;
     ReadOptions read_mesh;
 
-    void add(CLI::App& command);
+    void add(CommandLine command);
     std::filesystem::path title() const;  ///< for messages: the (first) file, or "fractal 7"
     /// The files that are read, and `path`.
     std::vector<std::filesystem::path> inputs(const std::filesystem::path& path) const;

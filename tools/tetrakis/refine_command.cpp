@@ -1,6 +1,5 @@
 #include "commands.hpp"
 #include "console.hpp"
-#include "factored_refine.hpp"
 #include "files.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
@@ -9,10 +8,16 @@
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/io/stencil_writer.hpp"
 #include "../../hier/base/files.hpp"
+#include "../../hier/base/vec.hpp"
+#include "../../refine/factored/adaptive_factored_mesh.hpp"
+#include "../../refine/factored/factored_mesh.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -26,7 +31,7 @@ namespace {
 
 constexpr std::string_view k_averaging_steps_option = "--averaging-steps";
 
-struct Options {
+struct RefineCommandOptions {
     std::filesystem::path input, output, report;
     std::filesystem::path stencils;
     std::string scheme{name(SchemeKind::catmull_clark)}, near, radius;
@@ -37,53 +42,122 @@ struct Options {
     RunOptions run;
 };
 
-/// What a refinement may take of the memory limit: the program itself is part of that, and allocators take more than
-/// they are asked for.
-class MemoryRest {
-  public:
-    explicit MemoryRest(const RunContext& whole)
-        : context_(whole), limit_(whole.max_memory_bytes), used_(memory_bytes()) {
-        constexpr std::uint64_t k_percent = 92;
-        if (limit_ != 0) context_.max_memory_bytes = limit_ > used_ ? (limit_ - used_) / 100 * k_percent : 1;
-    }
-    const RunContext& context() const { return context_; }
-    [[noreturn]] void rethrow(const Error& error) const {
-        if (error.code() != ErrorCode::memory_limit) throw;
-        // The caller names the file.
-        std::string text = error.what();
-        if (const std::string file = error.file().string() + ": "; text.starts_with(file)) text.erase(0, file.size());
-        throw Error(error.code(), fmt::format("{} (all in all {} MiB, of which {} MiB were in use before)", text,
-                                              limit_ >> 20, used_ >> 20));
-    }
-
-  private:
-    RunContext context_;
-    std::uint64_t limit_, used_;
+/// Where half-steps adapt: as many as asked for inside, fewer outside.
+struct HalfStepSphere {
+    Vec3d centre{0};
+    double radius = 0;
+};
+/// A mesh refined by half-steps of the 4-8 mesh.
+struct FactoredResult {
+    PolygonMesh mesh;
+    int levels = 0;      ///< whole ones
+    int half_steps = 0;  ///< of the finest triangles
+    std::uint64_t active = 0;
+    std::vector<std::size_t> inactive{};  ///< of the mesh's vertices
 };
 
+template <class Has>
+std::string names(Has&& has) {
+    std::string result;
+    for (const FactoredScheme scheme : factored_schemes())
+        if (has(scheme)) result += fmt::format("{}{}", result.empty() ? "" : ", ", name(scheme));
+    return result;
+}
+
+/// The sphere of --near X,Y,Z and --radius R.
+HalfStepSphere half_step_sphere(const std::string& near, const std::string& radius) {
+    const auto centre = finite_numbers(near, 3), length = finite_numbers(radius, 1);
+    if (!centre) throw UsageError(fmt::format("--near: \"{}\" is no point such as 0.5,1,-2 (three numbers)", near));
+    if (!length || (*length)[0] <= 0) throw UsageError(fmt::format("--radius: \"{}\" is no length above 0", radius));
+    return {{(*centre)[0], (*centre)[1], (*centre)[2]}, (*length)[0]};
+}
+
+/// Those that `refine --factored` takes.
+std::string factored_scheme_names() {
+    return names([](FactoredScheme) { return true; });
+}
+
+/// @param adaptive  half-steps are to adapt
+FactoredScheme chosen_factored_scheme(const SchemeInfo& scheme, bool adaptive) {
+    const auto factored = factored_scheme_from_name(scheme.name);
+    if (!factored)
+        throw UsageError(
+            fmt::format("{} has no factored form; these have one: {}", scheme.name, factored_scheme_names()));
+    if (adaptive && !half_steps_adapt(*factored))
+        throw UsageError(fmt::format("--near: half-steps of {} do not adapt; those of these do: {}", scheme.name,
+                                     names(half_steps_adapt)));
+    return *factored;
+}
+
+/// @param active  make the scheme's own faces, not the triangles of the 4-8 mesh
+FactoredResult refine_by_half_steps(const ControlMesh& mesh, FactoredScheme scheme, int half_steps, bool active,
+                                    const RuleOptions& rules, const RunContext& context) {
+    FactoredMesh factored(mesh, scheme, context.max_memory_bytes, rules);
+    factored.check_half_steps(half_steps);
+    FactoredResult result{.mesh = {}, .levels = half_steps / factored.half_steps_per_level(), .half_steps = half_steps};
+    for (int i = 0; i < half_steps; ++i) {
+        context.report("refine", static_cast<double>(i) / half_steps);
+        factored.half_step();
+    }
+    std::vector<std::uint32_t> numbers;
+    result.mesh = active ? factored.active_mesh() : factored.mesh(&numbers);
+    for (std::uint32_t v = 0; v < factored.positions().size(); ++v)
+        result.active += factored.state(v) == FactoredVertex::active;
+    // The scheme's own mesh has active vertices alone: of that the list is empty.
+    for (std::size_t v = 0; v < numbers.size(); ++v)
+        if (factored.state(numbers[v]) == FactoredVertex::inactive) result.inactive.push_back(v);
+    return result;
+}
+
+/// All half-steps inside of the sphere, as few as the mesh allows outside.
+FactoredResult refine_by_adaptive_half_steps(const ControlMesh& mesh, FactoredScheme scheme, int half_steps,
+                                             const HalfStepSphere& sphere, const RunContext& context) {
+    // The coarsest leaves have two half-steps (Catmull-Clark: one); fewer are the same everywhere.
+    if (half_steps < 2) return refine_by_half_steps(mesh, scheme, half_steps, false, {}, context);
+    AdaptiveFactoredMesh adaptive(mesh, scheme, context);
+    adaptive.refine_near(sphere.centre, sphere.radius, half_steps);
+    AdaptiveFactoredMesh::Output output = adaptive.mesh();
+    FactoredResult result{.mesh = std::move(output.mesh)};
+    for (const AdaptiveFactoredMesh::Leaf& leaf : output.leaves)
+        result.half_steps = std::max<int>(result.half_steps, leaf.half_steps);
+    result.levels = result.half_steps / 2;
+    for (std::size_t v = 0; v < output.states.size(); ++v)
+        if (output.states[v] == FactoredVertex::inactive) result.inactive.push_back(v);
+    result.active = output.states.size() - result.inactive.size();
+    return result;
+}
+
 /// By whole levels. The control vertices' weights come with it where they are asked for.
-PolygonMesh refine_by_levels(const Options& options, const SchemeInfo& scheme, const ControlMesh& mesh,
+PolygonMesh refine_by_levels(const RefineCommandOptions& options, const SchemeInfo& scheme, const ControlMesh& mesh,
                              const RunContext& context, StencilTable& stencils) {
-    const MemoryRest rest(context);
-    const RefineOptions refine_options{.rules = options.rules,
-                                       .smoothing = options.smoothing,
-                                       .limit = options.limit,
-                                       .normals = options.limit,
-                                       .context = rest.context()};
+    RefineOptions refine_options{.rules = options.rules,
+                                 .smoothing = options.smoothing,
+                                 .limit = options.limit,
+                                 .normals = options.limit,
+                                 .context = context};
+    // The program itself is part of the limit, and allocators take more than they are asked for.
+    constexpr std::uint64_t k_percent = 92;
+    const std::uint64_t limit = context.max_memory_bytes, used = memory_bytes();
+    if (limit != 0) refine_options.context.max_memory_bytes = limit > used ? (limit - used) / 100 * k_percent : 1;
     try {
         if (options.stencils.empty()) return refine(mesh, scheme, options.levels, refine_options);
         RefinedStencils refined = refine_stencils(mesh, scheme, options.levels, refine_options);
         stencils = std::move(refined.stencils);
         return std::move(refined.mesh);
     } catch (const Error& error) {
-        rest.rethrow(error);
+        if (error.code() != ErrorCode::memory_limit) throw;
+        // The caller names the file.
+        std::string text = error.what();
+        if (const std::string file = error.file().string() + ": "; text.starts_with(file)) text.erase(0, file.size());
+        throw Error(error.code(), fmt::format("{} (all in all {} MiB, of which {} MiB were in use before)", text,
+                                              limit >> 20, used >> 20));
     }
 }
 
 /// @param factored  the scheme, where half-steps are asked for
 /// @param sphere    where they adapt
-ExitCode run_checked(const Options& options, const SchemeInfo& scheme, std::optional<FactoredScheme> factored,
-                     const std::optional<HalfStepSphere>& sphere) {
+ExitCode run_checked(const RefineCommandOptions& options, const SchemeInfo& scheme,
+                     std::optional<FactoredScheme> factored, const std::optional<HalfStepSphere>& sphere) {
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.read, process.context());
     const std::uint64_t faces = model.mesh.face_count();
@@ -146,7 +220,7 @@ ExitCode run_checked(const Options& options, const SchemeInfo& scheme, std::opti
     return ExitCode::done;
 }
 
-ExitCode run(const Options& options) {
+ExitCode run(const RefineCommandOptions& options) {
     const SchemeInfo& scheme = chosen_scheme(options.scheme);
     std::optional<FactoredScheme> factored;
     if (options.factored) factored = chosen_factored_scheme(scheme, options.adapts);
@@ -162,88 +236,75 @@ ExitCode run(const Options& options) {
 
 }  // namespace
 
-void add_refine_command(CLI::App& app, Command& chosen) {
-    auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("refine", "Refines a control mesh everywhere, by whole levels");
-    command->add_option("IN", options->input, "Control mesh (.obj)")->required()->type_name("");
-    command
-        ->add_option("--scheme", options->scheme,
-                     "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark)")
-        ->type_name("S");
+void add_refine_command(CommandLine program) {
+    auto options = std::make_shared<RefineCommandOptions>();
+    CommandLine command = program.command(
+        "refine", "Refines a control mesh everywhere, by whole levels",
+        "Example:\n  tetrakis refine data/pawn.obj --scheme catmull-clark --levels 3 --limit -o pawn.obj");
+    command.option("IN", "", options->input, "Control mesh (.obj)").required();
+    command.option("--scheme", "S", options->scheme,
+                   "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark)");
     constexpr int k_most_levels = 31, k_most_steps = 64;  // far beyond what 32-bit indices allow; the library says so
-    CLI::Option* levels = command->add_option("--levels", options->levels, "Steps of the scheme")
-                              ->type_name("N")
-                              ->check(CLI::Range(0, k_most_levels));
-    CLI::Option* limit =
-        command->add_flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");
-    CLI::Option* steps = command
-                             ->add_option("--steps", options->steps,
-                                          "With --factored: half-steps, two for a level (averaging: two more than its "
-                                          "averaging steps). Else, for averaging: its number of averaging steps in a "
-                                          "level, 0 to 64 (3)")
-                             ->type_name("K")
-                             ->check(CLI::Range(0, k_most_steps));
-    CLI::Option* averaging_steps =
+    command.option("--levels", "N", options->levels, "Steps of the scheme")
+        .range(0, k_most_levels, Option::InHelp::yes);
+    command.flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");
+    command
+        .option("--steps", "K", options->steps,
+                "With --factored: half-steps, two for a level (averaging: two more than its "
+                "averaging steps). Else, for averaging: its number of averaging steps in a "
+                "level, 0 to 64 (3)")
+        .range(0, k_most_steps, Option::InHelp::yes);
+    const Option averaging_steps =
         command
-            ->add_option(std::string(k_averaging_steps_option), options->rules.averaging_steps,
-                         "With --factored, for averaging: what --steps is without it (3)")
-            ->type_name("M")
-            ->check(CLI::Range(0, k_most_steps).description(""));
-    const std::vector<CLI::Option*> choices = add_rule_options(*command, options->rules);
-    CLI::Option* smoothing = command
-                                 ->add_option("--smoothing", options->smoothing,
-                                              "Rounds of smoothing of the control points first, for interpolating "
-                                              "schemes (0)")
-                                 ->type_name("N")
-                                 ->check(CLI::Range(0, 100).description(""));
-    CLI::Option* factored = command->add_flag(
-        "--factored", options->factored,
-        "By half-steps on the 4-8 mesh, which is written as triangles (after none of Catmull-Clark's: "
-        "the control mesh); --steps "
-        "says how many. For " +
-            factored_scheme_names());
-    CLI::Option* active =
-        command
-            ->add_flag("--active", options->active,
-                       "With --factored: write the scheme's own faces after the last whole level, not the 4-8 mesh")
-            ->needs(factored);
-    CLI::Option* near = command
-                            ->add_option("--near", options->near,
-                                         "With --factored: all half-steps only inside of a sphere about this point, "
-                                         "and outside as few as the mesh allows. For catmull-clark and dual schemes")
-                            ->type_name("X,Y,Z")
-                            ->needs(factored)
-                            ->excludes(active);
-    CLI::Option* radius =
-        command->add_option("--radius", options->radius, "Of that sphere")->type_name("R")->needs(near);
-    near->needs(radius);
-    options->run.add(*command);
-    add_read_options(*command, options->read);
-    command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
-        ->required()
-        ->type_name("OUT");
-    CLI::Option* stencils =
-        command
-            ->add_option(
-                "--stencils", options->stencils,
-                "Write the vertices as weights of control vertices (by the rules, so in their order), in compressed "
-                "rows (CSR): after \"tetrakis-stencils 2\" and the numbers of rows, control vertices and terms a line "
-                "of where rows begin, one of control vertices and one of weights")
-            ->type_name("T.txt");
-    factored->needs(steps);
-    averaging_steps->needs(factored);
-    for (CLI::Option* other : {levels, limit, smoothing, stencils}) factored->excludes(other);
-    for (CLI::Option* other : choices)
-        if (!other->check_name(std::string(k_recede_option))) factored->excludes(other);
-    command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
-    command->footer("Example:\n  tetrakis refine data/pawn.obj --scheme catmull-clark --levels 3 --limit -o pawn.obj");
-    command->callback([options, levels, steps, near, &chosen] {
-        options->adapts = near->count() != 0;
+            .option(std::string(k_averaging_steps_option), "M", options->rules.averaging_steps,
+                    "With --factored, for averaging: what --steps is without it (3)")
+            .range(0, k_most_steps);
+    add_rule_options(command, options->rules, false);
+    command
+        .option("--smoothing", "N", options->smoothing,
+                "Rounds of smoothing of the control points first, for interpolating schemes (0)")
+        .range(0, 100);
+    const Option factored =
+        command.flag("--factored", options->factored,
+                     "By half-steps on the 4-8 mesh, which is written as triangles (after none of Catmull-Clark's: "
+                     "the control mesh); --steps says how many. For " +
+                         factored_scheme_names());
+    averaging_steps.needs("--factored");
+    command
+        .flag("--active", options->active,
+              "With --factored: write the scheme's own faces after the last whole level, not the 4-8 mesh")
+        .needs("--factored");
+    const Option near = command
+                            .option("--near", "X,Y,Z", options->near,
+                                    "With --factored: all half-steps only inside of a sphere about this point, "
+                                    "and outside as few as the mesh allows. For catmull-clark and dual schemes")
+                            .needs("--factored")
+                            .excludes("--active");
+    command.option("--radius", "R", options->radius, "Of that sphere").needs("--near");
+    near.needs("--radius");
+    options->run.add(command);
+    add_read_options(command, options->read);
+    command.option("-o,--output", "OUT", options->output, "Mesh to write: .obj, .ply or .glb").required();
+    command.option(
+        "--stencils", "T.txt", options->stencils,
+        "Write the vertices as weights of control vertices (by the rules, so in their order), in compressed "
+        "rows (CSR): after \"tetrakis-stencils 2\" and the numbers of rows, control vertices and terms a line "
+        "of where rows begin, one of control vertices and one of weights");
+    factored.needs("--steps");
+    for (const char* other : {"--levels", "--limit", "--smoothing", "--stencils"}) factored.excludes(other);
+    for (const RuleOption& choice : rule_options())
+        if (choice.flag != k_steps_option && choice.flag != k_recede_option)
+            factored.excludes(std::string(choice.flag));
+    command.option("--report", "R.json", options->report, "Write figures as JSON");
+    command.runs([options, command] {
+        options->adapts = command.given("--near");
         if (!options->factored) {
-            if (levels->count() == 0) throw CLI::RequiredError("--levels, or --factored with --steps,");
-            if (steps->count() != 0) options->rules.averaging_steps = options->steps;
+            if (!command.given("--levels"))
+                throw UsageError(
+                    "--levels, or --factored with --steps, is required; tetrakis refine --help says what there is");
+            if (command.given("--steps")) options->rules.averaging_steps = options->steps;
         }
-        chosen = [options] { return run(*options); };
+        return run(*options);
     });
 }
 

@@ -35,35 +35,21 @@ std::optional<std::uint64_t> parse_size(std::string_view text, double thousand) 
     return static_cast<std::uint64_t>(size);
 }
 
-std::optional<double> finite_number(const std::string& text) {
-    double x = 0;
-    return CLI::detail::lexical_cast(text, x) && std::isfinite(x) ? std::optional(x) : std::nullopt;
+void add_bytes_option(CommandLine command, const std::string& name, std::uint64_t& bytes, const std::string& help) {
+    const auto take = [&bytes](const std::string& text) {
+        constexpr double k_binary_thousand = 1024;
+        const auto size = parse_size(text, k_binary_thousand);
+        if (size) bytes = *size;
+        return size ? "" : text + " is no size such as 500M or 2G";
+    };
+    command.option_function(name, "BYTES", take, help);
 }
 
-CLI::Validator number_check(const std::string& kind, bool (*is_of_kind)(double)) {
-    return CLI::Validator(
-        [kind, is_of_kind](const std::string& text) {
-            const std::optional<double> x = finite_number(text);
-            return x && is_of_kind(*x) ? std::string() : text + " is not " + kind;
-        },
-        "");
-}
-
-void RunOptions::add(CLI::App& command) {
-    constexpr int k_most_threads = 1024;
-    command.add_option("--threads", threads, "How many threads to use; default: one for each processor")
-        ->type_name("N")
-        ->check(CLI::Range(1, k_most_threads));
-    command
-        .add_option_function<std::string>(
-            "--max-memory",
-            [this](const std::string& text) {
-                const auto bytes = parse_size(text, k_binary_thousand);
-                if (!bytes) throw CLI::ValidationError("--max-memory", text + " is no size such as 500M or 2G");
-                max_memory_bytes = *bytes;
-            },
-            "Stop with an error rather than use more than this (500M, 2G); default: 80 % of what is free")
-        ->type_name("BYTES");
+void RunOptions::add(CommandLine command) {
+    command.option("--threads", "N", threads, "How many threads to use; default: one for each processor")
+        .range(1, 1024, Option::InHelp::yes);
+    add_bytes_option(command, "--max-memory", max_memory_bytes,
+                     "Stop with an error rather than use more than this (500M, 2G); default: 80 % of what is free");
 }
 
 int RunOptions::thread_count() const { return threads > 0 ? threads : oneapi::tbb::this_task_arena::max_concurrency(); }
@@ -127,22 +113,6 @@ std::optional<std::vector<T>> split_numbers(std::string_view text, char separato
     }
 }
 
-void set_size(const std::string& text, RenderOptions& render) {
-    constexpr int k_largest_side = 16384;
-    const auto sides = parse_counts(text, k_largest_side);
-    if (!sides) throw CLI::ValidationError("--size", text + " is no size such as 1200x900");
-    render.width = (*sides)[0];
-    render.height = (*sides)[1];
-}
-
-void set_camera(const std::string& text, RenderOptions& render) {
-    const auto angles = finite_numbers(text, 2);
-    if (!angles || std::abs((*angles)[1]) > 90)
-        throw CLI::ValidationError("--camera", text + " is no pair of degrees such as 32,20 (elevation -90 to 90)");
-    render.view.azimuth_degrees = std::remainder((*angles)[0], 360.0);
-    render.view.elevation_degrees = (*angles)[1];
-}
-
 }  // namespace
 
 std::optional<std::vector<double>> finite_numbers(std::string_view text, std::size_t count) {
@@ -161,33 +131,43 @@ std::optional<std::array<int, 2>> parse_counts(std::string_view text, int most) 
     return std::array{(*counts)[0], (*counts)[1]};
 }
 
-void add_size_option(CLI::App& command, RenderOptions& render) {
-    command
-        .add_option_function<std::string>(
-            "--size", [&render](const std::string& text) { set_size(text, render); },
-            fmt::format("Width and height of the picture in pixels; default: {}x{}", render.width, render.height))
-        ->type_name("WxH");
+void add_size_option(CommandLine command, RenderOptions& render) {
+    const auto take = [&render](const std::string& text) -> std::string {
+        constexpr int k_largest_side = 16384;
+        const auto sides = parse_counts(text, k_largest_side);
+        if (!sides) return text + " is no size such as 1200x900";
+        render.width = (*sides)[0];
+        render.height = (*sides)[1];
+        return {};
+    };
+    command.option_function(
+        "--size", "WxH", take,
+        fmt::format("Width and height of the picture in pixels; default: {}x{}", render.width, render.height));
 }
 
-void add_view_options(CLI::App& command, RenderOptions& render) {
+void add_view_options(CommandLine command, RenderOptions& render) {
     add_size_option(command, render);
-    command
-        .add_option_function<std::string>(
-            "--camera", [&render](const std::string& text) { set_camera(text, render); },
-            "Where to look from, in degrees: turned about the model from its front, then raised; default: 32,20")
-        ->type_name("AZIMUTH,ELEVATION");
-    command
-        .add_option_function<std::string>(
-            "--up",
-            [&render](const std::string& axis) { render.view.up = axis == "z" ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0); },
-            "The model's axis that points upwards: y (default) or z")
-        ->type_name("AXIS")
-        ->check(CLI::IsMember({"y", "z"}).description(""));
+    const auto take_camera = [&render](const std::string& text) -> std::string {
+        const auto angles = finite_numbers(text, 2);
+        if (!angles || std::abs((*angles)[1]) > 90)
+            return text + " is no pair of degrees such as 32,20 (elevation -90 to 90)";
+        render.view.azimuth_degrees = std::remainder((*angles)[0], 360.0);
+        render.view.elevation_degrees = (*angles)[1];
+        return {};
+    };
+    command.option_function(
+        "--camera", "AZIMUTH,ELEVATION", take_camera,
+        "Where to look from, in degrees: turned about the model from its front, then raised; default: 32,20");
+    const auto take_up = [&render](const std::string& axis) {
+        render.view.up = axis == "z" ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0);
+        return axis == "y" || axis == "z" ? "" : axis + " not in {y,z}";
+    };
+    command.option_function("--up", "AXIS", take_up, "The model's axis that points upwards: y (default) or z");
 }
 
-std::string given_view_option(const CLI::App& command) {
+std::string given_view_option(const CommandLine& command) {
     for (const char* name : {"--size", "--camera", "--up"})
-        if (command.count(name) != 0) return name;
+        if (command.given(name)) return name;
     return {};
 }
 

@@ -1,8 +1,6 @@
 #include "scheme_option.hpp"
 
-#include "commands.hpp"
 #include "console.hpp"
-#include "run_options.hpp"
 
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/triangulate.hpp"
@@ -11,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -103,30 +103,23 @@ constexpr RuleOption k_rule_options[] = {
      [](RuleOptions& o) { o.averaging_boundary = AveragingBoundary::replicate; }},
 };
 
-CLI::Option* add(CLI::App& command, RuleOptions& rules, const RuleOption& option) {
-    const std::string flag(option.flag), help = fmt::format("{}: {}", option.users, option.help);
-    const auto set = [&rules, &option](const std::string& text) {
-        if (const std::string wrong = option.set(rules, text); !wrong.empty())
-            throw CLI::ValidationError(std::string(option.flag), wrong);
-    };
-    if (option.type_name.empty())
-        return command.add_flag_callback(
-            flag, [set] { set({}); }, help);
-    return command.add_option_function<std::string>(flag, set, help)->type_name(std::string(option.type_name));
-}
-
 }  // namespace
 
 std::span<const RuleOption> rule_options() { return k_rule_options; }
 
-std::vector<CLI::Option*> add_rule_options(CLI::App& command, RuleOptions& rules) {
-    std::vector<CLI::Option*> added;
-    for (const RuleOption& option : rule_options())
-        if (option.flag != k_steps_option) added.push_back(add(command, rules, option));
-    return added;
+void add_rule_options(CommandLine command, RuleOptions& rules, bool steps) {
+    for (const RuleOption& option : rule_options()) {
+        if (option.flag == k_steps_option && !steps) continue;
+        const std::string flag(option.flag), help = fmt::format("{}: {}", option.users, option.help);
+        if (option.type_name.empty())
+            command.flag_function(
+                flag, [&rules, &option] { option.set(rules, {}); }, help);
+        else
+            command.option_function(
+                flag, std::string(option.type_name),
+                [&rules, &option](const std::string& text) { return option.set(rules, text); }, help);
+    }
 }
-
-void add_steps_option(CLI::App& command, RuleOptions& rules) { add(command, rules, k_rule_options[0]); }
 
 std::vector<std::string> unused_rule_options(const RuleOptions& rules, const SchemeInfo& scheme,
                                              std::string_view steps_option) {
@@ -152,9 +145,10 @@ std::string certified_scheme_names() {
     return names;
 }
 
-const SchemeInfo& chosen_scheme(const std::string& text) {
+const SchemeInfo& chosen_scheme(std::string text) {
+    std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     try {
-        return scheme_named(CLI::detail::to_lower(text));
+        return scheme_named(text);
     } catch (const Error& error) {
         throw UsageError(error.what());
     }

@@ -3,8 +3,7 @@
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-
-#include <CLI/CLI.hpp>
+#include "command_line.hpp"
 
 #include <span>
 #include <string>
@@ -14,7 +13,7 @@
 namespace tetrakis::cli {
 
 /// The scheme of that name, in any case. @throws UsageError: an unknown one; says the nearest and all names
-const SchemeInfo& chosen_scheme(const std::string& text);
+const SchemeInfo& chosen_scheme(std::string text);
 
 /// A choice that the rules of some schemes offer, as an option of the command line.
 struct RuleOption {
@@ -30,9 +29,9 @@ struct RuleOption {
 inline constexpr std::string_view k_steps_option = "--steps", k_recede_option = "--recede";
 
 std::span<const RuleOption> rule_options();
-/// Adds all of them but --steps to the command; returns them.
-std::vector<CLI::Option*> add_rule_options(CLI::App& command, RuleOptions& rules);
-void add_steps_option(CLI::App& command, RuleOptions& rules);
+/// Adds all of them to the command.
+/// @param steps  as well the number of averaging steps
+void add_rule_options(CommandLine command, RuleOptions& rules, bool steps = true);
 /// Of the choices made, those that the scheme does not have, as warnings.
 /// @param steps_option  what the command calls the number of averaging steps
 std::vector<std::string> unused_rule_options(const RuleOptions& rules, const SchemeInfo& scheme,

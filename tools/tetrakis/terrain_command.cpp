@@ -1,12 +1,13 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "height_input.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
+#include "../../eval/lod_surfaces/terrain_tiles.hpp"
 #include "../../eval/terrain/height_grid.hpp"
+#include "../../eval/terrain/height_source.hpp"
 #include "../../eval/terrain/terrain_mesh.hpp"
 #include "../../hier/base/files.hpp"
 #include "../../hier/base/memory.hpp"
@@ -28,7 +29,7 @@
 namespace tetrakis::cli {
 namespace {
 
-struct Options {
+struct TerrainCommandOptions {
     HeightInput heights;
     std::filesystem::path output, report;
     double max_error = 0;
@@ -65,7 +66,8 @@ double rounding_of(const std::filesystem::path& output, const HeightGrid& grid, 
 
 /// Writes each tile into a file of its own.
 /// @return  what the report says about them
-Json write_tiles(FileSet& files, const Terrain& terrain, const Options& options, const RunContext& context) {
+Json write_tiles(FileSet& files, const Terrain& terrain, const TerrainCommandOptions& options,
+                 const RunContext& context) {
     const Box3d whole = bounding_box(terrain.mesh.positions);
     Json list = Json::array();
     const auto [across, down] = *options.tiles;
@@ -84,7 +86,7 @@ Json write_tiles(FileSet& files, const Terrain& terrain, const Options& options,
     return list;
 }
 
-ExitCode run_checked(const Options& options) {
+ExitCode run_checked(const TerrainCommandOptions& options) {
     Run process(options.run);
     std::vector<std::string> warnings;
     StageSeconds seconds;
@@ -156,7 +158,7 @@ ExitCode run_checked(const Options& options) {
     return ExitCode::done;
 }
 
-ExitCode run(const Options& options) {
+ExitCode run(const TerrainCommandOptions& options) {
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
@@ -164,42 +166,85 @@ ExitCode run(const Options& options) {
     return about(options.heights.path, [&] { return run_checked(options); });
 }
 
+struct TilesCommandOptions {
+    HeightInput heights;
+    std::filesystem::path output;
+    lod::TileOptions tiles;
+    RunOptions run;
+};
+
+ExitCode run_checked(const TilesCommandOptions& options) {
+    Run process(options.run);
+    const Stopwatch watch;
+    const auto source = options.heights.open(process);
+    lod::TileOptions tiles = options.tiles;
+    tiles.context = process.context();
+    lod::write_tiles(*source, options.output, tiles);
+    process.end_progress();
+    const HeightGrid& grid = source->frame();
+    Table table;
+    table.row("input", fmt::format("{} ({} x {} samples, {} apart)", options.heights.path.string(), grid.columns,
+                                   grid.rows, format_length(grid.spacing.x)));
+    table.row("written", fmt::format("{} ({})", options.output.string(),
+                                     format_bytes(std::filesystem::file_size(options.output))));
+    table.row("time", fmt::format("{:.1f} s", watch.seconds()));
+    table.row("memory", format_bytes(peak_memory_bytes()) + " at the peak");
+    table.print();
+    return ExitCode::done;
+}
+
+ExitCode run(const TilesCommandOptions& options) {
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::tiles, "-o", options.output);
+    outputs.check({options.heights.path});
+    return about(options.heights.path, [&] { return run_checked(options); });
+}
+
 }  // namespace
 
-void add_terrain_command(CLI::App& app, Command& chosen) {
-    auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("terrain", "Makes a mesh of a height grid, every sample within a tolerance");
-    options->heights.add(*command);
-    command
-        ->add_option("--max-error", options->max_error,
-                     "Largest vertical distance of a sample from the mesh, in the heights' unit; 0: none")
-        ->required()
-        ->type_name("H")
-        ->check(number_check("a height from 0 on", [](double value) { return value >= 0; }));
-    command->add_flag("--y-up", options->y_up, "y is the height and z runs south, as in engines; else z is the height");
-    command->add_flag("--normals", options->normals, "Write vertex normals: the means of the triangles around");
-    command
-        ->add_option_function<std::string>(
-            "--tiles",
-            [options](const std::string& text) {
-                constexpr int k_most = 4096;  // along a side: files enough
-                options->tiles = parse_counts(text, k_most);
-                if (!options->tiles)
-                    throw CLI::ValidationError("--tiles", text + " is no pair of counts such as 4x3 (1 to 4096 each)");
-            },
-            "Cut into so many tiles across and down: files OUT_ROW_COLUMN without gaps between them, 0_0 in the "
-            "north-west")
-        ->type_name("CxR");
-    options->run.add(*command);
-    command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
-        ->required()
-        ->type_name("OUT");
-    command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
-    command->footer(
+void add_terrain_command(CommandLine program) {
+    auto options = std::make_shared<TerrainCommandOptions>();
+    CommandLine command = program.command(
+        "terrain", "Makes a mesh of a height grid, every sample within a tolerance",
         "x = column * spacing and y = -row * spacing, from the file's origin if it has one.\n"
         "Example:\n  tetrakis terrain data/island.png --scale 0.1 --spacing 10 --max-error 5 -o island.glb\n"
         "  tetrakis terrain data/island.png --scale 0.1 --spacing 10 --max-error 5 --tiles 4x4 --normals -o tile.glb");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    options->heights.add(command);
+    command
+        .option("--max-error", "H", options->max_error,
+                "Largest vertical distance of a sample from the mesh, in the heights' unit; 0: none")
+        .required()
+        .number("a height from 0 on", [](double value) { return value >= 0; });
+    command.flag("--y-up", options->y_up, "y is the height and z runs south, as in engines; else z is the height");
+    command.flag("--normals", options->normals, "Write vertex normals: the means of the triangles around");
+    const auto take_tiles = [options](const std::string& text) {
+        constexpr int k_most = 4096;  // along a side: files enough
+        options->tiles = parse_counts(text, k_most);
+        return options->tiles ? "" : text + " is no pair of counts such as 4x3 (1 to 4096 each)";
+    };
+    command.option_function(
+        "--tiles", "CxR", take_tiles,
+        "Cut into so many tiles across and down: files OUT_ROW_COLUMN without gaps between them, 0_0 in the "
+        "north-west");
+    options->run.add(command);
+    command.option("-o,--output", "OUT", options->output, "Mesh to write: .obj, .ply or .glb").required();
+    command.option("--report", "R.json", options->report, "Write figures as JSON");
+    command.runs([options] { return run(*options); });
+}
+
+void add_tiles_command(CommandLine program) {
+    auto options = std::make_shared<TilesCommandOptions>();
+    CommandLine command = program.command(
+        "tiles", "Cuts a height grid of any size into tiles of all levels for `lod`",
+        "Raw files, HGT and what GDAL reads are not in memory at once; pictures are. `tetrakis lod OUT` flies over "
+        "it.\n"
+        "Example:\n  tetrakis tiles data/island.png --scale 0.1 --spacing 40 -o island.tiles");
+    options->heights.add(command);
+    command.option("--missing", "H", options->tiles.missing_height, "The height where there is no data")
+        .number("a number", [](double) { return true; });
+    options->run.add(command);
+    command.option("-o,--output", "OUT", options->output, "File to write: .tiles").required();
+    command.runs([options] { return run(*options); });
 }
 
 }  // namespace tetrakis::cli

@@ -240,120 +240,93 @@ ExitCode run(TessellateCommandOptions options) {
     return about(options.input, [&] { return run_checked(options); });
 }
 
-void add_refinement_options(CLI::App& command, TessellateOptions& t) {
-    CLI::Option* tolerance =
-        command
-            .add_option(
-                "--tolerance", t.tolerance,
+void add_refinement_options(CommandLine command, TessellateOptions& t) {
+    command
+        .option("--tolerance", "T", t.tolerance,
                 "Largest distance allowed between mesh and limit surface (or target), in both directions, as a\n"
                 "share of the diagonal of the box of all vertices that faces of the control mesh use")
-            ->type_name("T")
-            ->check(
-                number_check("a positive number (a share of the diagonal such as 1e-3, or with --absolute a length)",
-                             [](double x) { return x > 0; }));
-    command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model")
-        ->needs(tolerance);
-    command
-        .add_option_function<std::string>(
-            "--max-triangles",
-            [&t](const std::string& text) {
-                const std::uint64_t count = parse_size(text, k_thousand).value_or(0);
-                if (count < 1 || count > std::numeric_limits<std::uint32_t>::max())
-                    throw CLI::ValidationError("--max-triangles", text + " is no number such as 5000 or 10k");
-                t.max_triangles = count;
-            },
-            "Make the best mesh of at most so many triangles (5000, 10k). Where even the coarsest mesh, which\n"
-            "keeps the control mesh's corners, has more, nothing is written, and the error says how many it has")
-        ->type_name("N");
-    command
-        .add_option_function<std::string>(
-            "--estimator",
-            [&t](const std::string& name) {
-                t.estimator = name == "certified" ? EstimatorKind::certified : EstimatorKind::measured;
-            },
-            "What is to be within the tolerance: measured (default; the distances of closest points; fewest triangles) "
-            "or\n"
-            "certified (a proven bound on them)")
-        ->type_name("E")
-        ->check(CLI::IsMember({"measured", "certified"}).description(""));
-    command.add_option("--min-level", t.min_level, "Cut every face at least so often")
-        ->type_name("N")
-        ->check(CLI::Range(0, TessellateOptions{}.max_level));
-    command.add_option("--max-level", t.max_level, "Cut no face more often")
-        ->type_name("N")
-        ->check(CLI::Range(0, TessellateOptions{}.max_level));
+        .number("a positive number (a share of the diagonal such as 1e-3, or with --absolute a length)",
+                [](double x) { return x > 0; });
+    command.flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model")
+        .needs("--tolerance");
+    const auto take_triangles = [&t](const std::string& text) {
+        const std::uint64_t count = parse_size(text, k_thousand).value_or(0);
+        t.max_triangles = count;
+        return count < 1 || count > std::numeric_limits<std::uint32_t>::max()
+                   ? text + " is no number such as 5000 or 10k"
+                   : "";
+    };
+    command.option_function(
+        "--max-triangles", "N", take_triangles,
+        "Make the best mesh of at most so many triangles (5000, 10k). Where even the coarsest mesh, which\n"
+        "keeps the control mesh's corners, has more, nothing is written, and the error says how many it has");
+    const auto take_estimator = [&t](const std::string& name) {
+        t.estimator = name == "certified" ? EstimatorKind::certified : EstimatorKind::measured;
+        return name == "certified" || name == "measured" ? "" : name + " not in {measured,certified}";
+    };
+    command.option_function(
+        "--estimator", "E", take_estimator,
+        "What is to be within the tolerance: measured (default; the distances of closest points; fewest triangles) "
+        "or\n"
+        "certified (a proven bound on them)");
+    command.option("--min-level", "N", t.min_level, "Cut every face at least so often")
+        .range(0, TessellateOptions{}.max_level, Option::InHelp::yes);
+    command.option("--max-level", "N", t.max_level, "Cut no face more often")
+        .range(0, TessellateOptions{}.max_level, Option::InHelp::yes);
 }
 
 }  // namespace
 
-void add_tessellate_command(CLI::App& app, Command& chosen) {
+void add_tessellate_command(CommandLine program) {
     auto options = std::make_shared<TessellateCommandOptions>();
-    CLI::App* command = app.add_subcommand(
-        "tessellate", "Makes a watertight triangle mesh of the limit surface, as fine as a tolerance asks");
-    command->add_option("IN", options->input, "Control mesh (.obj)")->required()->type_name("");
-    command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
-        ->required()
-        ->type_name("OUT");
-    command
-        ->add_option(
-            "--scheme", options->scheme,
-            "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark). Honeycomb is refined by\n"
-            "whole levels, the others where that is needed.\n"
-            "Catmull-clark and loop are exact everywhere; the others are known by their limit points: errors\n"
-            "are measured against a denser mesh of these, and there is no --target or --displacement.\n"
-            "These have certified errors, for the others certified_error is null:\n" +
-                certified_scheme_names())
-        ->type_name("S");
-    add_steps_option(*command, options->tessellate.rules);
-    add_rule_options(*command, options->tessellate.rules);
-    add_refinement_options(*command, options->tessellate);
-    command
-        ->add_option("--target", options->target,
-                     "Project the vertices onto this mesh (a scan, a sculpt). The tolerance holds both ways: a target\n"
-                     "that reaches beyond what the control mesh covers makes exit code 4, with a warning. With\n"
-                     "--displacement too, vertices are raised first and then projected")
-        ->type_name("MESH");
-    CLI::Option* displacement =
-        command
-            ->add_option("--displacement", options->displacement, "Raise the surface by this picture's heights, by UV")
-            ->type_name("IMG");
-    CLI::Option* amplitude =
-        command->add_option("--amplitude", options->amplitude, "How far white is raised, in the unit of the model")
-            ->type_name("A")
-            ->check(number_check("a finite number", [](double) { return true; }))
-            ->needs(displacement);
-    displacement->needs(amplitude);
-    command
-        ->add_option("--crease-angle", options->tessellate.crease_degrees,
-                     "Give a vertex several normals where its limit normal is farther than this off a triangle, in\n"
-                     "degrees: on roundings tighter than the tolerance. Infinitely sharp edges always are hard")
-        ->type_name("DEG")
-        ->capture_default_str()
-        ->check(number_check("an angle from 0 to 180 degrees", [](double x) { return x >= 0 && x <= 180; }));
-    CLI::Option* no_measure =
-        command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
-    command
-        ->add_option(
-            "--samples", options->tessellate.measure_samples,
-            "Points to sample in each direction when the result is measured, about; at most some 300 a triangle")
-        ->type_name("N")
-        ->capture_default_str()
-        ->check(CLI::Range(std::uint64_t{1}, k_most_samples))
-        ->excludes(no_measure);
-    add_read_options(*command, options->read);
-    command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
-    command->add_option("--image", options->image, "Draw the result with its wireframe")->type_name("I.png");
-    command->add_option("--image-heat", options->heat_image, "Draw the result coloured by its error")
-        ->type_name("H.png");
-    add_view_options(*command, options->render);
-    options->run.add(*command);
-    command->footer(
+    CommandLine command = program.command(
+        "tessellate", "Makes a watertight triangle mesh of the limit surface, as fine as a tolerance asks",
         "Exit code 4: the tolerance was not reached, the best result is written all the same.\n"
         "Example:\n  tetrakis tessellate data/rook.obj --tolerance 1e-3 -o rook.glb --report rook.json");
-    command->callback([options, command, &chosen] {
-        options->scheme_given = command->count("--scheme") != 0;
-        options->view_option = given_view_option(*command);
-        chosen = [options] { return run(*options); };
+    command.option("IN", "", options->input, "Control mesh (.obj)").required();
+    command.option("-o,--output", "OUT", options->output, "Mesh to write: .obj, .ply or .glb").required();
+    command.option("--scheme", "S", options->scheme,
+                   "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark). Honeycomb is refined by\n"
+                   "whole levels, the others where that is needed.\n"
+                   "Catmull-clark and loop are exact everywhere; the others are known by their limit points: errors\n"
+                   "are measured against a denser mesh of these, and there is no --target or --displacement.\n"
+                   "These have certified errors, for the others certified_error is null:\n" +
+                       certified_scheme_names());
+    add_rule_options(command, options->tessellate.rules);
+    add_refinement_options(command, options->tessellate);
+    command.option("--target", "MESH", options->target,
+                   "Project the vertices onto this mesh (a scan, a sculpt). The tolerance holds both ways: a target\n"
+                   "that reaches beyond what the control mesh covers makes exit code 4, with a warning. With\n"
+                   "--displacement too, vertices are raised first and then projected");
+    const Option displacement = command.option("--displacement", "IMG", options->displacement,
+                                               "Raise the surface by this picture's heights, by UV");
+    command.option("--amplitude", "A", options->amplitude, "How far white is raised, in the unit of the model")
+        .number("a finite number", [](double) { return true; })
+        .needs("--displacement");
+    displacement.needs("--amplitude");
+    command
+        .option("--crease-angle", "DEG", options->tessellate.crease_degrees,
+                "Give a vertex several normals where its limit normal is farther than this off a triangle, in\n"
+                "degrees: on roundings tighter than the tolerance. Infinitely sharp edges always are hard")
+        .shows_default()
+        .number("an angle from 0 to 180 degrees", [](double x) { return x >= 0 && x <= 180; });
+    command.flag("--no-measure", options->no_measure, "Do not measure the result at the end");
+    command
+        .option("--samples", "N", options->tessellate.measure_samples,
+                "Points to sample in each direction when the result is measured, about; at most some 300 a triangle")
+        .shows_default()
+        .range(std::uint64_t{1}, k_most_samples, Option::InHelp::yes)
+        .excludes("--no-measure");
+    add_read_options(command, options->read);
+    command.option("--report", "R.json", options->report, "Write figures as JSON");
+    command.option("--image", "I.png", options->image, "Draw the result with its wireframe");
+    command.option("--image-heat", "H.png", options->heat_image, "Draw the result coloured by its error");
+    add_view_options(command, options->render);
+    options->run.add(command);
+    command.runs([options, command] {
+        options->scheme_given = command.given("--scheme");
+        options->view_option = given_view_option(command);
+        return run(*options);
     });
 }
 

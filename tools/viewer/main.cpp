@@ -1,3 +1,4 @@
+#include "../tetrakis/command_line.hpp"
 #include "../tetrakis/console.hpp"
 #include "../tetrakis/files.hpp"
 #include "../tetrakis/lod_scene.hpp"
@@ -8,7 +9,6 @@
 #include "../../eval/io/png.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/surface.hpp"
-#include "../../hier/base/error.hpp"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -20,7 +20,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -243,7 +242,7 @@ void take_screenshot(const ViewerOptions& options, const cli::LodScene& scene) {
                                              [&] { drawing.draw(camera, lights_of(camera), options.wireframe); }));
 }
 
-void run(const ViewerOptions& options) {
+cli::ExitCode run(const ViewerOptions& options) {
     cli::OutputFiles outputs;
     outputs.add(cli::OutputFiles::Kind::picture, "--screenshot", options.screenshot);
     outputs.check(options.input.inputs(options.path));
@@ -252,33 +251,28 @@ void run(const ViewerOptions& options) {
     const cli::LodScene scene = options.input.load(process, warnings);
     process.end_progress();
     cli::print_warnings(warnings);
+    cli::let_interrupts_end();
     if (options.screenshot.empty())
         show(options, scene);
     else
         take_screenshot(options, scene);
+    return cli::ExitCode::done;
 }
 
-void add_options(CLI::App& app, ViewerOptions& options) {
+void add_options(cli::CommandLine line, ViewerOptions& options) {
     options.size.width = 1280;
     options.size.height = 720;
-    options.input.add(app);
-    app.add_option("--pixels", options.pixels, "Triangles whose error looks larger are split (1)")
-        ->type_name("E")
-        ->check(cli::number_check("a positive number", [](double value) { return value > 0; }));
-    app.add_option("--budget", options.leaves, "Most triangles (200000)")
-        ->type_name("N")
-        ->check(CLI::Range(1u, 100'000'000u).description(""));
-    app.add_option("--path", options.path, "Cameras to fly along, as tetrakis lod has them; default: once around")
-        ->type_name("CAMERA.json");
-    app.add_option("--frames", options.frames, "Of that flight (120)")
-        ->type_name("N")
-        ->check(CLI::Range(1u, 1'000'000u).description(""));
-    app.add_option("--screenshot", options.screenshot, "Fly along it unseen, write the last frame, and end")
-        ->type_name("PNG");
-    app.add_flag("--wireframe", options.wireframe, "Draw the edges of the triangles, too");
-    cli::add_size_option(app, options.size);
-    options.run.add(app);
-    app.footer("Example:\n  tetrakis_viewer data/island.png --scale 0.1 --spacing 40");
+    options.input.add(line);
+    line.option("--pixels", "E", options.pixels, "Triangles whose error looks larger are split (1)").positive();
+    line.option("--budget", "N", options.leaves, "Most triangles (200000)").range(1u, 100'000'000u);
+    line.option("--path", "CAMERA.json", options.path,
+                "Cameras to fly along, as tetrakis lod has them; default: once around");
+    line.option("--frames", "N", options.frames, "Of that flight (120)").range(1u, 1'000'000u);
+    line.option("--screenshot", "PNG", options.screenshot, "Fly along it unseen, write the last frame, and end");
+    line.flag("--wireframe", options.wireframe, "Draw the edges of the triangles, too");
+    cli::add_size_option(line, options.size);
+    options.run.add(line);
+    line.runs([&options] { return run(options); });
 }
 
 }  // namespace
@@ -286,25 +280,11 @@ void add_options(CLI::App& app, ViewerOptions& options) {
 
 int main(int argc, char** argv) {
     using namespace tetrakis;
-    CLI::App app("tetrakis_viewer: flies over a terrain, a planet or a subdivision surface with view-dependent LOD",
-                 "tetrakis_viewer");
+    cli::Program program(
+        "tetrakis_viewer",
+        "tetrakis_viewer: flies over a terrain, a planet or a subdivision surface with view-dependent LOD",
+        "Example:\n  tetrakis_viewer data/island.png --scale 0.1 --spacing 40");
     viewer::ViewerOptions options;
-    viewer::add_options(app, options);
-    cli::ExitCode code = cli::ExitCode::failure;
-    try {
-        app.parse(argc, argv);
-        viewer::run(options);
-        return 0;
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : static_cast<int>(cli::ExitCode::usage);
-    } catch (const cli::UsageError& error) {
-        cli::print_error(error.what());
-        code = cli::ExitCode::usage;
-    } catch (const cli::InputError& error) {
-        cli::print_error(error.what());
-        code = cli::ExitCode::bad_input;
-    } catch (const std::exception& error) {
-        cli::print_error(error.what());
-    }
-    return static_cast<int>(code);
+    viewer::add_options(program.line(), options);
+    return program.run(argc, argv);
 }

@@ -10,9 +10,11 @@
 #include "../../../eval/estimate/mask_norm_bound.hpp"
 #include "../../../schemes/analysis/spectrum.hpp"
 #include "../../../schemes/core/rule_step.hpp"
+#include "../../../schemes/core/scheme_table.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -201,35 +203,65 @@ ExitCode run(SchemeOptions options) {
     return ExitCode::done;
 }
 
+ExitCode print_list_as_json() {
+    Json list = Json::array();
+    for (const SchemeInfo& s : scheme_table())
+        list.push_back({{"name", s.name},
+                        {"title", s.title},
+                        {"refinement", name(s.refinement)},
+                        {"faces", name(s.family)},
+                        {"interpolating", s.interpolating},
+                        {"smoothness", s.smoothness},
+                        {"reproduction_degree", s.reproduction},
+                        {"generation_degree", s.generation},
+                        {"notes", s.notes}});
+    fmt::print("{}", dump(list));
+    return ExitCode::done;
+}
+
+ExitCode print_list() {
+    std::size_t width = 0;
+    for (const SchemeInfo& s : scheme_table()) width = std::max(width, s.name.size());
+    fmt::print("{:<{}}  {:<12}  {:<8}  {:<13}  {:<10}  what it takes\n", "name", width, "refinement", "faces", "",
+               "smoothness");
+    for (const SchemeInfo& s : scheme_table())
+        fmt::print("{:<{}}  {:<12}  {:<8}  {:<13}  {:<10}  {}\n", s.name, width, name(s.refinement), name(s.family),
+                   s.interpolating ? "interpolating" : "approximating", s.smoothness.substr(0, s.smoothness.find(' ')),
+                   s.notes);
+    fmt::print("\nSmoothness: on regular meshes. \"tetrakis scheme NAME\" explains one.\n");
+    return ExitCode::done;
+}
+
 }  // namespace
 
-void add_scheme_command(CLI::App& app, Command& chosen) {
+void add_scheme_command(CommandLine program) {
     auto options = std::make_shared<SchemeOptions>();
-    CLI::App* command = app.add_subcommand("scheme", "Explains a subdivision scheme: masks, eigenvalues, limits");
-    command->add_option("NAME", options->scheme, "Scheme; \"tetrakis schemes\" lists them")->required()->type_name("");
-    command
-        ->add_option("--valence", options->valence,
-                     "Edges at the vertex, or corners of the face of a dual scheme (the regular number)")
-        ->type_name("N");
-    CLI::Option* boundary = command->add_flag("--boundary", options->boundary,
-                                              "Look at a boundary vertex, or a dual scheme's boundary edge");
-    CLI::Option* corner =
-        command->add_flag("--corner", options->corner,
-                          "Look at a corner: between two sharp edges, at a boundary or not; see --corner-angle");
-    command->add_flag("--dart", options->dart, "Look at a dart: a vertex inside where a crease ends")
-        ->excludes(corner)
-        ->excludes(boundary);
-    command->add_flag("--matrix", options->matrix, "The local subdivision matrix as well");
-    command->add_flag("--json", options->json, "Print JSON");
-    command->add_option("--image", options->image, "Draw masks, characteristic map and basis function (.png)")
-        ->type_name("PNG");
-    add_steps_option(*command, options->rules);
-    add_rule_options(*command, options->rules);
-    command->footer("Example:\n  tetrakis scheme loop --valence 5 --image loop5.png");
-    command->callback([options, &chosen] {
+    CommandLine command = program.command("scheme", "Explains a subdivision scheme: masks, eigenvalues, limits",
+                                          "Example:\n  tetrakis scheme loop --valence 5 --image loop5.png");
+    command.option("NAME", "", options->scheme, "Scheme; \"tetrakis schemes\" lists them").required();
+    command.option("--valence", "N", options->valence,
+                   "Edges at the vertex, or corners of the face of a dual scheme (the regular number)");
+    command.flag("--boundary", options->boundary, "Look at a boundary vertex, or a dual scheme's boundary edge");
+    command.flag("--corner", options->corner,
+                 "Look at a corner: between two sharp edges, at a boundary or not; see --corner-angle");
+    command.flag("--dart", options->dart, "Look at a dart: a vertex inside where a crease ends")
+        .excludes("--corner")
+        .excludes("--boundary");
+    command.flag("--matrix", options->matrix, "The local subdivision matrix as well");
+    command.flag("--json", options->json, "Print JSON");
+    command.option("--image", "PNG", options->image, "Draw masks, characteristic map and basis function (.png)");
+    add_rule_options(command, options->rules);
+    command.runs([options] {
         options->boundary = options->boundary || options->corner;
-        chosen = [options] { return run(*options); };
+        return run(*options);
     });
+}
+
+void add_schemes_command(CommandLine program) {
+    auto json = std::make_shared<bool>(false);
+    CommandLine command = program.command("schemes", "Lists the subdivision schemes", "Example:\n  tetrakis schemes");
+    command.flag("--json", *json, "Print JSON");
+    command.runs([json] { return *json ? print_list_as_json() : print_list(); });
 }
 
 }  // namespace tetrakis::cli
