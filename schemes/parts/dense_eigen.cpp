@@ -153,7 +153,7 @@ constexpr double k_beside = 1e-14;
 // An even number: the start's sign stays.
 constexpr int k_solves = 4;
 
-/// By inverse iteration, from what is neither even nor odd in anything.
+/// By inverse iteration. The start has a part in every eigenvector: it is neither even nor odd.
 VectorXcd left_eigenvector_of(const MatrixXcd& m, Complex lambda) {
     VectorXcd x(m.rows());
     for (Eigen::Index i = 0; i < x.size(); ++i)

@@ -25,7 +25,7 @@ namespace tetrakis::bench {
 
 namespace {
 
-/// What is refined, and how.
+/// A model, and how it is refined.
 struct Case {
     const BenchModel* model;
     const SchemeInfo* scheme;

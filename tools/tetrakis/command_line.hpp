@@ -71,7 +71,7 @@ class CommandLine {
     /// An option with a value. @param type  how the help text calls the value; empty: the first value without a name
     template <class T>
     Option option(const std::string& names, const std::string& type, T& to, const std::string& help);
-    /// @param take  reads the value; returns what is wrong with it, or an empty text
+    /// @param take  reads the value; returns why it is refused, or an empty text
     Option option_function(const std::string& names, const std::string& type,
                            std::function<std::string(const std::string&)> take, const std::string& help);
     Option flag(const std::string& names, bool& to, const std::string& help);
@@ -80,7 +80,7 @@ class CommandLine {
     CommandLine at_most_one(const std::string& name, const std::string& help);
     /// A command of the program. @param last  the end of its help text
     CommandLine command(const std::string& name, const std::string& help, const std::string& last);
-    /// What is run once the command line is parsed.
+    /// The work to do after the command line has been parsed.
     void runs(std::function<ExitCode()> work);
 
     bool given(const std::string& option) const;

@@ -259,7 +259,7 @@ void add_refine_command(CommandLine program) {
             .option(std::string(k_averaging_steps_option), "M", options->rules.averaging_steps,
                     "With --factored, for averaging: what --steps is without it (3)")
             .range(0, k_most_steps);
-    add_rule_options(command, options->rules, false);
+    add_rule_options(command, options->rules, StepsOption::leave_out);
     command
         .option("--smoothing", "N", options->smoothing,
                 "Rounds of smoothing of the control points first, for interpolating schemes (0)")

@@ -107,9 +107,9 @@ constexpr RuleOption k_rule_options[] = {
 
 std::span<const RuleOption> rule_options() { return k_rule_options; }
 
-void add_rule_options(CommandLine command, RuleOptions& rules, bool steps) {
+void add_rule_options(CommandLine command, RuleOptions& rules, StepsOption steps) {
     for (const RuleOption& option : rule_options()) {
-        if (option.flag == k_steps_option && !steps) continue;
+        if (option.flag == k_steps_option && steps == StepsOption::leave_out) continue;
         const std::string flag(option.flag), help = fmt::format("{}: {}", option.users, option.help);
         if (option.type_name.empty())
             command.flag_function(

@@ -29,9 +29,10 @@ struct RuleOption {
 inline constexpr std::string_view k_steps_option = "--steps", k_recede_option = "--recede";
 
 std::span<const RuleOption> rule_options();
-/// Adds all of them to the command.
-/// @param steps  as well the number of averaging steps
-void add_rule_options(CommandLine command, RuleOptions& rules, bool steps = true);
+enum class StepsOption { leave_out, add };
+/// Adds them to the command.
+/// @param steps  whether the number of averaging steps is one of them
+void add_rule_options(CommandLine command, RuleOptions& rules, StepsOption steps = StepsOption::add);
 /// Of the choices made, those that the scheme does not have, as warnings.
 /// @param steps_option  what the command calls the number of averaging steps
 std::vector<std::string> unused_rule_options(const RuleOptions& rules, const SchemeInfo& scheme,
