@@ -151,8 +151,9 @@ Vec3d LoopBounder::position(const LoopCell& cell, const Bary& at) const {
     return corner >= 0 ? patches_.corner(cell, corner) : patches_.position(cell, at);
 }
 
-LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding) {
-    start(decide_at, true);
+LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding,
+                                  bool may_reject) {
+    start(decide_at, may_reject);
     Piece piece{{}, {}, {0, 1, 2}};
     Level& level = locate(leaf, piece.at);
     return error_in(level, piece, sliding);
@@ -238,9 +239,8 @@ double LoopBounder::irregular_error(const LoopCell& cell, const Piece& piece, bo
         const int valence = cell.star->valence();
         const Vec3d* points = cell.star->points();
         if (const detail::StarNorms* norms = detail::StarNorms::loop(valence)) {
-            const std::array<Vec3d, 3> corner{detail::loop_star_limit(valence, points),
-                                              detail::loop_star_corner(valence, points, 1),
-                                              detail::loop_star_corner(valence, points, 2)};
+            const std::array<Vec3d, 3> corner{patches_.corner(cell, 0), patches_.corner(cell, 1),
+                                              patches_.corner(cell, 2)};
             return norms->deviation({points, static_cast<std::size_t>(detail::loop_star_size(valence))}, 0) +
                    between(corner, piece.at, piece.linear);
         }
@@ -266,7 +266,17 @@ double LoopBounder::hull_error(const LoopCell& cell, const Edges& edge, bool may
     return error;
 }
 
-void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
+QuickError LoopBounder::quick_error(const CellTriangle& leaf) {
+    QuickError quick;
+    std::array<Vec3d, 6> s;
+    sample(leaf, 2, s);
+    quick.corners = {s[3], s[5], s[0]};
+    for (const Vec3d& m : {s[4] - 0.5 * (s[3] + s[5]), s[1] - 0.5 * (s[3] + s[0]), s[2] - 0.5 * (s[5] + s[0])})
+        if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
+    return quick;
+}
+
+void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {
     Corners at;
     const LoopCell& cell = locate(leaf, at).cell;
     const bool is_regular = cell.kind == LoopCell::Kind::regular;
@@ -282,22 +292,14 @@ void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> posit
         return child.kind == LoopCell::Kind::regular ? LatticeWeights::position(child.net, inside)
                                                      : this->position(child, inside);
     };
-    const double unit = std::ldexp(1.0, -leaf.level), step = 1.0 / n;
+    const double step = 1.0 / n;
     std::size_t out = 0;
     for (int row = 0; row <= n; ++row)  // distance from corner 2
-        for (int i = 0; i <= row; ++i, ++out) {
+        for (int i = 0; i <= row; ++i) {
             const double b0 = (row - i) * step, b1 = i * step, b2 = (n - row) * step;
-            if (normals.empty()) {
-                Bary b;
-                for (std::size_t c = 0; c < 3; ++c) b[c] = b0 * at[0][c] + b1 * at[1][c] + b2 * at[2][c];
-                positions[out] = position(b);
-                continue;
-            }
-            const double x = (b0 * leaf.corner[0].x + b1 * leaf.corner[1].x + b2 * leaf.corner[2].x) * unit;
-            const double y = (b0 * leaf.corner[0].y + b1 * leaf.corner[1].y + b2 * leaf.corner[2].y) * unit;
-            const SurfacePoint p = patches_.tangents(leaf.root, x, y);
-            positions[out] = p.position;
-            normals[out] = glm::cross(p.du, p.dv);
+            Bary b;
+            for (std::size_t c = 0; c < 3; ++c) b[c] = b0 * at[0][c] + b1 * at[1][c] + b2 * at[2][c];
+            positions[out++] = position(b);
         }
 }
 

@@ -25,16 +25,24 @@ class LoopBounder : private detail::PatchBounder<> {
     /// Bounds on the error of a leaf, refined until they lie on one side of `decide_at` or within a twentieth; where
     /// `lower` exceeds `decide_at`, `upper` may be infinite.
     /// @param sliding  at edges where there is some, the error is that of EdgeSliding
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding = {});
+    /// @param may_reject  ends as soon as the error is certainly above `decide_at`
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding = {},
+                         bool may_reject = true);
 
     /// The same of any triangle of a root's parameters, with its corners on the surface. It is not rejected.
     LeafError part_error(HalfedgeId root, const std::array<Vec2d, 3>& corners, double decide_at);
 
-    /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points in the order
-    /// corner 2 first, rows parallel to the edge corner 0 - corner 1. Positions and (unnormalised) normals of the limit
-    /// surface.
-    /// @param normals  may be empty
-    void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals);
+    /// As QuadBounder has it.
+    double certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding = {}) {
+        return leaf_error(leaf, floor, sliding, false).upper;
+    }
+
+    /// Corners, the largest deviation in the middle of an edge.
+    QuickError quick_error(const CellTriangle& leaf);
+
+    /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points of the limit
+    /// surface in the order corner 2 first, rows parallel to the edge corner 0 - corner 1.
+    void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions);
 
   private:
     using Patch = detail::BezierTriangle<4>;

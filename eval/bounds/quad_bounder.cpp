@@ -227,10 +227,6 @@ LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double d
     return finish();
 }
 
-double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding) {
-    return leaf_error(leaf, floor, sliding, false).upper;
-}
-
 QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
     QuickError quick;
     if (is_root(leaf)) {
@@ -356,8 +352,8 @@ void QuadBounder::sample_smooth(const detail::Net16& net, const Piece& piece, in
         }
 }
 
-void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
-    if (normals.empty() && !is_root(leaf) && (n == 2 || n == 4 || n == 8)) {
+void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {
+    if (!is_root(leaf) && (n == 2 || n == 4 || n == 8)) {
         const Piece piece = piece_of(leaf);
         const PathCell& cell = home(piece);
         if (cell.smooth()) {
@@ -367,14 +363,7 @@ void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> posit
     }
     std::size_t out = 0;
     const auto put = [&](HalfedgeId root, double x, double y) {
-        if (normals.empty()) {
-            positions[out] = QuadPatches::position(patches_.root_node(root), x, y);
-        } else {
-            const SurfacePoint point = patches_.frame(root, x, y);
-            positions[out] = point.position;
-            normals[out] = glm::cross(point.du, point.dv);
-        }
-        ++out;
+        positions[out++] = QuadPatches::position(patches_.root_node(root), x, y);
     };
     const double unit = std::ldexp(1.0, -leaf.level);
     const bool root_leaf = is_root(leaf);

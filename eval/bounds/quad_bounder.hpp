@@ -36,7 +36,9 @@ class QuadBounder : private detail::PatchBounder<> {
 
     /// Certified bound, tight to a twentieth where it exceeds `floor`: the largest over many leaves takes little more
     /// than one pass.
-    double certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding = {});
+    double certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding = {}) {
+        return leaf_error(leaf, floor, sliding, false).upper;
+    }
 
     /// Size of S - L over the depth-0 leaf of a root, L linear over each of its two cells with the value at the face's
     /// centre given (it need not lie on the surface).
@@ -45,10 +47,9 @@ class QuadBounder : private detail::PatchBounder<> {
     /// Corners, the deviation in the middle of the base edge. Depth-0 leaves included.
     QuickError quick_error(const CellTriangle& leaf);
 
-    /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points in the order
-    /// corner 2 first, rows parallel to the edge corner 0 - corner 1. Positions and (unnormalised) normals of the limit
-    /// surface.
-    void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals);
+    /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points of the limit
+    /// surface in the order corner 2 first, rows parallel to the edge corner 0 - corner 1.
+    void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions);
 
   private:
     /// A triangle made of half a cell (right angle at corner `turn`: corners turn, turn + 1, turn + 3), or of a quarter

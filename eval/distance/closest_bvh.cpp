@@ -15,7 +15,6 @@ struct ClosestBvh::State {
     State(std::uint64_t max_memory_bytes) : scene(RTC_SCENE_FLAG_NONE, max_memory_bytes) {}
     detail::EmbreeScene scene;
     detail::LocalFrame frame;
-    Box3d bounds;
     std::uint32_t count = 0;
     const std::function<Box3d(std::uint32_t)>* box_of = nullptr;  // during the build only
     std::mutex thrown_mutex;
@@ -72,23 +71,11 @@ struct ClosestBvhCallbacks {
     }
 };
 
-ClosestBvh::ClosestBvh() = default;
 ClosestBvh::~ClosestBvh() = default;
-ClosestBvh::ClosestBvh(ClosestBvh&&) noexcept = default;
-ClosestBvh& ClosestBvh::operator=(ClosestBvh&&) noexcept = default;
-
-ClosestBvh::ClosestBvh(std::span<const Box3d> boxes, const RunContext& context) {
-    build(
-        static_cast<std::uint32_t>(boxes.size()), [&](std::uint32_t i) { return boxes[i]; }, context);
-}
 
 ClosestBvh::ClosestBvh(std::uint32_t count, const std::function<Box3d(std::uint32_t)>& box_of,
-                       const RunContext& context) {
-    build(count, box_of, context);
-}
-
-void ClosestBvh::build(std::uint32_t count, const std::function<Box3d(std::uint32_t)>& box_of,
-                       const RunContext& context) {
+                       const RunContext& context)
+    : state_(std::make_unique<State>(context.max_memory_bytes)) {
     Box3d bounds;
     constexpr std::uint32_t k_boxes_per_report = 4096;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -100,30 +87,23 @@ void ClosestBvh::build(std::uint32_t count, const std::function<Box3d(std::uint3
                 throw Error(ErrorCode::invalid_input, fmt::format("the bounding box of primitive {} is not finite", i));
         if (!box.empty()) bounds.add(box);
     }
-    auto state = std::make_unique<State>(context.max_memory_bytes);
-    state->count = count;
-    state->bounds = bounds;
-    state->frame = detail::LocalFrame::of(bounds);
-    state->box_of = &box_of;
+    state_->count = count;
+    state_->frame = detail::LocalFrame::of(bounds);
+    state_->box_of = &box_of;
     if (count > 0) {
-        RTCGeometry geometry = rtcNewGeometry(state->scene.device(), RTC_GEOMETRY_TYPE_USER);
+        RTCGeometry geometry = rtcNewGeometry(state_->scene.device(), RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryUserPrimitiveCount(geometry, count);
-        rtcSetGeometryUserData(geometry, state.get());
+        rtcSetGeometryUserData(geometry, state_.get());
         rtcSetGeometryBoundsFunction(geometry, &ClosestBvhCallbacks::bounds, nullptr);
         rtcSetGeometryPointQueryFunction(geometry, &ClosestBvhCallbacks::candidate);
-        with_threads(context, [&] { state->scene.build(geometry, context); });
+        with_threads(context, [&] { state_->scene.build(geometry, context); });
     }
-    state->box_of = nullptr;
-    if (state->thrown) std::rethrow_exception(state->thrown);
-    state_ = std::move(state);
+    state_->box_of = nullptr;
+    if (state_->thrown) std::rethrow_exception(state_->thrown);
 }
 
-std::uint32_t ClosestBvh::size() const { return state_ ? state_->count : 0; }
-Box3d ClosestBvh::bounds() const { return state_ ? state_->bounds : Box3d{}; }
-std::uint64_t ClosestBvh::memory_bytes() const { return state_ ? state_->scene.memory_bytes() : 0; }
-
 void ClosestBvh::run(Search& search) const {
-    if (!state_ || state_->count == 0) return;
+    if (state_->count == 0) return;
     const detail::LocalFrame& frame = state_->frame;
     const Vec3d local = frame.to_local(search.point);
     const double reach = std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)});

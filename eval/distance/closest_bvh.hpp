@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <span>
 #include <type_traits>
 
 namespace tetrakis {
@@ -25,20 +24,12 @@ class ClosestBvh {
     };
     static constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
 
-    ClosestBvh();
-    /// @param boxes  one box per primitive, each holding it; an empty box is never a candidate. Not kept.
+    /// @param box_of  the box of primitive i in [0, count), which holds it; an empty one is never a candidate. Called
+    ///                from several threads, several times for each i; what it throws is thrown from here
     /// @throws Error invalid_input: a bound is NaN or infinite; memory_limit (context.max_memory_bytes, Embree's share)
-    explicit ClosestBvh(std::span<const Box3d> boxes, const RunContext& context = {});
-    /// The same with box_of(i) for i in [0, count), called from several threads, several times for each i. What it
-    /// throws is thrown from here. Reports stage "build".
+    /// Reports stage "build".
     ClosestBvh(std::uint32_t count, const std::function<Box3d(std::uint32_t)>& box_of, const RunContext& context = {});
     ~ClosestBvh();
-    ClosestBvh(ClosestBvh&&) noexcept;
-    ClosestBvh& operator=(ClosestBvh&&) noexcept;
-
-    std::uint32_t size() const;
-    Box3d bounds() const;
-    std::uint64_t memory_bytes() const;
 
     /// The nearest primitive within max_distance (inclusive), or a Hit with found() == false.
     /// @param exact  double exact(primitive, best): distance from `point` to the primitive; may be any larger number
@@ -68,7 +59,6 @@ class ClosestBvh {
         std::exception_ptr thrown{};
         double scale = 1, slack = 0;  // of the local frame; what float rounding of the query point may cost in it
     };
-    void build(std::uint32_t count, const std::function<Box3d(std::uint32_t)>& box_of, const RunContext& context);
     void run(Search& search) const;
 
     struct State;

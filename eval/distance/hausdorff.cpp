@@ -74,7 +74,6 @@ class Sampler {
     }
 
   private:
-    static constexpr std::size_t k_blocks_per_report = 64;
     static constexpr std::uint32_t k_vertex_grain = 1024;
 
     void sample_vertices(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
@@ -86,7 +85,7 @@ class Sampler {
         std::vector<float> distance_of(options_.per_triangle ? count : 0);
         const std::uint32_t blocks = (count + k_vertex_grain - 1) / k_vertex_grain;
         std::vector<BlockResult> results(blocks);
-        for_each_reported_batch(blocks, 0.0, context, [&](std::uint32_t b) {
+        for_each_reported(blocks, 1, context, "measure", 0, 0.2, [&](std::uint32_t b) {
             CoherentClosest walker(to_);
             BlockResult& out = results[b];
             for (std::uint32_t v = b * k_vertex_grain; v < std::min(count, (b + 1) * k_vertex_grain); ++v) {
@@ -110,8 +109,8 @@ class Sampler {
 
     void sample_triangles(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
         std::vector<BlockResult> results(plan_.blocks.size());
-        for_each_reported_batch(static_cast<std::uint32_t>(results.size()), 0.2, context,
-                                [&](std::uint32_t b) { results[b] = sample_block(plan_.blocks[b]); });
+        for_each_reported(static_cast<std::uint32_t>(results.size()), 1, context, "measure", 0.2, 1,
+                          [&](std::uint32_t b) { results[b] = sample_block(plan_.blocks[b]); });
         for (std::size_t b = 0; b < results.size(); ++b) {
             const BlockResult& block = results[b];
             result.mean += block.sum;
@@ -201,16 +200,6 @@ class Sampler {
         return tried;
     }
 
-    template <class Body>
-    void for_each_reported_batch(std::uint32_t blocks, double done, const RunContext& context, Body&& body) const {
-        for (std::uint32_t begin = 0; begin < blocks; begin += k_blocks_per_report) {
-            context.report("measure", done + (done == 0 ? 0.2 : 0.8) * begin / blocks);
-            const auto count = std::min<std::uint32_t>(k_blocks_per_report, blocks - begin);
-            for_each_index(
-                count, [&](std::uint32_t i) { body(begin + i); }, 1);
-        }
-    }
-
     static constexpr std::uint64_t k_unused = ~std::uint64_t{0};
     const TriangleMesh& mesh_;
     const TriangleBvh& to_;
@@ -232,15 +221,7 @@ void check_mesh(const TriangleMesh& mesh, const char* which) {
         }
 }
 
-}  // namespace
-
-DirectedDistance directed_distance(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options,
-                                   const RunContext& context) {
-    check_mesh(mesh, "the sampled mesh");
-    if (to.triangle_count() == 0) throw Error(ErrorCode::invalid_input, "the mesh measured against has no triangles");
-    return with_threads(context, [&] { return Sampler(mesh, to, options).run(context); });
-}
-
+/// Joins two directions into one measured error.
 MeasuredError measured_error(const DirectedDistance& forward, const DirectedDistance& backward) {
     MeasuredError error;
     error.forward = forward.max;
@@ -255,6 +236,15 @@ MeasuredError measured_error(const DirectedDistance& forward, const DirectedDist
             std::sqrt((forward.rms * forward.rms * forward.area + backward.rms * backward.rms * backward.area) / area);
     }
     return error;
+}
+
+}  // namespace
+
+DirectedDistance directed_distance(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options,
+                                   const RunContext& context) {
+    check_mesh(mesh, "the sampled mesh");
+    if (to.triangle_count() == 0) throw Error(ErrorCode::invalid_input, "the mesh measured against has no triangles");
+    return with_threads(context, [&] { return Sampler(mesh, to, options).run(context); });
 }
 
 MeshComparison compare(const TriangleMesh& reference, const TriangleMesh& mesh, const SamplingOptions& options,
@@ -272,19 +262,6 @@ MeshComparison compare(const TriangleMesh& reference, const TriangleMesh& mesh, 
     result.backward = directed_distance(mesh, to_reference, options, context);
     result.error = measured_error(result.forward, result.backward);
     return result;
-}
-
-MeasuredError compare_meshes(const TriangleMesh& reference, const TriangleMesh& mesh, const SamplingOptions& options,
-                             const RunContext& context) {
-    return compare(reference, mesh, options, context).error;
-}
-
-std::vector<float> distance_by_triangle(std::span<const ClosestPoint> points, std::uint32_t triangle_count) {
-    std::vector<float> largest(triangle_count, 0.0f);
-    for (const ClosestPoint& p : points)
-        if (p.triangle < triangle_count)
-            largest[p.triangle] = std::max(largest[p.triangle], detail::round_up(p.distance));
-    return largest;
 }
 
 }  // namespace tetrakis

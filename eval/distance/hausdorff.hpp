@@ -60,15 +60,4 @@ DirectedDistance directed_distance(const TriangleMesh& mesh, const TriangleBvh& 
 MeshComparison compare(const TriangleMesh& reference, const TriangleMesh& mesh, const SamplingOptions& options = {},
                        const RunContext& context = {});
 
-/// The same, the figures alone.
-MeasuredError compare_meshes(const TriangleMesh& reference, const TriangleMesh& mesh,
-                             const SamplingOptions& options = {}, const RunContext& context = {});
-
-/// Joins two directions into one measured error.
-MeasuredError measured_error(const DirectedDistance& forward, const DirectedDistance& backward);
-
-/// Largest distance per triangle of the mesh that closest points were found on: result[t] is the largest distance of
-/// the points whose nearest triangle is t, rounded up; 0 where there is none.
-std::vector<float> distance_by_triangle(std::span<const ClosestPoint> points, std::uint32_t triangle_count);
-
 }  // namespace tetrakis

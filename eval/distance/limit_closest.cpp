@@ -80,7 +80,6 @@ struct QuadRoots {
         });
     }
     const Cell& cell(HalfedgeId root) const { return patches.root_node(root); }
-    SurfacePoint frame(HalfedgeId root, double x, double y) const { return patches.frame(root, x, y); }
     Vec3d position(HalfedgeId, const Cell& cell, double x, double y) const { return QuadPatches::position(cell, x, y); }
 
     static const detail::Net16& net(const Cell& cell) { return cell.net; }
@@ -194,7 +193,6 @@ struct LoopRoots {
         patches.root_cell(root, cell);
         return cell;
     }
-    SurfacePoint frame(HalfedgeId root, double x, double y) const { return patches.tangents(root, x, y); }
     Vec3d position(HalfedgeId root, const Cell&, double x, double y) const { return patches.position(root, x, y); }
 
     static const detail::Net12& net(const Cell& cell) { return cell.net; }
@@ -314,8 +312,8 @@ double LimitClosest<Patches>::local(const Vec3d& q, SurfaceParameter at) const {
     const auto roots = roots_of(patches_);
     double best = std::numeric_limits<double>::infinity();
     for (int step = 0; step < detail::k_newton_steps; ++step) {
-        const SurfacePoint s = detail::with_derivatives(roots.shape, at.x, at.y,
-                                                        [&](double x, double y) { return roots.frame(at.root, x, y); });
+        const SurfacePoint s = detail::with_derivatives(
+            roots.shape, at.x, at.y, [&](double x, double y) { return patches_.frame(at.root, x, y); });
         const double distance = glm::length(q - s.position);
         if (distance >= best * (1 - 1e-9)) return std::min(best, distance);
         best = distance;
@@ -341,9 +339,10 @@ double LimitClosest<Patches>::global(const Vec3d& q, double best) const {
         const auto& cell = roots.cell(root);
         if (cell_beyond(roots, cell, q, so_far + rounding_, 0)) return so_far;
         const bool smooth = cell.kind == decltype(roots)::Cell::Kind::regular;
-        return std::min(so_far, detail::nearest_in_root(
-                                    roots.shape, smooth, q, [&](double x, double y) { return roots.frame(root, x, y); },
-                                    [&](double x, double y) { return roots.position(root, cell, x, y); }));
+        return std::min(so_far,
+                        detail::nearest_in_root(
+                            roots.shape, smooth, q, [&](double x, double y) { return patches_.frame(root, x, y); },
+                            [&](double x, double y) { return roots.position(root, cell, x, y); }));
     });
     return hit.found() ? std::min(best, hit.distance) : best;
 }

@@ -41,6 +41,13 @@ Site lattice_site_of(const ControlMesh& mesh, const CellTriangle& t, int bits, i
         Family::lattice_site(mesh, t.root, {at(c[0].x, c[1].x, c[2].x), at(c[0].y, c[1].y, c[2].y)}, t.level + bits));
 }
 
+/// Those of the whole lattice, in the order of its points, from `out` on.
+template <class Family>
+void put_lattice_sites(const ControlMesh& mesh, const CellTriangle& t, int bits, Site* out) {
+    for (int row = 0; row <= 1 << bits; ++row)
+        for (int i = 0; i <= row; ++i) *out++ = lattice_site_of<Family>(mesh, t, bits, row, i);
+}
+
 /// Number and barycentrics of lattice points: rows from corner 2 towards the edge corner 0 - corner 1.
 template <class Visit>
 void for_each_lattice_point(int n, Visit&& visit) {

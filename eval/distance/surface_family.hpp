@@ -14,6 +14,16 @@
 
 namespace tetrakis {
 
+/// The 4-8 triangle over an edge: from the edge's ends to the centre of the half-edge's face.
+inline CellTriangle root_triangle(HalfedgeId h) { return {h, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}}; }
+
+/// The point of a triangle with barycentrics (b0, b1, b2), in sides of its root.
+inline std::array<double, 2> point_of(const CellTriangle& t, double b0, double b1, double b2) {
+    const double unit = std::ldexp(1.0, -t.level);
+    return {(b0 * t.corner[0].x + b1 * t.corner[1].x + b2 * t.corner[2].x) * unit,
+            (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit};
+}
+
 /// What tessellation needs to know of the quad family: Catmull-Clark on the 4-8 bisection forest.
 struct QuadFamily {
     using Patches = QuadPatches;
@@ -41,9 +51,7 @@ struct QuadFamily {
     }
     /// The point of a leaf with barycentrics (b0, b1, b2).
     static SurfaceParameter parameter(const ControlMesh& mesh, const CellTriangle& t, double b0, double b1, double b2) {
-        const double unit = std::ldexp(1.0, -t.level);
-        const double x = (b0 * t.corner[0].x + b1 * t.corner[1].x + b2 * t.corner[2].x) * unit;
-        const double y = (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit;
+        const auto [x, y] = point_of(t, b0, b1, b2);
         if (x > 1 && t.corner[1].x == 2 && t.level == 0)
             return {mesh.next(t.root), std::min(y, 1.0), std::clamp(2 - x, 0.0, 1.0)};
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0)};
@@ -73,36 +81,10 @@ struct QuadFamily {
     }
 };
 
-/// LoopBounder with the questions that the estimators ask.
-class LoopLeafBounder : public LoopBounder {
-  public:
-    using LoopBounder::LoopBounder;
-
-    QuickError quick_error(const CellTriangle& leaf) {
-        QuickError quick;
-        std::array<Vec3d, 6> s;
-        sample(leaf, 2, s, {});
-        quick.corners = {s[3], s[5], s[0]};
-        const Vec3d middles[3] = {s[4] - 0.5 * (s[3] + s[5]), s[1] - 0.5 * (s[3] + s[0]), s[2] - 0.5 * (s[5] + s[0])};
-        for (const Vec3d& m : middles)
-            if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
-        return quick;
-    }
-    double certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding = {}) {
-        LeafError e = leaf_error(leaf, floor, sliding);
-        while (e.lower > floor) {
-            // A bound is tight to a twentieth, so a little more settles it unless a larger sample turns up.
-            floor = 1.06 * e.lower;
-            e = leaf_error(leaf, floor, sliding);
-        }
-        return e.upper;
-    }
-};
-
 /// The triangle family: Loop on red-green triangle quadtrees.
 struct LoopFamily {
     using Patches = LoopPatches;
-    using Bounder = LoopLeafBounder;
+    using Bounder = LoopBounder;
     using Closest = LoopClosest;
     using Hierarchy = TriangleHierarchy;
 
@@ -126,9 +108,7 @@ struct LoopFamily {
         return p == LatticePoint{0, 1u << t.level} ? mesh.origin(mesh.prev(t.root)) : VertexId{};
     }
     static SurfaceParameter parameter(const ControlMesh&, const CellTriangle& t, double b0, double b1, double b2) {
-        const double unit = std::ldexp(1.0, -t.level);
-        const double x = (b0 * t.corner[0].x + b1 * t.corner[1].x + b2 * t.corner[2].x) * unit;
-        const double y = (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit;
+        const auto [x, y] = point_of(t, b0, b1, b2);
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0 - std::clamp(x, 0.0, 1.0))};
     }
     static Site corner_site(const ControlMesh&, const CellTriangle& t, std::size_t k) {

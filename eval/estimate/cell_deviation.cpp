@@ -12,6 +12,11 @@ namespace {
 // an area.
 constexpr double k_no_area = 1e-12, k_no_share = 1e-6;
 
+CellPlace cell_corner(int k, int cell_corners) {
+    constexpr CellPlace k_quad[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, k_triangle[] = {{0, 0}, {1, 0}, {0, 1}};
+    return cell_corners == 4 ? k_quad[k] : k_triangle[k];
+}
+
 /// Barycentrics of a triangle in the plane.
 class Barycentrics {
   public:
@@ -36,11 +41,10 @@ class Barycentrics {
 
 Covered covered(const PieceCorners& triangle, int cell_corners) {
     constexpr double k_beside = 1e-12;  // on an edge, but for rounding
-    constexpr CellPlace k_quad[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, k_triangle[] = {{0, 0}, {1, 0}, {0, 1}};
     const Barycentrics barycentrics(triangle);
     Covered part;
     for (int k = 0; k < cell_corners; ++k) {
-        const CellPlace& p = cell_corners == 4 ? k_quad[k] : k_triangle[k];
+        const CellPlace p = cell_corner(k, cell_corners);
         part.add(p, barycentrics(p));
     }
     for (std::size_t side = 0; side < 3; ++side) {
@@ -109,9 +113,8 @@ Deviation deviation(const Covered& part, const std::array<Vec3d, 4>& corner, int
 }
 
 CellPlace in_child(const CellPlace& p, int child, int cell_corners) {
-    constexpr CellPlace k_quad[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, k_triangle[] = {{0, 0}, {1, 0}, {0, 1}};
     if (cell_corners == 3 && child == 3) return {1 - 2 * p[0], 1 - 2 * p[1]};
-    const CellPlace& base = cell_corners == 4 ? k_quad[child] : k_triangle[child];
+    const CellPlace base = cell_corner(child, cell_corners);
     return {2 * p[0] - base[0], 2 * p[1] - base[1]};
 }
 

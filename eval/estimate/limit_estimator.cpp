@@ -14,7 +14,6 @@ using detail::k_limit_lattice;
 using detail::k_limit_lattice_bits;
 using detail::k_limit_samples;
 using detail::lattice_index;
-using detail::lattice_site_of;
 using detail::limit_positions_once;
 using detail::LimitSamples;
 using detail::PlaneMeasure;
@@ -34,10 +33,6 @@ void for_each_finer_point(Visit&& visit) {
 }
 
 constexpr int k_finer = detail::k_limit_samples - k_middles;
-
-void say_nothing(double) {}
-
-CellTriangle root_triangle(HalfedgeId h) { return {h, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}}; }
 
 double fan_error(const ControlMesh& mesh, FaceId face, std::span<const std::array<std::uint8_t, 3>> fan,
                  std::span<const Vec3d> corner_positions, std::span<const LimitSamples> roots) {
@@ -71,24 +66,6 @@ double fan_error(const ControlMesh& mesh, FaceId face, std::span<const std::arra
 }  // namespace
 
 template <class Family>
-double LimitEstimator<Family>::of_middles(const CellTriangle& triangle, const std::array<Vec3d, 6>& s) const {
-    const std::array<Vec3d, 3> corner{s[3], s[5], s[0]};
-    const detail::PlaneMeasure plane(corner);
-    // Of the edge from corner k to the next.
-    const std::array<Vec3d, 3> middle{s[4], s[2], s[1]};
-    double error = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3d &a = corner[k], &b = corner[(k + 1) % 3];
-        const double parametric = glm::length(middle[k] - 0.5 * (a + b));
-        if (parametric <= error) continue;
-        error = std::max(error, std::min(parametric, plane(middle[k])));
-        if (is_hard_edge<Family>(points_.mesh(), triangle, k))
-            error = std::max(error, detail::segment_distance(middle[k], a, b));
-    }
-    return error;
-}
-
-template <class Family>
 double LimitEstimator<Family>::of_samples(const CellTriangle& triangle, const LimitSamples& s) const {
     const std::array<Vec3d, 3> corner = detail::corners_of(s);
     const double most =
@@ -113,14 +90,11 @@ void LimitEstimator<Family>::estimate(std::span<const CellTriangle> triangles, s
     for_each_index(
         count,
         [&](std::uint32_t t) {
-            for (int row = 0, k = 0; row <= 2; ++row)
-                for (int i = 0; i <= row; ++i, ++k)
-                    sites[k_middles * std::size_t{t} + static_cast<std::size_t>(k)] =
-                        detail::lattice_site_of<Family>(mesh, triangles[t], 1, row, i);
+            detail::put_lattice_sites<Family>(mesh, triangles[t], 1, &sites[k_middles * std::size_t{t}]);
         },
         k_grain);
     std::vector<Vec3d> coarse(sites.size());
-    detail::limit_positions_once(points_, sites, coarse, say_nothing);
+    detail::limit_positions_once(points_, sites, coarse);
 
     const auto middles = [&](std::uint32_t t) {
         std::array<Vec3d, k_middles> s;
@@ -128,7 +102,13 @@ void LimitEstimator<Family>::estimate(std::span<const CellTriangle> triangles, s
         return s;
     };
     for_each_index(
-        count, [&](std::uint32_t t) { errors[t] = of_middles(triangles[t], middles(t)); }, k_grain);
+        count,
+        [&](std::uint32_t t) {
+            const auto s = middles(t);
+            errors[t] =
+                farthest_sample(s, 2, PlaneMeasure({s[3], s[5], s[0]}), hard_edges<Family>(mesh, triangles[t])).value;
+        },
+        k_grain);
     std::vector<std::uint32_t> undecided;
     for (std::uint32_t t = 0; t < count; ++t)
         if (tolerance_ <= 0 || errors[t] <= tolerance_) undecided.push_back(t);
@@ -146,7 +126,7 @@ void LimitEstimator<Family>::estimate(std::span<const CellTriangle> triangles, s
         },
         k_grain);
     std::vector<Vec3d> fine(sites.size());
-    detail::limit_positions_once(points_, sites, fine, say_nothing);
+    detail::limit_positions_once(points_, sites, fine);
     for_each_index(
         left,
         [&](std::uint32_t u) {
@@ -182,14 +162,14 @@ std::vector<double> detail::fan_limit_errors(const Hierarchy& points, const FanC
             faces.push_back(FaceId(f));
             first.push_back(static_cast<std::uint32_t>(sites.size() / k_limit_samples));
             const std::uint32_t h0 = mesh.face_halfedge(FaceId(f)).value;
-            for (std::uint32_t r = 0; r < mesh.face_size(FaceId(f)); ++r)
-                for (int row = 0; row <= k_limit_lattice; ++row)
-                    for (int i = 0; i <= row; ++i)
-                        sites.push_back(lattice_site_of<QuadFamily>(mesh, root_triangle(HalfedgeId(h0 + r)),
-                                                                    k_limit_lattice_bits, row, i));
+            for (std::uint32_t r = 0; r < mesh.face_size(FaceId(f)); ++r) {
+                sites.resize(sites.size() + k_limit_samples);
+                put_lattice_sites<QuadFamily>(mesh, root_triangle(HalfedgeId(h0 + r)), k_limit_lattice_bits,
+                                              &sites[sites.size() - k_limit_samples]);
+            }
         }
         positions.resize(sites.size());
-        limit_positions_once(points, sites, positions, [](double) {});
+        limit_positions_once(points, sites, positions);
         for_each_index(
             static_cast<std::uint32_t>(faces.size()),
             [&](std::uint32_t k) {

@@ -39,7 +39,6 @@ class LimitEstimator final : public ErrorEstimator {
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
 
   private:
-    double of_middles(const CellTriangle& triangle, const std::array<Vec3d, 6>& samples) const;
     double of_samples(const CellTriangle& triangle, const detail::LimitSamples& samples) const;
 
     const Hierarchy& points_;

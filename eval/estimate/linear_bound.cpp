@@ -2,11 +2,11 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../surface/local_frame.hpp"
+#include "../triangles/convex_face.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace tetrakis {
 
@@ -20,27 +20,11 @@ LinearBound::LinearBound(const ControlMesh& mesh, const SchemeInfo& scheme)
 }
 
 double LinearBound::flat_face_bound(FaceId face) const {
-    constexpr double k_none = std::numeric_limits<double>::infinity();
-    const std::uint32_t size = mesh_.face_size(face), h0 = mesh_.face_halfedge(face).value;
-    const auto at = [&](std::uint32_t i) { return mesh_.position(mesh_.origin(HalfedgeId(h0 + i % size))); };
-    Vec3d normal(0), centre(0);
-    for (std::uint32_t i = 0; i < size; ++i) centre += at(i) / static_cast<double>(size);
-    for (std::uint32_t i = 0; i < size; ++i) normal += glm::cross(at(i) - centre, at(i + 1) - centre);
-    const double length = glm::length(normal);
-    if (!(length > 0)) return k_none;
-    normal /= length;
-    // Turning left at every corner, once around in all: convex.
-    double off = 0, turned = 0;
-    for (std::uint32_t i = 0; i < size; ++i) {
-        const auto flat = [&](const Vec3d& d) { return d - glm::dot(normal, d) * normal; };
-        const Vec3d in = flat(at(i + 1) - at(i)), out = flat(at(i + 2) - at(i + 1));
-        const double sine = glm::dot(normal, glm::cross(in, out)), cosine = glm::dot(in, out);
-        if (!(sine > 0)) return k_none;
-        turned += std::atan2(sine, cosine);
-        off = std::max(off, std::abs(glm::dot(normal, at(i) - centre)));
-    }
-    constexpr double k_once = 3 * std::numbers::pi;  // once around is 2 pi, twice 4
-    return turned < k_once ? 2 * off + rounding_ : k_none;
+    std::vector<Vec3d> corners;
+    for (std::uint32_t i = 0; i < mesh_.face_size(face); ++i)
+        corners.push_back(mesh_.position(mesh_.origin(HalfedgeId(mesh_.face_halfedge(face).value + i))));
+    const detail::ConvexFace flat(corners);
+    return flat.convex() ? 2 * flat.height() + rounding_ : std::numeric_limits<double>::infinity();
 }
 
 Vec3d LinearBound::twist(HalfedgeId cell) const {
@@ -77,27 +61,17 @@ double LinearBound::fan_bound(FaceId face) const {
     return std::min(face_bound_[face.value], rounding_ + 0.25 * glm::length(at(0) - at(1) + at(2) - at(3)));
 }
 
-void LinearBound::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
+void LinearBound::bound(std::span<const CellTriangle> triangles, std::optional<double>,
+                        std::span<double> errors) const {
     for_each_index(static_cast<std::uint32_t>(triangles.size()),
                    [&](std::uint32_t i) { errors[i] = bound(triangles[i]); });
 }
 
 bool LinearBound::has_fan_bound(FaceId face) const { return std::isfinite(fan_bound(face)); }
 
-void LinearBound::estimate_fans(const FanChoice&, std::span<const FaceId> faces, std::span<const Vec3d>,
-                                std::span<double> out) const {
-    for (std::size_t i = 0; i < faces.size(); ++i) out[i] = fan_bound(faces[i]);
-}
-
-double LinearBound::largest(std::span<const CellTriangle> triangles, double known) const {
-    for (const CellTriangle& t : triangles) known = std::max(known, bound(t));
-    return known;
-}
-
-double LinearBound::largest_of_fans(const FanChoice&, std::span<const FaceId> faces, std::span<const Vec3d>,
-                                    double known) const {
-    for (const FaceId f : faces) known = std::max(known, fan_bound(f));
-    return known;
+void LinearBound::bound_fans(const FanChoice&, std::span<const FaceId> faces, std::span<const Vec3d>,
+                             std::optional<double>, std::span<double> errors) const {
+    std::ranges::transform(faces, errors.begin(), [&](FaceId face) { return fan_bound(face); });
 }
 
 }  // namespace tetrakis

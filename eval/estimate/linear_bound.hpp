@@ -24,14 +24,11 @@ class LinearBound final : public SurfaceBound {
     double bound(const CellTriangle& triangle) const;
     /// Of a face cut along its diagonals; infinite for more than four corners that are no flat convex polygon.
     double fan_bound(FaceId face) const;
-    using ErrorEstimator::estimate;
-    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    void bound(std::span<const CellTriangle> triangles, std::optional<double> known,
+               std::span<double> errors) const override;
     bool has_fan_bound(FaceId face) const override;
-    void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
-                       std::span<double> out) const override;
-    double largest(std::span<const CellTriangle> triangles, double known) const override;
-    double largest_of_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
-                           double known) const override;
+    void bound_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
+                    std::optional<double> known, std::span<double> errors) const override;
 
   private:
     Vec3d twist(HalfedgeId cell) const;

@@ -34,8 +34,6 @@ constexpr double k_no_error = 1e-7;
 constexpr int k_most_halfedges = 1 << 18;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
-void say_nothing(double) {}
-
 }  // namespace
 
 /// A piece in one of the cells that it reaches into: one of a mesh, or a known one, which needs no mesh.
@@ -279,15 +277,23 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle
 }
 
 template <class Family>
-void MaskNormBound<Family>::bound(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const {
+auto MaskNormBound<Family>::wanted(std::optional<double> known) const -> Wanted {
+    return known ? Wanted{std::max(aim_, *known - rounding_), false} : Wanted{aim_, decides_};
+}
+
+template <class Family>
+void MaskNormBound<Family>::bound_pieces(std::span<const Piece> pieces, std::span<const std::uint32_t> of,
+                                         Wanted wanted, std::span<double> errors) const {
+    std::vector<double> found(pieces.size());
     const auto count = static_cast<std::uint32_t>(pieces.size());
     for_each_index((count + k_block - 1) / k_block,
                    [&](std::uint32_t b) {
                        const std::size_t begin = std::size_t{b} * k_block,
                                          size = std::min<std::size_t>(k_block, pieces.size() - begin);
-                       bound_block(pieces.subspan(begin, size), wanted, errors.subspan(begin, size));
+                       bound_block(pieces.subspan(begin, size), wanted, std::span(found).subspan(begin, size));
                    },
                    1);
+    for (std::size_t i = 0; i < pieces.size(); ++i) errors[of[i]] = std::max(errors[of[i]], found[i]);
 }
 
 template <class Family>
@@ -366,20 +372,17 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
 }
 
 template <class Family>
-void MaskNormBound<Family>::bound_triangles(std::span<const CellTriangle> triangles, Wanted wanted,
-                                            std::span<double> errors) const {
+void MaskNormBound<Family>::bound(std::span<const CellTriangle> triangles, std::optional<double> known,
+                                  std::span<double> errors) const {
     const auto count = static_cast<std::uint32_t>(triangles.size());
     // The corners and the middles of the sides.
     constexpr std::size_t k_points = 6;
     std::vector<Site> sites(k_points * triangles.size());
     for_each_index(count, [&](std::uint32_t t) {
-        for (int row = 0, i = 0; row <= 2; ++row)
-            for (int column = 0; column <= row; ++column, ++i)
-                sites[k_points * t + static_cast<std::size_t>(i)] =
-                    detail::lattice_site_of<Family>(mesh_, triangles[t], 1, row, column);
+        detail::put_lattice_sites<Family>(mesh_, triangles[t], 1, &sites[k_points * t]);
     });
     std::vector<Vec3d> points(sites.size());
-    detail::limit_positions_once(points_, sites, points, say_nothing);
+    detail::limit_positions_once(points_, sites, points);
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> of;
     for (std::uint32_t t = 0; t < count; ++t) {
@@ -387,10 +390,8 @@ void MaskNormBound<Family>::bound_triangles(std::span<const CellTriangle> triang
         add_pieces(triangles[t], SlidTriangle({p[3], p[5], p[0]}, {p[4], p[2], p[1]}), pieces);
         of.resize(pieces.size(), t);
     }
-    std::vector<double> found(pieces.size());
-    bound(pieces, wanted, found);
     std::fill(errors.begin(), errors.end(), 0.0);
-    for (std::size_t i = 0; i < pieces.size(); ++i) errors[of[i]] = std::max(errors[of[i]], found[i]);
+    bound_pieces(pieces, of, wanted(known), errors);
 }
 
 template <class Family>
@@ -400,13 +401,15 @@ bool MaskNormBound<Family>::has_fan_bound(FaceId face) const {
 
 template <class Family>
 void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const FaceId> faces,
-                                       std::span<const Vec3d> corners, Wanted wanted, std::span<double> out) const {
+                                       std::span<const Vec3d> corners, std::optional<double> known,
+                                       std::span<double> errors) const {
     // Each half of a corner's cell, cut from the corner to the centre, over a triangle that lies in the fan: from the
     // corner to the middle of an edge and to the middle of the fan, which is on the diagonal.
     std::vector<Piece> pieces;
-    std::vector<std::size_t> of;
-    for (std::size_t i = 0; i < faces.size(); ++i) {
-        if (!has_fan_bound(faces[i])) continue;
+    std::vector<std::uint32_t> of;
+    for (std::uint32_t i = 0; i < faces.size(); ++i) {
+        errors[i] = has_fan_bound(faces[i]) ? 0 : k_infinite;
+        if (errors[i] > 0) continue;
         const std::uint32_t size = mesh_.face_size(faces[i]), h0 = mesh_.face_halfedge(faces[i]).value;
         const auto at = [&](std::uint32_t c) { return corners[mesh_.origin(HalfedgeId(h0 + c % size)).value]; };
         Vec3d centre = (at(0) + at(1) + at(2)) / 3.0;
@@ -424,38 +427,7 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         }
         of.resize(pieces.size(), i);
     }
-    std::vector<double> found(pieces.size());
-    bound(pieces, wanted, found);
-    for (std::size_t i = 0; i < faces.size(); ++i) out[i] = has_fan_bound(faces[i]) ? 0.0 : k_infinite;
-    for (std::size_t i = 0; i < pieces.size(); ++i) out[of[i]] = std::max(out[of[i]], found[i]);
-}
-
-template <class Family>
-void MaskNormBound<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
-    bound_triangles(triangles, {aim_, decides_}, errors);
-}
-
-template <class Family>
-void MaskNormBound<Family>::estimate_fans(const FanChoice& fans, std::span<const FaceId> faces,
-                                          std::span<const Vec3d> corners, std::span<double> out) const {
-    bound_fans(fans, faces, corners, {aim_, decides_}, out);
-}
-
-template <class Family>
-double MaskNormBound<Family>::largest(std::span<const CellTriangle> triangles, double known) const {
-    std::vector<double> errors(triangles.size());
-    bound_triangles(triangles, {std::max(aim_, known - rounding_), false}, errors);
-    for (const double e : errors) known = std::max(known, e);
-    return known;
-}
-
-template <class Family>
-double MaskNormBound<Family>::largest_of_fans(const FanChoice& fans, std::span<const FaceId> faces,
-                                              std::span<const Vec3d> corners, double known) const {
-    std::vector<double> errors(faces.size());
-    bound_fans(fans, faces, corners, {std::max(aim_, known - rounding_), false}, errors);
-    for (const double e : errors) known = std::max(known, e);
-    return known;
+    bound_pieces(pieces, of, wanted(known), errors);
 }
 
 template class MaskNormBound<QuadFamily>;

@@ -39,14 +39,11 @@ class MaskNormBound final : public SurfaceBound {
                   double tight = 1.05);
     ~MaskNormBound() override;
 
-    using ErrorEstimator::estimate;
-    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    void bound(std::span<const CellTriangle> triangles, std::optional<double> known,
+               std::span<double> errors) const override;
     bool has_fan_bound(FaceId face) const override;
-    void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
-                       std::span<double> out) const override;
-    double largest(std::span<const CellTriangle> triangles, double known) const override;
-    double largest_of_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
-                           double known) const override;
+    void bound_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
+                    std::optional<double> known, std::span<double> errors) const override;
 
   private:
     /// A flat triangle over a part of a root's cell.
@@ -72,11 +69,12 @@ class MaskNormBound final : public SurfaceBound {
     /// The step to that level, counted from the control mesh.
     Step step(std::size_t depth) const;
     void add_pieces(const CellTriangle& cells, const SlidTriangle& triangle, std::vector<Piece>& pieces) const;
-    void bound(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
+    Wanted wanted(std::optional<double> known) const;
+    /// @param of      per piece: whose part it is
+    /// @param errors  receives the largest of its pieces for each
+    void bound_pieces(std::span<const Piece> pieces, std::span<const std::uint32_t> of, Wanted wanted,
+                      std::span<double> errors) const;
     void bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
-    void bound_triangles(std::span<const CellTriangle> triangles, Wanted wanted, std::span<double> errors) const;
-    void bound_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners, Wanted wanted,
-                    std::span<double> errors) const;
 
     const ControlMesh& mesh_;
     const Hierarchy& points_;

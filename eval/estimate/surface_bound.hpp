@@ -5,7 +5,9 @@
 #include "../../hier/mesh/fan_choice.hpp"
 #include "../../refine/families/error_estimator.hpp"
 
+#include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,18 +17,20 @@ namespace tetrakis {
 /// an error, estimate() gives lower bounds above it.
 class SurfaceBound : public ErrorEstimator {
   public:
+    using ErrorEstimator::estimate;
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
+        bound(triangles, {}, errors);
+    }
+    /// @param known  of a larger error: all are tight to a twentieth where they exceed that and the aim. Else errors
+    ///               are as estimate() gives them
+    virtual void bound(std::span<const CellTriangle> triangles, std::optional<double> known,
+                       std::span<double> errors) const = 0;
     /// Whether there may be a bound for the fan of such a face.
     virtual bool has_fan_bound(FaceId face) const = 0;
-    /// Of faces that are cut along diagonals (eval/README.md, Coarsest mesh).
+    /// Of faces that are cut along diagonals (eval/README.md, Coarsest mesh); infinite where there is no bound.
     /// @param corners  of the mesh, by control vertex
-    /// @param out      receives faces.size() errors as estimate() gives them; infinite where there is no bound
-    virtual void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
-                               std::span<double> out) const = 0;
-    /// The largest of the triangles' errors and of `known`; tight to a twentieth where it exceeds that and the aim.
-    virtual double largest(std::span<const CellTriangle> triangles, double known) const = 0;
-    /// The same of faces that are cut along diagonals; infinite where one has no bound.
-    virtual double largest_of_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
-                                   double known) const = 0;
+    virtual void bound_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
+                            std::optional<double> known, std::span<double> errors) const = 0;
 };
 
 }  // namespace tetrakis

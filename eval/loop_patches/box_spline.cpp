@@ -124,16 +124,10 @@ BoxSplineTangents box_spline_tangents(const Net12& net, const Bary& at) {
     return out;
 }
 
-BoxSplinePoint box_spline_point(const Net12& net, const Bary& at) {
-    const BoxSplineTangents tangents = box_spline_tangents(net, at);
-    BoxSplinePoint out;
-    out.position = box_spline_position(net, at);
-    out.dx = tangents.dx, out.dy = tangents.dy;
+BoxSplineBends box_spline_bends(const Net12& net, const Bary& at) {
     const BoxSplineHessian hessian(net);
-    out.dxx = hessian.along(0, at);
-    out.dyy = hessian.along(2, at);
-    out.dxy = 0.5 * (out.dxx + out.dyy - hessian.along(1, at));
-    return out;
+    const Vec3d dxx = hessian.along(0, at), dyy = hessian.along(2, at);
+    return {dxx, 0.5 * (dxx + dyy - hessian.along(1, at)), dyy};
 }
 
 }  // namespace tetrakis::detail

@@ -30,10 +30,10 @@ struct BoxSplineTangents {
 };
 BoxSplineTangents box_spline_tangents(const Net12& net, const Bary& at);
 
-/// Position and derivatives by x and y.
-struct BoxSplinePoint {
-    Vec3d position, dx, dy, dxx, dxy, dyy;
+/// Second derivatives by x and y.
+struct BoxSplineBends {
+    Vec3d dxx, dxy, dyy;
 };
-BoxSplinePoint box_spline_point(const Net12& net, const Bary& at);
+BoxSplineBends box_spline_bends(const Net12& net, const Bary& at);
 
 }  // namespace tetrakis::detail

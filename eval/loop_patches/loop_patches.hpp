@@ -32,9 +32,9 @@ class LoopPatches {
 
     /// The limit surface at (x, y) of a root. On creases and at corners derivatives and, inside crease edges, the
     /// normal are those of this root's side.
-    SurfacePoint evaluate(HalfedgeId root, double x, double y) const;
+    SurfacePoint evaluate(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, true); }
     /// The same without second derivatives, and the position alone.
-    SurfacePoint tangents(HalfedgeId root, double x, double y) const;
+    SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
     Vec3d position(HalfedgeId root, double x, double y) const;
     /// The limit position at a lattice point, level <= k_max_level; about the cost of one patch.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const;
@@ -73,8 +73,8 @@ class LoopPatches {
     Vec3d vertex_limit(VertexId v) const;
     SurfacePoint control_corner(std::uint32_t h) const;
     struct Descent;
-    bool descend(HalfedgeId root, const detail::Bary& at, Descent& down) const;
-    static SurfacePoint first_order(const Descent& down, const detail::BoxSplineTangents& tangents);
+    bool descend(Descent& down) const;
+    SurfacePoint evaluate(HalfedgeId root, double x, double y, bool second) const;
     SurfacePoint corner_point(const Descent& down) const;
     Vec3d limit(HalfedgeId root, LatticePoint at, int level, HalfedgeId& cell_root, detail::LoopCell& cell) const;
     const Vec3d& corner_limit(std::uint32_t h) const { return limits_[origin(h)]; }

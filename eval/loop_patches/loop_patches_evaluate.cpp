@@ -49,19 +49,38 @@ Vec3d net_position(const Net12& net, const Bary& b) {
 
 }  // namespace
 
-Vec3d LoopPatches::position(const LoopCell& start, const Bary& at) const {
-    if (start.kind == LoopCell::Kind::regular) return net_position(start.net, at);
-    LoopCell cell = start;
-    Bary b = at;
+/// The way down from a cell to where a point can be evaluated.
+struct LoopPatches::Descent {
+    LoopCell cell;
+    Bary at;          ///< in the cell's frame
+    int corner = -1;  ///< of a cell that is not regular, if the point is there
+    // The parameters' directions in the cell's frame: `scale` times those of the first one, with corners renumbered by
+    // `turn`.
+    double scale = 1;
+    int turn = 0;
+};
+
+/// False where the point is a corner that stays irregular: down.corner of down.cell.
+bool LoopPatches::descend(Descent& down) const {
+    LoopCell& cell = down.cell;
+    Bary& b = down.at;
     while (cell.kind != LoopCell::Kind::regular) {
-        const int at_corner = corner_at(b);
-        if (at_corner == 0 || (at_corner > 0 && cell.kind != LoopCell::Kind::star)) return corner(cell, at_corner);
+        down.corner = corner_at(b);
+        if (down.corner == 0 || (down.corner > 0 && cell.kind != LoopCell::Kind::star)) return false;
         const int quarter = detail::quarter_of(b);
         b = detail::in_quarter(b, quarter);
+        down.scale *= quarter == 3 ? -2 : 2;
         child(cell, quarter, cell);
         b = detail::turned(b, cell.turn);
+        down.turn = (down.turn + cell.turn) % 3;
     }
-    return net_position(cell.net, b);
+    return true;
+}
+
+Vec3d LoopPatches::position(const LoopCell& cell, const Bary& at) const {
+    if (cell.kind == LoopCell::Kind::regular) return net_position(cell.net, at);
+    Descent down{cell, at};
+    return descend(down) ? net_position(down.cell.net, down.at) : corner(down.cell, down.corner);
 }
 
 Vec3d LoopPatches::corner(const LoopCell& cell, int corner) const {
@@ -152,37 +171,6 @@ Vec3d LoopPatches::limit(HalfedgeId root, LatticePoint at, int level, HalfedgeId
     return position(cell, detail::turned(b, cell.turn));
 }
 
-/// The way from a root down to where a point can be evaluated.
-struct LoopPatches::Descent {
-    LoopCell cell;
-    Bary at;          ///< in the cell's frame
-    int corner = -1;  ///< of a cell that is not regular, if the point is there
-    // The parameters' directions in the cell's frame: `scale` times those of the root, with corners renumbered by
-    // `turn`.
-    double scale = 1;
-    int turn = 0;
-};
-
-/// False where the point is a corner that stays irregular: down.corner of down.cell.
-bool LoopPatches::descend(HalfedgeId root, const Bary& at, Descent& down) const {
-    LoopCell& cell = down.cell;
-    root_cell(root, cell);
-    Bary& b = down.at;
-    b = detail::turned(at, cell.turn);
-    down.turn = cell.turn;
-    while (cell.kind != LoopCell::Kind::regular) {
-        down.corner = corner_at(b);
-        if (down.corner == 0 || (down.corner > 0 && cell.kind != LoopCell::Kind::star)) return false;
-        const int quarter = detail::quarter_of(b);
-        b = detail::in_quarter(b, quarter);
-        down.scale *= quarter == 3 ? -2 : 2;
-        child(cell, quarter, cell);
-        b = detail::turned(b, cell.turn);
-        down.turn = (down.turn + cell.turn) % 3;
-    }
-    return true;
-}
-
 /// Of a corner inside a root: those of the root itself are control_corner()'s.
 SurfacePoint LoopPatches::corner_point(const Descent& down) const {
     if (down.cell.kind == LoopCell::Kind::generic)
@@ -191,56 +179,32 @@ SurfacePoint LoopPatches::corner_point(const Descent& down) const {
     return smooth_corner({star.points(), static_cast<std::size_t>(star.valence()) + 1});
 }
 
-namespace {
-
-/// Derivatives by the root's x and y as combinations of those by a cell's.
-struct Directions {
-    double xx, xy, yx, yy;
-    Directions(double scale, int turn) {
-        // Root coordinates grow by (-1, 1, 0) along x and (-1, 0, 1) along y.
-        constexpr std::array<double, 3> along_x{-1, 1, 0}, along_y{-1, 0, 1};
-        const auto first = static_cast<std::size_t>((1 + turn) % 3), second = static_cast<std::size_t>((2 + turn) % 3);
-        xx = scale * along_x[first], xy = scale * along_x[second];
-        yx = scale * along_y[first], yy = scale * along_y[second];
-    }
-};
-
-}  // namespace
-
-/// Derivatives and normal; the rest is left as it is.
-SurfacePoint LoopPatches::first_order(const Descent& down, const detail::BoxSplineTangents& t) {
-    const Directions d(down.scale, down.turn);
+SurfacePoint LoopPatches::evaluate(HalfedgeId root, double x, double y, bool second) const {
+    const Bary b{1 - x - y, x, y};
+    if (const int at = corner_at(b); at >= 0) return control_corner(root.value + static_cast<std::uint32_t>(at));
+    Descent down;
+    root_cell(root, down.cell);
+    down.at = detail::turned(b, down.cell.turn);
+    down.turn = down.cell.turn;
+    if (!descend(down)) return corner_point(down);
+    // Derivatives by the root's x and y as combinations of those by the cell's: the root's coordinates grow by
+    // (-1, 1, 0) along x and (-1, 0, 1) along y.
+    constexpr std::array<double, 3> along_x{-1, 1, 0}, along_y{-1, 0, 1};
+    const auto k1 = static_cast<std::size_t>((1 + down.turn) % 3), k2 = static_cast<std::size_t>((2 + down.turn) % 3);
+    const double xx = down.scale * along_x[k1], xy = down.scale * along_x[k2], yx = down.scale * along_y[k1],
+                 yy = down.scale * along_y[k2];
+    const detail::BoxSplineTangents t = detail::box_spline_tangents(down.cell.net, down.at);
     SurfacePoint out;
-    out.du = d.xx * t.dx + d.xy * t.dy;
-    out.dv = d.yx * t.dx + d.yy * t.dy;
-    out.has_second = false;
+    out.position = net_position(down.cell.net, down.at);
+    out.du = xx * t.dx + xy * t.dy;
+    out.dv = yx * t.dx + yy * t.dy;
+    out.has_second = second;
     out.normal = unit_or_zero(glm::cross(out.du, out.dv));
-    return out;
-}
-
-SurfacePoint LoopPatches::evaluate(HalfedgeId root, double x, double y) const {
-    const Bary b{1 - x - y, x, y};
-    if (const int at = corner_at(b); at >= 0) return control_corner(root.value + static_cast<std::uint32_t>(at));
-    Descent down;
-    if (!descend(root, b, down)) return corner_point(down);
-    const detail::BoxSplinePoint p = detail::box_spline_point(down.cell.net, down.at);
-    SurfacePoint out = first_order(down, {p.dx, p.dy});
-    out.position = net_position(down.cell.net, down.at);
-    const Directions d(down.scale, down.turn);
-    out.duu = d.xx * d.xx * p.dxx + 2 * d.xx * d.xy * p.dxy + d.xy * d.xy * p.dyy;
-    out.duv = d.xx * d.yx * p.dxx + (d.xx * d.yy + d.xy * d.yx) * p.dxy + d.xy * d.yy * p.dyy;
-    out.dvv = d.yx * d.yx * p.dxx + 2 * d.yx * d.yy * p.dxy + d.yy * d.yy * p.dyy;
-    out.has_second = true;
-    return out;
-}
-
-SurfacePoint LoopPatches::tangents(HalfedgeId root, double x, double y) const {
-    const Bary b{1 - x - y, x, y};
-    if (const int at = corner_at(b); at >= 0) return control_corner(root.value + static_cast<std::uint32_t>(at));
-    Descent down;
-    if (!descend(root, b, down)) return corner_point(down);
-    SurfacePoint out = first_order(down, detail::box_spline_tangents(down.cell.net, down.at));
-    out.position = net_position(down.cell.net, down.at);
+    if (!second) return out;
+    const detail::BoxSplineBends p = detail::box_spline_bends(down.cell.net, down.at);
+    out.duu = xx * xx * p.dxx + 2 * xx * xy * p.dxy + xy * xy * p.dyy;
+    out.duv = xx * yx * p.dxx + (xx * yy + xy * yx) * p.dxy + xy * yy * p.dyy;
+    out.dvv = yx * yx * p.dxx + 2 * yx * yy * p.dxy + yy * yy * p.dyy;
     return out;
 }
 
@@ -254,7 +218,7 @@ Vec3d LoopPatches::position(HalfedgeId root, double x, double y) const {
 
 SurfacePoint LoopPatches::vertex(HalfedgeId root, LatticePoint at, int level) const {
     const double scale = 1.0 / (std::uint32_t{1} << level);
-    SurfacePoint out = tangents(root, at.x * scale, at.y * scale);
+    SurfacePoint out = frame(root, at.x * scale, at.y * scale);
     // On side s of the root, at parameter t along it?
     const std::uint32_t side = std::uint32_t{1} << level, z = side - at.x - at.y;
     const std::array<std::uint32_t, 3> b{z, at.x, at.y};
@@ -264,7 +228,7 @@ SurfacePoint LoopPatches::vertex(HalfedgeId root, LatticePoint at, int level) co
         if (t == HalfedgeId::none || mesh_.sharpness(mesh_.edge(HalfedgeId(h))) != k_sharpness_infinity) continue;
         const Vec2d from = k_corner_parameters[t % 3], to = k_corner_parameters[(t + 1) % 3];
         const Vec2d there = from + (b[s] * scale) * (to - from);
-        const SurfacePoint other = tangents(HalfedgeId(t - t % 3), there.x, there.y);
+        const SurfacePoint other = frame(HalfedgeId(t - t % 3), there.x, there.y);
         out.normal = unit_or_zero(out.normal + other.normal);
     }
     return out;

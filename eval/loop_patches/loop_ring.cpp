@@ -14,22 +14,17 @@ float half_of(const LoopRing& ring, float sharpness, std::span<const float> at_e
     return ring.chaikin ? child_sharpness_chaikin(sharpness, at_end) : child_sharpness(sharpness);
 }
 
-std::vector<float> spoke_sharpness(const LoopRing& ring) {
-    std::vector<float> sharpness(ring.spokes.size());
-    for (int i = 0; i < ring.size(); ++i) sharpness[i] = ring.spokes[i].sharpness;
-    return sharpness;
-}
-
-std::vector<float> near_halves(const LoopRing& ring) {
-    std::vector<float> sharpness(ring.spokes.size());
-    for (int i = 0; i < ring.size(); ++i) sharpness[i] = ring.spokes[i].near_half;
-    return sharpness;
+std::vector<float> by_spoke(const LoopRing& ring, float LoopRing::Spoke::*sharpness) {
+    std::vector<float> values;
+    values.reserve(ring.spokes.size());
+    for (const LoopRing::Spoke& s : ring.spokes) values.push_back(s.*sharpness);
+    return values;
 }
 
 }  // namespace
 
 void LoopRing::halve() {
-    const std::vector<float> sharpness_around = spoke_sharpness(*this);
+    const std::vector<float> sharpness_around = by_spoke(*this, &Spoke::sharpness);
     for (Spoke& s : spokes) s.near_half = half_of(*this, s.sharpness, sharpness_around);
 }
 
@@ -44,8 +39,8 @@ Vec3d LoopRing::edge_point(int i) const {
 }
 
 Vec3d LoopRing::vertex_point() const {
-    const VertexBlend blend =
-        vertex_blend(spoke_sharpness(*this), sharpness, near_halves(*this), child_sharpness(sharpness));
+    const VertexBlend blend = vertex_blend(by_spoke(*this, &Spoke::sharpness), sharpness,
+                                           by_spoke(*this, &Spoke::near_half), child_sharpness(sharpness));
     Vec3d out(0);
     if (blend.smooth != 0) {
         const RingMask mask = Loop::vertex_mask(size());

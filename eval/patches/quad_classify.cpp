@@ -60,24 +60,6 @@ CornerKind corner_kind(const QuadLocalMesh& mesh, int corner, const CornerFan& f
     return kind;
 }
 
-/// Lattice position of (dx, dy) seen from a corner, dx along the side that leaves it counter-clockwise.
-void lattice(int corner, int dx, int dy, int& x, int& y) {
-    switch (corner) {
-        case 0:
-            x = dx, y = dy;
-            break;
-        case 1:
-            x = 1 - dy, y = dx;
-            break;
-        case 2:
-            x = 1 - dx, y = 1 - dy;
-            break;
-        default:
-            x = dy, y = 1 - dx;
-            break;
-    }
-}
-
 bool regular_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans,
                  const std::array<CornerKind, 4>& kinds, QuadNode& node) {
     bool infinite_side[4], semi_side[4];
@@ -115,13 +97,10 @@ bool regular_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans
             while (index < 0) index += count;
             while (index >= count) index -= count;
             const auto i = static_cast<std::size_t>(index);
-            int x, y;
-            lattice(k, dx, dy, x, y);
+            const auto [x, y] = from_corner(k, dx, dy);
             put(x, y, face ? fan_face(mesh, fan, i) : fan_edge(mesh, fan, i));
         };
-        int x, y;
-        lattice(k, 0, 0, x, y);
-        put(x, y, mesh.points[mesh.faces[0][static_cast<std::size_t>(k)]]);
+        put(k_corner_x[k], k_corner_y[k], mesh.points[mesh.faces[0][static_cast<std::size_t>(k)]]);
         const bool out_open = !infinite_side[k], in_open = !infinite_side[(k + 3) & 3];
         if (in_open) {
             put_ring(-1, 1, home + 1, true);

@@ -8,29 +8,11 @@ namespace detail {
 
 namespace {
 
-/// Cell position of (x, y) in the frame of a star whose corner `turn` is the origin.
-void unturn(int turn, int& x, int& y) {
-    const int a = x, b = y;
-    switch (turn) {
-        case 0:
-            break;
-        case 1:
-            x = 1 - b, y = a;
-            break;
-        case 2:
-            x = 1 - a, y = 1 - b;
-            break;
-        default:
-            x = b, y = 1 - a;
-            break;
-    }
-}
-
+/// The net in the cell's frame, from that of a star whose corner `turn` is the origin.
 void unturn_net(int turn, const Net16& net, Net16& out) {
     for (int b = -1; b <= 2; ++b)
         for (int a = -1; a <= 2; ++a) {
-            int x = a, y = b;
-            unturn(turn, x, y);
+            const auto [x, y] = from_corner(turn, a, b);
             out.set(x, y, net.at(a, b));
         }
 }

@@ -68,6 +68,20 @@ struct QuadQuarters : PoolNew {
 constexpr int k_corner_x[4] = {0, 1, 1, 0};
 constexpr int k_corner_y[4] = {0, 0, 1, 1};
 
+/// Where (x, y), as seen from corner k with x along the side that leaves it counter-clockwise, lies in the cell.
+inline std::array<int, 2> from_corner(int k, int x, int y) {
+    switch (k) {
+        case 0:
+            return {x, y};
+        case 1:
+            return {1 - y, x};
+        case 2:
+            return {1 - x, 1 - y};
+        default:
+            return {y, 1 - x};
+    }
+}
+
 /// Corner k of a cell as a number of its nine points, and the middle of the side from corner k to k + 1.
 constexpr int k_corner_point[4] = {0, 2, 8, 6};
 constexpr int k_side_point[4] = {1, 5, 7, 3};

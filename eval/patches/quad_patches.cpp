@@ -24,6 +24,17 @@ namespace {
 /// Below this a cell is a point: parameters have no more bits.
 constexpr int k_deepest_cell = 52;
 
+/// Calls visit(h) for the half-edges that leave a vertex, counter-clockwise, from its first one on.
+template <class Visit>
+void for_each_outgoing(const ControlMesh& mesh, VertexId v, Visit&& visit) {
+    const HalfedgeId start = mesh.vertex_halfedge(v);
+    HalfedgeId h = start;
+    do {
+        visit(h);
+        h = mesh.ccw_outgoing(h);
+    } while (h.valid() && h != start);
+}
+
 /// What the rings of the largest face or vertex take: each of its corner cells keeps all of its own.
 std::uint64_t ring_bytes(const ControlMesh& mesh) {
     std::uint64_t bytes = 0;
@@ -116,15 +127,14 @@ void QuadPatches::first_step(const RunContext&) {
             const Vec3d p = m.position(v);
             first_[i] = p;
             if (m.is_isolated(v)) continue;
-            const HalfedgeId start = m.vertex_halfedge(v);
-            const bool boundary = !m.twin(start).valid();
+            const bool boundary = m.is_boundary(v);
             sharp.clear();
             neighbours.clear();
             Vec3d edge_sum(0), face_sum(0);
-            HalfedgeId last = start;
+            HalfedgeId last;
             bool any_sharp = m.sharpness(v) > 0;
             std::uint32_t face_count = 0;
-            for (HalfedgeId h = start; h.valid();) {
+            for_each_outgoing(m, v, [&](HalfedgeId h) {
                 const float s = m.sharpness(m.edge(h));
                 any_sharp |= s > 0;
                 sharp.push_back(s);
@@ -134,9 +144,7 @@ void QuadPatches::first_step(const RunContext&) {
                 face_sum += face_points[m.face(h).value];
                 ++face_count;
                 last = h;
-                h = m.ccw_outgoing(h);
-                if (h == start) break;
-            }
+            });
             const double n = face_count;
             if (!any_sharp && !boundary) {
                 first_[i] = (n - 2) / n * p + (edge_sum + face_sum) / (n * n);
@@ -153,12 +161,10 @@ void QuadPatches::first_step(const RunContext&) {
             vertex_sharpness_[i] = child_sharpness(m.sharpness(v));
             bool now_smooth = !boundary && vertex_sharpness_[i] == 0;
             std::size_t j = 0;
-            for (HalfedgeId h = start; h.valid(); ++j) {
+            for_each_outgoing(m, v, [&](HalfedgeId h) {
                 half_sharpness_[h.value] = child[j];
-                now_smooth &= child[j] == 0;
-                h = m.ccw_outgoing(h);
-                if (h == start) break;
-            }
+                now_smooth &= child[j++] == 0;
+            });
             smooth_[i] = now_smooth;
             const VertexBlend blend = vertex_blend(sharp, m.sharpness(v), child, vertex_sharpness_[i]);
             Vec3d point = blend.corner * p;
@@ -228,12 +234,7 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* m
     const auto add = [&](HalfedgeId g) {
         if (part_numbers.number(g.value) == parts.size()) parts.push_back(g);
     };
-    const HalfedgeId start = m.vertex_halfedge(m.origin(h));
-    for (HalfedgeId g = start; g.valid();) {
-        add(g);
-        g = m.ccw_outgoing(g);
-        if (g == start) break;
-    }
+    for_each_outgoing(m, m.origin(h), add);
     for (HalfedgeId g = m.next(h); g != h; g = m.next(g)) add(g);
     if (const HalfedgeId t = m.twin(h); t.valid()) add(t);
     if (const HalfedgeId p = m.twin(m.prev(h)); p.valid()) add(m.next(p));
@@ -258,12 +259,7 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* m
     if (out.chaikin) out.far_half.assign(4 * parts.size(), 0.0f);
     const auto halves_at = [&](HalfedgeId g) {
         std::vector<float> halves;
-        const HalfedgeId first = m.vertex_halfedge(m.origin(g));
-        for (HalfedgeId e = first; e.valid();) {
-            halves.push_back(half_sharpness_[e.value]);
-            e = m.ccw_outgoing(e);
-            if (e == first) break;
-        }
+        for_each_outgoing(m, m.origin(g), [&](HalfedgeId e) { halves.push_back(half_sharpness_[e.value]); });
         return halves;
     };
     for (std::uint32_t i = 0; i < parts.size(); ++i) {
@@ -282,7 +278,7 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* m
         out.sharpness[4 * i] = tg.valid() ? half_sharpness_[g.value] : k_sharpness_infinity;
         out.sharpness[4 * i + 3] = tb.valid() ? half_sharpness_[tb.value] : k_sharpness_infinity;
         if (!out.chaikin) continue;
-        if (g == start) out.first_half = 4 * i;
+        if (g == m.vertex_halfedge(m.origin(h))) out.first_half = 4 * i;
         if (tg.valid()) {
             const float halves[2] = {half_sharpness_[g.value], half_sharpness_[tg.value]};
             out.far_half[4 * i] = child_sharpness_chaikin(halves[0], halves);
@@ -429,18 +425,9 @@ SurfacePoint QuadPatches::vertex(HalfedgeId root, LatticePoint at, int level) co
     if (at.x == 0 && at.y == 0) {
         // A control vertex with hard edges: the mean over its corner cells.
         bool hard = false;
-        const HalfedgeId start = m.vertex_halfedge(m.origin(root));
-        for (HalfedgeId h = start; h.valid();) {
-            hard |= is_hard(m, h);
-            h = m.ccw_outgoing(h);
-            if (h == start) break;
-        }
+        for_each_outgoing(m, m.origin(root), [&](HalfedgeId h) { hard |= is_hard(m, h); });
         if (!hard) return point;
-        for (HalfedgeId h = start; h.valid();) {
-            sum += normal_at(h, 0, 0);
-            h = m.ccw_outgoing(h);
-            if (h == start) break;
-        }
+        for_each_outgoing(m, m.origin(root), [&](HalfedgeId h) { sum += normal_at(h, 0, 0); });
     } else if (at.y == 0 && is_hard(m, root)) {
         sum = point.normal + normal_at(m.cw_outgoing(root), 0, at.x);
     } else if (at.x == 0 && is_hard(m, m.prev(root))) {

@@ -31,7 +31,6 @@ struct LocalFrame {
         return frame;
     }
     Vec3d to_local(const Vec3d& p) const { return (p - origin) * scale; }
-    Vec3d to_world(const Vec3d& p) const { return p / scale + origin; }
 };
 
 /// The nearest floats below and above (an infinite float where the value is out of range).

@@ -28,7 +28,8 @@ void limit_positions(const Hierarchy& points, std::span<const Site> sites, std::
                      const std::function<void(double)>& report);
 
 /// The same of sites that come several times: each is evaluated once.
-void limit_positions_once(const Hierarchy& points, std::span<const Site> sites, std::span<Vec3d> out,
-                          const std::function<void(double)>& report);
+void limit_positions_once(
+    const Hierarchy& points, std::span<const Site> sites, std::span<Vec3d> out,
+    const std::function<void(double)>& report = [](double) {});
 
 }  // namespace tetrakis::detail

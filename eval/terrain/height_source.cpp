@@ -14,40 +14,28 @@ namespace {
 
 class GridSource final : public HeightSource {
   public:
-    explicit GridSource(const HeightGrid& grid) : grid_(grid) {
-        frame_.columns = grid.columns;
-        frame_.rows = grid.rows;
-        frame_.spacing = grid.spacing;
-        frame_.origin = grid.origin;
+    explicit GridSource(std::shared_ptr<const HeightGrid> grid) : grid_(std::move(grid)) {
+        frame_.columns = grid_->columns;
+        frame_.rows = grid_->rows;
+        frame_.spacing = grid_->spacing;
+        frame_.origin = grid_->origin;
     }
     const HeightGrid& frame() const override { return frame_; }
     void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
-        std::copy_n(grid_.heights.data() + std::size_t{first_row} * grid_.columns, std::size_t{count} * grid_.columns,
-                    heights.data());
+        std::copy_n(grid_->heights.data() + std::size_t{first_row} * grid_->columns,
+                    std::size_t{count} * grid_->columns, heights.data());
     }
 
   private:
-    const HeightGrid& grid_;
+    std::shared_ptr<const HeightGrid> grid_;
     HeightGrid frame_;
-};
-
-/// One that owns its grid.
-class PictureSource final : public HeightSource {
-  public:
-    explicit PictureSource(HeightGrid grid) : grid_(std::move(grid)), source_(grid_) {}
-    const HeightGrid& frame() const override { return source_.frame(); }
-    void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
-        source_.read(first_row, count, heights);
-    }
-
-  private:
-    HeightGrid grid_;
-    GridSource source_;
 };
 
 }  // namespace
 
-std::unique_ptr<HeightSource> make_height_source(const HeightGrid& grid) { return std::make_unique<GridSource>(grid); }
+std::unique_ptr<HeightSource> make_height_source(const HeightGrid& grid) {
+    return std::make_unique<GridSource>(std::shared_ptr<const HeightGrid>(std::shared_ptr<void>(), &grid));
+}
 
 std::unique_ptr<HeightSource> open_height_source(const std::filesystem::path& path, const HeightReadOptions& options) {
     switch (const HeightFormat format = detail::format_of(path, options); format) {
@@ -58,7 +46,7 @@ std::unique_ptr<HeightSource> open_height_source(const std::filesystem::path& pa
         case HeightFormat::gdal:
             return detail::open_with_gdal(path, options);
         default:
-            return std::make_unique<PictureSource>(load_height_grid(path, options));
+            return std::make_unique<GridSource>(std::make_shared<HeightGrid>(load_height_grid(path, options)));
     }
 }
 

@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
+#include "../tessellate/shading_normals.hpp"
 #include "grid_triangle.hpp"
 
 #include <fmt/format.h>
@@ -92,17 +93,6 @@ Roots roots_of(const HeightGrid& grid, const std::array<std::uint32_t, 2>& tiles
         places.push_back({middle(p[0], q[0]), middle(p[1], q[1])});
     }
     return {ControlMesh::build(std::move(data)), across * down, std::move(places)};
-}
-
-/// The mean of each vertex's triangles, by their areas.
-void add_normals(TriangleMesh& mesh) {
-    mesh.normals.assign(mesh.positions.size(), Vec3d(0));
-    for (const auto& [a, b, c] : mesh.triangles) {
-        const Vec3d &p = mesh.positions[a], &q = mesh.positions[b], &r = mesh.positions[c];
-        const Vec3d twice_area = glm::cross(q - p, r - p);
-        for (const std::uint32_t v : {a, b, c}) mesh.normals[v] += twice_area;
-    }
-    for (Vec3d& normal : mesh.normals) normal = glm::normalize(normal);
 }
 
 class TerrainRefinement {
@@ -492,7 +482,7 @@ Terrain terrain_mesh(const HeightGrid& grid, const TerrainOptions& options) {
         refinement.refine();
         refinement.merge();
         Terrain terrain = refinement.result(options.y_up, roots.faces_of_tile);
-        if (options.normals) add_normals(terrain.mesh);
+        if (options.normals) detail::geometric_normals(terrain.mesh);
         return terrain;
     });
 }

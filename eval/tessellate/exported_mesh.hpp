@@ -46,8 +46,7 @@ struct OutputTriangle {
         const auto rounded = [](double value) { return std::round(std::max(0.0, value) * 0x1p40) * 0x1p-40; };
         const double v = rounded((x * s1 - y * c1) / det), w = rounded((y * c0 - x * s0) / det);
         const double sum = std::max(1.0, v + w);
-        const CellTriangle root{
-            HalfedgeId(mesh.face_halfedge(fan).value + sector), 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}};
+        const CellTriangle root = root_triangle(HalfedgeId(mesh.face_halfedge(fan).value + sector));
         return Family::parameter(mesh, root, v / sum, w / sum, 1 - (v + w) / sum);
     }
     /// An address of corner k inside one root.

@@ -1,5 +1,6 @@
 #include "fan_error.hpp"
 
+#include "../distance/limit_samples.hpp"
 #include "../triangles/point_triangle.hpp"
 
 #include <limits>
@@ -102,33 +103,26 @@ FanError::Estimate FanError::measured(FaceId face, double tolerance) const {
         error = std::max(error, to_fan(map_({HalfedgeId(h0 + r), 1, 0})));
     for (std::uint32_t r = 0; r < n && error <= enough; ++r) {
         const HalfedgeId h(h0 + r);
-        const CellTriangle root{h, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}};
-        const HalfedgeId twin = mesh.twin(h);
-        const bool hard =
-            !twin.valid() || mesh.is_hole(mesh.face(twin)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
+        const CellTriangle root = root_triangle(h);
+        const bool hard = is_hard_edge<QuadFamily>(mesh, root, 0);
         const Vec3d a = at(r), b = at((r + 1) % n);
-        std::array<detail::DisplacedSample, (k_lattice + 1) * (k_lattice + 2) / 2> samples;
-        for (int row = 0; row <= k_lattice; ++row)
-            for (int i = 0; i <= row; ++i) {
-                const double b0 = static_cast<double>(row - i) / k_lattice, b1 = static_cast<double>(i) / k_lattice;
-                auto& sample = samples[static_cast<std::size_t>(row * (row + 1) / 2 + i)];
-                sample = map_.sample(QuadFamily::parameter(mesh, root, b0, b1, 1 - b0 - b1));
-                const Vec3d& s = sample.position;
-                error = std::max(error, to_fan(s));
-                if (row == k_lattice && hard) error = std::max(error, detail::segment_distance(s, a, b));
-            }
+        std::array<detail::DisplacedSample, detail::lattice_points(k_lattice)> samples;
+        detail::for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
+            auto& sample = samples[static_cast<std::size_t>(i)];
+            sample = map_.sample(QuadFamily::parameter(mesh, root, b0, b1, b2));
+            error = std::max(error, to_fan(sample.position));
+            if (b2 == 0 && hard) error = std::max(error, detail::segment_distance(sample.position, a, b));
+        });
         if (map_.has_detail() && error <= enough)
             error =
                 detail::with_hidden_detail(*map_.heights, map_.amplitude, k_lattice, samples, error, tolerance, to_fan);
     }
     if (error <= enough && map_.target) {
         for (const auto& t : fans_.of(face))
-            for (int row = 0; row <= k_lattice; ++row)
-                for (int i = 0; i <= row; ++i) {
-                    const double b0 = static_cast<double>(row - i) / k_lattice, b1 = static_cast<double>(i) / k_lattice;
-                    const Vec3d q = b0 * at(t[0]) + b1 * at(t[1]) + (1 - b0 - b1) * at(t[2]);
-                    error = std::max(error, map_.target->closest(q).distance);
-                }
+            detail::for_each_lattice_point(k_lattice, [&](int, double b0, double b1, double b2) {
+                const Vec3d q = b0 * at(t[0]) + b1 * at(t[1]) + b2 * at(t[2]);
+                error = std::max(error, map_.target->closest(q).distance);
+            });
     }
     return {error, ErrorBasis::samples};
 }

@@ -26,54 +26,41 @@ constexpr std::uint64_t k_lattice_bytes = 800;
 /// Triangles estimated between two chances to cancel: enough for many blocks of limit points.
 constexpr std::size_t k_estimator_block = 1u << 14;
 
-/// Texture coordinates at the corners of triangles: limits of the chart by the same scheme where it can be subdivided,
-/// else linear.
+/// Texture coordinates at addresses: limits of the chart by the same scheme where it can be subdivided, else linear.
 template <class Family>
-class LimitUvs {
-  public:
-    LimitUvs(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
-             std::vector<std::string>& warnings)
-        : mesh_(mesh) {
-        try {
-            chart_ = uv_mesh(mesh, options.rules);
-            const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
-            const bool triangles = options.scheme.info().family == MeshFamily::triangles;
-            const SchemeInfo& scheme =
-                linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
-            points_.emplace(make_hierarchy(
-                chart_, scheme, {.rules = chart_rules(options.rules), .whole_levels = true, .context = context}));
-        } catch (const Error& error) {
-            warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
-                               error.what() + ")");
-        }
+std::vector<Vec2d> uvs_at(std::span<const Site> addresses, const ControlMesh& mesh, const TessellateOptions& options,
+                          const RunContext& context, std::vector<std::string>& warnings) {
+    ControlMesh chart;
+    std::optional<Hierarchy> points;
+    try {
+        chart = uv_mesh(mesh, options.rules);
+        const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+        const bool triangles = options.scheme.info().family == MeshFamily::triangles;
+        const SchemeInfo& scheme = linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
+        points.emplace(make_hierarchy(chart, scheme,
+                                      {.rules = chart_rules(options.rules), .whole_levels = true, .context = context}));
+    } catch (const Error& error) {
+        warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
+                           error.what() + ")");
     }
-
-    std::vector<Vec2d> at(std::span<const Site> addresses, const RunContext& context) const {
-        std::vector<Vec2d> uvs(addresses.size());
-        const auto count = static_cast<std::uint32_t>(addresses.size());
-        if (!points_) {
-            for_each_index(count, [&](std::uint32_t i) {
-                const Site& s = addresses[i];
-                const double step = std::ldexp(1.0, -s.level);
-                uvs[i] = Family::linear(mesh_, s.root, s.at.x * step, s.at.y * step,
-                                        [&](HalfedgeId h) { return mesh_.data().uvs[mesh_.uv_index(h)]; });
-            });
-            return uvs;
-        }
-        std::vector<Site> sites(addresses.size());
-        for_each_index(count, [&](std::uint32_t i) { sites[i] = Family::canonical_site(chart_, addresses[i]); });
-        std::vector<Vec3d> positions(addresses.size());
-        limit_positions_once(*points_, sites, positions,
-                             [&](double done) { context.report("attributes", 0.5 * done); });
-        for_each_index(count, [&](std::uint32_t i) { uvs[i] = Vec2d(positions[i]); });
+    std::vector<Vec2d> uvs(addresses.size());
+    const auto count = static_cast<std::uint32_t>(addresses.size());
+    if (!points) {
+        for_each_index(count, [&](std::uint32_t i) {
+            const Site& s = addresses[i];
+            const double step = std::ldexp(1.0, -s.level);
+            uvs[i] = Family::linear(mesh, s.root, s.at.x * step, s.at.y * step,
+                                    [&](HalfedgeId h) { return mesh.data().uvs[mesh.uv_index(h)]; });
+        });
         return uvs;
     }
-
-  private:
-    const ControlMesh& mesh_;
-    ControlMesh chart_;
-    std::optional<Hierarchy> points_;
-};
+    std::vector<Site> sites(addresses.size());
+    for_each_index(count, [&](std::uint32_t i) { sites[i] = Family::canonical_site(chart, addresses[i]); });
+    std::vector<Vec3d> positions(addresses.size());
+    limit_positions_once(*points, sites, positions, [&](double done) { context.report("attributes", 0.5 * done); });
+    for_each_index(count, [&](std::uint32_t i) { uvs[i] = Vec2d(positions[i]); });
+    return uvs;
+}
 
 template <class Family>
 class LatticeTessellator final : public TessellationRun {
@@ -144,7 +131,7 @@ class LatticeTessellator final : public TessellationRun {
             for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
                 if (fans_.has(FaceId(f))) faces.push_back(FaceId(f));
             std::vector<double> found(faces.size());
-            bound_->estimate_fans(fans_, faces, corners_, found);
+            bound_->bound_fans(fans_, faces, corners_, {}, found);
             errors.assign(mesh_.face_count(), 0.0);
             for (std::size_t i = 0; i < faces.size(); ++i) errors[faces[i].value] = found[i];
         } else {
@@ -172,42 +159,30 @@ class LatticeTessellator final : public TessellationRun {
     /// Against a denser mesh of limit points over the same leaves. Those that fans hide are leaves like others.
     void measure() override {
         std::vector<CellTriangle> pieces;
-        std::vector<FaceId> fan_of;           // per piece: the face whose fan it belongs to, else invalid
-        std::vector<std::uint32_t> triangle;  // per piece: its triangle of the output, else none
+        std::vector<std::uint32_t> owner;  // per piece: its triangle of the output, of a fan the first one
         const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
         int deepest = 0;
         for (std::uint32_t t = 0; t < count; ++t) {
             const OutputTriangle from = origin(t);
             if (!from.fan.valid()) {
                 pieces.push_back(from.cell);
-                fan_of.push_back(FaceId{});
-                triangle.push_back(t);
                 deepest = std::max<int>(deepest, from.cell.level);
-                continue;
+            } else if (exported_.part[t] == 0) {
+                const std::uint32_t h0 = mesh_.face_halfedge(from.fan).value;
+                for (std::uint32_t r = 0; r < mesh_.face_size(from.fan); ++r)
+                    pieces.push_back(root_triangle(HalfedgeId(h0 + r)));
             }
-            if (exported_.part[t] != 0) continue;
-            const std::uint32_t h0 = mesh_.face_halfedge(from.fan).value;
-            for (std::uint32_t r = 0; r < mesh_.face_size(from.fan); ++r) {
-                pieces.push_back({HalfedgeId(h0 + r), 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}});
-                fan_of.push_back(from.fan);
-                triangle.push_back(t);
-            }
+            owner.resize(pieces.size(), t);
         }
         const LimitReference reference =
-            limit_reference<Family>(points_, pieces, reference_bits(pieces.size(), deepest), context_, 0.5);
+            limit_reference<Family>(points_, pieces, owner, reference_bits(pieces.size(), deepest), context_, 0.5);
         const ReferenceDistances distances =
-            measure_reference(reference, pieces.size(), result_.mesh, options_.measure_samples / 2, context_);
+            measure_reference(reference, result_.mesh, options_.measure_samples / 2, context_);
         result_.measured_error = distances.error;
-        result_.triangle_error = distances.of_triangle;
-        for (std::size_t p = 0; p < pieces.size(); ++p) {
-            // A fan's triangles share what its face is off.
-            for (std::uint32_t t = triangle[p]; t < count; ++t) {
-                if (t != triangle[p] &&
-                    (!fan_of[p].valid() || exported_.faces[t] != fan_of[p] || exported_.part[t] == 0))
-                    break;
-                result_.triangle_error[t] = std::max(result_.triangle_error[t], distances.of_piece[p]);
-            }
-        }
+        // A fan's triangles share what its face is off.
+        for (std::uint32_t t = 0; t < count; ++t)
+            result_.triangle_error[t] = std::max(
+                distances.backward[t], distances.forward[exported_.leaves[t].valid() ? t : t - exported_.part[t]]);
     }
 
     /// Splits what the measurement found to be off. False when nothing can be done.
@@ -238,6 +213,7 @@ class LatticeTessellator final : public TessellationRun {
         double largest = 0;
         std::vector<CellTriangle> cells;
         std::vector<FaceId> fans;
+        std::vector<double> errors;
         for (std::uint32_t t = 0; t < count; ++t) {
             const OutputTriangle from = origin(t);
             const bool fan = from.fan.valid();
@@ -250,8 +226,12 @@ class LatticeTessellator final : public TessellationRun {
                 fans.push_back(from.fan);
             if (t + 1 < count && cells.size() < k_triangles && fans.size() < k_triangles) continue;
             context_.report("certify", static_cast<double>(t) / count);
-            largest = bound_->largest(cells, largest);
-            largest = bound_->largest_of_fans(fans_, fans, corners_, largest);
+            errors.assign(cells.size(), 0.0);
+            bound_->bound(cells, largest, errors);
+            for (const double e : errors) largest = std::max(largest, e);
+            errors.assign(fans.size(), 0.0);
+            bound_->bound_fans(fans_, fans, corners_, largest, errors);
+            for (const double e : errors) largest = std::max(largest, e);
             cells.clear();
             fans.clear();
         }
@@ -277,13 +257,12 @@ class LatticeTessellator final : public TessellationRun {
             split_normals_of(result_, mesh_, options_, side);
         }
         if (options_.uvs && mesh_.has_uvs()) {
-            const LimitUvs<Family> uvs(mesh_, options_, context_, result_.warnings);
             std::vector<Site> addresses(3 * mesh.triangles.size());
             for_each_index(static_cast<std::uint32_t>(mesh.triangles.size()), [&](std::uint32_t t) {
                 for (std::size_t k = 0; k < 3; ++k)
                     addresses[3 * std::size_t{t} + k] = origin(t).template corner_site<Family>(mesh_, k);
             });
-            add_uvs(mesh, uvs.at(addresses, context_));
+            add_uvs(mesh, uvs_at<Family>(addresses, mesh_, options_, context_, result_.warnings));
         }
         context_.report("attributes", 1);
         add_face_attributes(mesh_, result_.triangle_face, mesh);

@@ -15,7 +15,7 @@ namespace {
 
 /// Intervals a side of a leaf's sample lattice: 15 points, three of them the corners.
 constexpr int k_lattice = 4;
-constexpr int k_samples = (k_lattice + 1) * (k_lattice + 2) / 2;
+constexpr int k_samples = detail::lattice_points(k_lattice);
 
 /// Lattice of a mapped leaf (target, displacement): nothing smooth can be assumed.
 constexpr int k_mapped_bits = 3;
@@ -78,7 +78,7 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family:
                                       const std::array<Vec3d, 3>& corners, double middle) const {
     const detail::PlaneMeasure plane(corners);
     std::array<Vec3d, k_samples> s;
-    bounder.sample(leaf, k_lattice, s, {});
+    bounder.sample(leaf, k_lattice, s);
     const Vec3d c2 = s[0], c0 = s[k_samples - 1 - k_lattice], c1 = s[k_samples - 1];
     const detail::Maximum top =
         detail::farthest_sample(s, k_lattice, plane, hard_edges<Family>(map_.patches->mesh(), leaf));
@@ -118,7 +118,7 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family:
 template <class Family>
 double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
     constexpr int n = k_mapped_lattice;
-    constexpr int count = (n + 1) * (n + 2) / 2;
+    constexpr int count = detail::lattice_points(n);
     const ControlMesh& mesh = map_.patches->mesh();
     std::array<Vec3d, count> s;
     std::array<detail::DisplacedSample, count> samples;

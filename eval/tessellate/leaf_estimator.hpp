@@ -33,8 +33,6 @@ class LeafEstimator final : public ErrorEstimator {
     bool gave_up() const { return gave_up_.load(std::memory_order_relaxed); }
     /// The calling thread's bounder.
     typename Family::Bounder& bounder() const { return bounders_.local(); }
-    EstimatorKind kind() const { return kind_; }
-    const typename Family::Patches& patches() const { return *map_.patches; }
     /// The edges that the surface may cross: neither on a boundary nor on a hard crease.
     std::array<bool, 3> soft_edges(const CellTriangle& leaf) const {
         const std::array<bool, 3> hard = hard_edges<Family>(map_.patches->mesh(), leaf);

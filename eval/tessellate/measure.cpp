@@ -42,21 +42,16 @@ void check_reference_memory(std::uint64_t triangles, const RunContext& context) 
 }
 
 template <class Family>
-LimitReference limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces, int bits,
-                               const RunContext& context, double share) {
+LimitReference limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces,
+                               std::span<const std::uint32_t> owner, int bits, const RunContext& context,
+                               double share) {
     const int n = 1 << bits;
     const auto per_piece = static_cast<std::size_t>(lattice_points(n));
     check_reference_memory(std::uint64_t{pieces.size()} << (2 * bits), context);
     std::vector<Site> sites(pieces.size() * per_piece);
     for_each_index(
         static_cast<std::uint32_t>(pieces.size()),
-        [&](std::uint32_t p) {
-            for (int row = 0; row <= n; ++row)
-                for (int i = 0; i <= row; ++i)
-                    sites[p * per_piece + static_cast<std::size_t>(lattice_index(row, i))] =
-                        lattice_site_of<Family>(points.mesh(), pieces[p], bits, row, i);
-        },
-        64);
+        [&](std::uint32_t p) { put_lattice_sites<Family>(points.mesh(), pieces[p], bits, &sites[p * per_piece]); }, 64);
     const DistinctSites once(sites);
     LimitReference reference;
     reference.mesh.positions.resize(once.distinct().size());
@@ -69,36 +64,36 @@ LimitReference limit_reference(const Hierarchy& points, std::span<const CellTria
         for (int row = 0; row < n; ++row)
             for (int i = 0; i <= row; ++i) {
                 reference.mesh.triangles.push_back({vertex(row, i), vertex(row + 1, i), vertex(row + 1, i + 1)});
-                reference.owner.push_back(p);
+                reference.owner.push_back(owner[p]);
                 if (i == row) continue;
                 reference.mesh.triangles.push_back({vertex(row, i), vertex(row + 1, i + 1), vertex(row, i + 1)});
-                reference.owner.push_back(p);
+                reference.owner.push_back(owner[p]);
             }
     }
     return reference;
 }
 
-ReferenceDistances measure_reference(const LimitReference& reference, std::size_t pieces, const TriangleMesh& mesh,
-                                     std::uint64_t samples, const RunContext& context) {
+ReferenceDistances measure_reference(const LimitReference& reference, const TriangleMesh& mesh, std::uint64_t samples,
+                                     const RunContext& context) {
     ReferenceDistances result;
-    result.of_piece.assign(pieces, 0.0f);
-    result.of_triangle.assign(mesh.triangles.size(), 0.0f);
+    result.forward.assign(mesh.triangles.size(), 0.0f);
+    result.backward.assign(mesh.triangles.size(), 0.0f);
     if (mesh.triangles.empty() || reference.mesh.triangles.empty()) return result;
     const SamplingOptions sampling{.samples = samples, .per_triangle = true};
     MeshComparison comparison = compare(reference.mesh, mesh, sampling, context);
     for (std::size_t t = 0; t < reference.owner.size(); ++t) {
-        float& largest = result.of_piece[reference.owner[t]];
+        float& largest = result.forward[reference.owner[t]];
         largest = std::max(largest, comparison.forward.triangle_max[t]);
     }
     result.error = comparison.error;
-    result.of_triangle = std::move(comparison.backward.triangle_max);
+    result.backward = std::move(comparison.backward.triangle_max);
     return result;
 }
 
-template LimitReference limit_reference<QuadFamily>(const Hierarchy&, std::span<const CellTriangle>, int,
-                                                    const RunContext&, double);
-template LimitReference limit_reference<LoopFamily>(const Hierarchy&, std::span<const CellTriangle>, int,
-                                                    const RunContext&, double);
+template LimitReference limit_reference<QuadFamily>(const Hierarchy&, std::span<const CellTriangle>,
+                                                    std::span<const std::uint32_t>, int, const RunContext&, double);
+template LimitReference limit_reference<LoopFamily>(const Hierarchy&, std::span<const CellTriangle>,
+                                                    std::span<const std::uint32_t>, int, const RunContext&, double);
 
 void measure_triangles(LimitReference reference, Tessellation& result, std::uint64_t samples,
                        const RunContext& context) {
@@ -110,11 +105,10 @@ void measure_triangles(LimitReference reference, Tessellation& result, std::uint
     TriangleBvh(result.mesh, context).closest(centres, nearest, context);
     reference.owner.clear();
     for (const ClosestPoint& point : nearest) reference.owner.push_back(point.triangle);
-    const std::size_t count = result.mesh.triangles.size();
-    const ReferenceDistances distances = measure_reference(reference, count, result.mesh, samples, context);
+    const ReferenceDistances distances = measure_reference(reference, result.mesh, samples, context);
     result.measured_error = distances.error;
-    for (std::size_t t = 0; t < count; ++t)
-        result.triangle_error[t] = std::max(distances.of_piece[t], distances.of_triangle[t]);
+    for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
+        result.triangle_error[t] = std::max(distances.forward[t], distances.backward[t]);
 }
 
 }  // namespace tetrakis::detail

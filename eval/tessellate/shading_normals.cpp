@@ -296,6 +296,15 @@ class NormalSplitter {
 
 }  // namespace
 
+void geometric_normals(TriangleMesh& mesh) {
+    mesh.normals.assign(mesh.positions.size(), Vec3d(0));
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3d area = area_vector(mesh, t);
+        for (const std::uint32_t v : mesh.triangles[t]) mesh.normals[v] += area;
+    }
+    for (Vec3d& n : mesh.normals) n = unit_or_zero(n);
+}
+
 Vec3d face_normal(const TriangleMesh& mesh, std::size_t t) {
     const auto& [a, b, c] = mesh.triangles[t];
     // Scaled first, so that squares of tiny or huge sides stay in range.

@@ -33,6 +33,9 @@ void split_normals(TriangleMesh& mesh, std::span<const std::uint32_t> triangle_f
 /// where they agree with the triangle to within the crease angle, else as split_normals() has them.
 std::vector<std::array<Vec3f, 3>> corner_normals(const TriangleMesh& mesh, double crease_degrees);
 
+/// Gives a mesh the unit vertex normals of its triangles, weighted by area.
+void geometric_normals(TriangleMesh& mesh);
+
 /// Unit normal of a triangle; zero if it has none.
 Vec3d face_normal(const TriangleMesh& mesh, std::size_t t);
 

@@ -3,8 +3,8 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../surface/local_frame.hpp"
+#include "../triangles/mesh_sliding.hpp"
 #include "../triangles/point_triangle.hpp"
-#include "certifier.hpp"
 #include "exported_mesh.hpp"
 #include "fan_error.hpp"
 #include "leaf_estimator.hpp"
@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -235,12 +236,137 @@ class PatchTessellator final : public detail::TessellationRun {
 
     bool left_over() const override { return refinement_->left_over() || estimator_->gave_up(); }
 
+    /// Bounds the distance between the finished mesh and the limit surface, both ways.
+    class Certifier {
+      public:
+        explicit Certifier(const PatchTessellator& of)
+            : of_(of),
+              count_(static_cast<std::uint32_t>(of.result_.mesh.triangles.size())),
+              largest_((count_ + k_block - 1) / k_block, 0.0) {}
+
+        /// Tight to a twentieth, but for bounds of the certified estimator within its tolerance, which count as they
+        /// are.
+        double run() {
+            if (count_ == 0) return 0;
+            guess();
+            if (all_known_) return std::ranges::max(largest_);
+            floor_ = of_.certified() ? of_.aim_ : 0.0;
+            for (double e : largest_) floor_ = std::max(floor_, e);
+            std::ranges::fill(largest_, 0.0);
+            granted_.emplace(of_.result_.mesh.triangles, of_.result_.mesh.positions);
+            // First those that nothing is known of; what is known may be loose, where all of it matters.
+            pass(0.2, 0.9, [&](std::uint32_t t, double floor) {
+                const LeafId leaf = of_.exported_.leaves[t];
+                return known(t) > 0
+                           ? 0.0
+                           : bound(t, floor, !leaf.valid() || of_.refinement_->basis(leaf) == ErrorBasis::bound);
+            });
+            pass(0.9, 1, [&](std::uint32_t t, double floor) {
+                const double error = known(t);
+                return error <= floor ? error : bound(t, floor, true);
+            });
+            return std::ranges::max(largest_);
+        }
+
+      private:
+        static constexpr std::uint32_t k_block = 64;
+        static constexpr std::uint32_t k_rounds = 8;
+        /// Of the triangles only one in so many is sampled for a first guess: it need not be the largest.
+        static constexpr std::uint32_t k_stride = 8;
+
+        /// The bound that the estimator has for a triangle already, or 0. It has one for errors within the tolerance
+        /// that it has not marked. The first triangle of a fan stands for all of it.
+        double known(std::uint32_t t) const {
+            const LeafId leaf = of_.exported_.leaves[t];
+            if (!leaf.valid()) {
+                const FanError::Estimate& fan = of_.fan_errors_[of_.exported_.faces[t].value];
+                return of_.exported_.part[t] == 0 && fan.basis == ErrorBasis::bound && fan.error <= of_.aim_ ? fan.error
+                                                                                                             : 0;
+            }
+            if (of_.refinement_->basis(leaf) == ErrorBasis::samples) return 0;
+            const double error = of_.refinement_->error(leaf);
+            return error <= of_.aim_ ? error : 0;
+        }
+
+        template <class ErrorOf>
+        void over_block(std::uint32_t block, const ErrorOf& error_of) {
+            for (std::uint32_t t = block * k_block; t < std::min((block + 1) * k_block, count_); ++t)
+                largest_[block] = std::max(largest_[block], error_of(t, std::max(floor_, largest_[block])));
+        }
+
+        /// A first guess at the largest error, which settles most triangles at first sight.
+        void guess() {
+            all_known_ = of_.certified();
+            detail::for_each_batch(of_.patches_.get(), static_cast<std::uint32_t>(largest_.size()), 4, of_.context_,
+                                   "certify", 0, 0.2, [&](std::uint32_t block) {
+                                       over_block(block, [&](std::uint32_t t, double) {
+                                           const LeafId leaf = of_.exported_.leaves[t];
+                                           const bool fan = !leaf.valid();
+                                           if (fan && of_.exported_.part[t] != 0) return 0.0;
+                                           if (!of_.certified()) {
+                                               if (fan) {
+                                                   const FanError::Estimate& e =
+                                                       of_.fan_errors_[of_.exported_.faces[t].value];
+                                                   return e.basis == ErrorBasis::samples ? e.error : 0.0;
+                                               }
+                                               return t % k_stride == 0 ? sampled(t) : 0.0;
+                                           }
+                                           const double error = known(t);
+                                           if (error > 0) return error;
+                                           all_known_.store(false, std::memory_order_relaxed);
+                                           return fan ? 0.0 : of_.refinement_->error(leaf);
+                                       });
+                                   });
+        }
+
+        /// Across the triangle: how far the surface slides is no error.
+        double sampled(std::uint32_t t) const {
+            const QuickError quick = of_.estimator_->bounder().quick_error(of_.origin(t).cell);
+            const detail::PlaneMeasure plane(quick.corners);
+            return plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
+        }
+
+        /// In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next, and so does
+        /// what is found in a block.
+        template <class ErrorOf>
+        void pass(double from, double to, const ErrorOf& error_of) {
+            const auto blocks = static_cast<std::uint32_t>(largest_.size());
+            for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
+                const double begin = from + (to - from) * round / k_rounds,
+                             end = from + (to - from) * (round + 1) / k_rounds;
+                detail::for_each_batch(of_.patches_.get(), (blocks - round + k_rounds - 1) / k_rounds, 1, of_.context_,
+                                       "certify", begin, end,
+                                       [&](std::uint32_t i) { over_block(i * k_rounds + round, error_of); });
+                for (std::uint32_t block = round; block < blocks; block += k_rounds)
+                    floor_ = std::max(floor_, largest_[block]);
+            }
+        }
+
+        /// The error with the neighbours unfolded or without, whichever is less.
+        /// @param still  whether to try without them first
+        double bound(std::uint32_t t, double floor, bool still) const {
+            if (!of_.exported_.leaves[t].valid())
+                return of_.exported_.part[t] == 0 ? of_.fan_error_->certified(of_.exported_.faces[t], floor, false) : 0;
+            const CellTriangle leaf = of_.origin(t).cell;
+            const EdgeSliding sliding = granted_->of(t, of_.estimator_->soft_edges(leaf));
+            auto& bounder = of_.estimator_->bounder();
+            if (!sliding.any()) return bounder.certified_error(leaf, floor);
+            const double first = bounder.certified_error(leaf, floor, still ? EdgeSliding{} : sliding);
+            return first <= floor
+                       ? first
+                       : std::min(first, bounder.certified_error(leaf, floor, still ? sliding : EdgeSliding{}));
+        }
+
+        const PatchTessellator& of_;
+        std::uint32_t count_;
+        std::vector<double> largest_;  ///< by block of triangles
+        double floor_ = 0;
+        std::atomic<bool> all_known_ = false;
+        std::optional<MeshSliding> granted_;
+    };
+
     void certify() override {
-        if (!map_.plain()) return;
-        result_.certified_error =
-            detail::Certifier<Family>(result_.mesh, {exported_, [this](std::uint32_t t) { return origin(t).cell; }},
-                                      *estimator_, *refinement_, fan_error_, fan_errors_, aim_, context_)
-                .run();
+        if (map_.plain()) result_.certified_error = Certifier(*this).run();
     }
 
     void add_warnings() {
@@ -283,7 +409,7 @@ class PatchTessellator final : public detail::TessellationRun {
                                            });
                 });
         else
-            geometric_normals(result_.mesh);
+            detail::geometric_normals(result_.mesh);
         detail::split_normals_of(result_, mesh_, options_, side);
     }
 

@@ -21,16 +21,6 @@
 
 namespace tetrakis {
 
-void geometric_normals(TriangleMesh& mesh) {
-    mesh.normals.assign(mesh.positions.size(), Vec3d(0));
-    for (const auto& t : mesh.triangles) {
-        const Vec3d a = mesh.positions[t[0]];
-        const Vec3d n = glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
-        for (std::uint32_t v : t) mesh.normals[v] += n;
-    }
-    for (Vec3d& n : mesh.normals) n = unit_or_zero(n);
-}
-
 void add_uvs(TriangleMesh& mesh, std::span<const Vec2d> corner_uvs) {
     if (mesh.triangles.empty()) return;
     auto [uvs, numbers] = detail::number_uvs({mesh.triangles.front().data(), corner_uvs.size()}, corner_uvs);
@@ -200,27 +190,15 @@ RefineProgress::RefineProgress(const RunContext& outer, std::uint64_t budget,
     };
 }
 
-void WatchedEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
-    in_parts(triangles.size(), [&](std::size_t begin, std::size_t size) {
-        inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size));
-    });
-}
-
 void WatchedEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
                                 std::span<ErrorBasis> basis) const {
-    in_parts(triangles.size(), [&](std::size_t begin, std::size_t size) {
-        inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size), basis.subspan(begin, size));
-    });
-}
-
-void WatchedEstimator::in_parts(std::size_t count, const std::function<void(std::size_t, std::size_t)>& some) const {
     constexpr double k_short = 0.02, k_long = 0.1;  // seconds
     constexpr std::size_t k_least = 16;
     Stopwatch watch;
-    for (std::size_t begin = 0; begin < count;) {
+    for (std::size_t begin = 0; begin < triangles.size();) {
         if (begin > 0) progress_.again();
-        const std::size_t size = std::min(block_, count - begin);
-        some(begin, size);
+        const std::size_t size = std::min(block_, triangles.size() - begin);
+        inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size), basis.subspan(begin, size));
         begin += size;
         const double seconds = watch.lap();
         if (seconds < k_short && size == block_) block_ = std::min(most_, 2 * block_);

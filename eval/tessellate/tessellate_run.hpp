@@ -42,9 +42,6 @@ Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptio
 
 namespace tetrakis {
 
-/// Unit vertex normals of the triangles themselves, weighted by area.
-void geometric_normals(TriangleMesh& mesh);
-
 /// Gives each triangle corner its UV, three a triangle, and merges those of one vertex that are equal, bit for bit.
 void add_uvs(TriangleMesh& mesh, std::span<const Vec2d> corner_uvs);
 
@@ -176,15 +173,15 @@ class WatchedEstimator final : public ErrorEstimator {
     /// @param most  triangles between two chances to cancel
     WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t most = 4096)
         : inner_(inner), progress_(progress), most_(most), block_(std::min<std::size_t>(most, 256)) {}
-    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
+        std::vector<ErrorBasis> basis(triangles.size());
+        estimate(triangles, errors, basis);
+    }
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
                   std::span<ErrorBasis> basis) const override;
     double seconds() const { return seconds_; }
 
   private:
-    /// Calls some(first, number) for parts of so many triangles.
-    void in_parts(std::size_t count, const std::function<void(std::size_t, std::size_t)>& some) const;
-
     const ErrorEstimator& inner_;
     const RefineProgress& progress_;
     std::size_t most_;

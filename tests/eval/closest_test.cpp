@@ -173,7 +173,7 @@ TEST_CASE("[slow] beside a vertex of many edges the closest point is that of a s
                 [](const QuadPatches& p, HalfedgeId root, double x, double y) { return p.frame(root, x, y); }, n);
         check_search<LoopClosest, LoopPatches>(
             bipyramid(n, false), detail::RootShape::triangle,
-            [](const LoopPatches& p, HalfedgeId root, double x, double y) { return p.tangents(root, x, y); }, n);
+            [](const LoopPatches& p, HalfedgeId root, double x, double y) { return p.frame(root, x, y); }, n);
     }
 }
 

@@ -42,7 +42,7 @@ TriangleMesh dense_surface(const ControlMesh& mesh, std::string_view scheme) {
 }
 
 double distance_to(const TriangleMesh& surface, const Hierarchy& h) {
-    return compare_meshes(surface, triangles_of(h.to_mesh().mesh), {.samples = 20'000, .climbs = 8}).hausdorff;
+    return compare(surface, triangles_of(h.to_mesh().mesh), {.samples = 20'000, .climbs = 8}).error.hausdorff;
 }
 
 /// Estimates triangles alone.

@@ -114,7 +114,7 @@ TEST_CASE("[slow] [inv9] narrow rounded creases within a leaf are seen: the rook
     options.measure = false;
     options.tolerance = k_finer * 1e-4;
     const Tessellation truth = tessellate(mesh, options);
-    const MeasuredError error = compare_meshes(truth.mesh, result.mesh, {.samples = 200'000});
+    const MeasuredError error = compare(truth.mesh, result.mesh, {.samples = 200'000}).error;
     CHECK(error.hausdorff <= (1 + k_finer) * result.tolerance_absolute);
 }
 

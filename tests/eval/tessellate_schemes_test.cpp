@@ -134,7 +134,7 @@ TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is ref
         CHECK(std::count(result.triangle_face.begin(), result.triangle_face.end(), 1u) == 0);
         // The edges of holes are edges of no level: each comes nearer to them.
         const TriangleMesh reference = triangles_of(refine(mesh, scheme, 6, {.limit = true}));
-        const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
+        const MeasuredError error = compare(reference, result.mesh, {.samples = 30'000}).error;
         CHECK(error.hausdorff <= 1.5 * result.tolerance_absolute);
     }
 }
@@ -171,7 +171,7 @@ TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit po
     const Tessellation points =
         tessellate(mesh, {.scheme = "tuned-loop", .rules = {.tuning = 0}, .tolerance = 1e-2, .measure = false});
     CHECK(patches.certified_error);
-    const double apart = compare_meshes(patches.mesh, points.mesh, {.samples = 20'000}).hausdorff;
+    const double apart = compare(patches.mesh, points.mesh, {.samples = 20'000}).error.hausdorff;
     CHECK(apart <= 2 * patches.tolerance_absolute);
     const double ratio =
         static_cast<double>(points.mesh.triangles.size()) / static_cast<double>(patches.mesh.triangles.size());
