@@ -3,6 +3,7 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/most_frequent.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/parts/face_split.hpp"
 
 #include <algorithm>

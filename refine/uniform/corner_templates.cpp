@@ -1,6 +1,7 @@
 #include "corner_templates.hpp"
 
 #include "../../hier/base/run_context.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
 
 #include <algorithm>
 #include <map>
