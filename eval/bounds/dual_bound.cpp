@@ -83,17 +83,8 @@ class PieceBounder : private PatchBounder<Face> {
         this->start(wanted_.decide_at, !wanted_.tight);
         this->set_face(target_);
         const auto on_net = [&](const Net9& net, const DualPiece& part) {
-            if (!midedge_) return bound_over(biquadratic_over(net, part.at), part);
-            // Between the cell's diagonals.
-            for (const int side : {0, 1, 2, 3}) {
-                const double up = side >= 2 ? 1 : -1, right = side == 1 || side == 2 ? 1 : -1;
-                part.polygon()
-                    .clipped([&](const Vec2d& p) { return up * (p.y - p.x); })
-                    .clipped([&](const Vec2d& p) { return right * (p.x + p.y - 1); })
-                    .for_each_triangle([&](const std::array<Vec2d, 3>& at, const std::array<int, 3>& edge) {
-                        bound_over(four_direction_over(net, side, at), {at, edge});
-                    });
-            }
+            DualCells::for_each_polynomial(net, part, midedge_,
+                                           [&](const auto& patch, const DualPiece& of) { bound_over(patch, of); });
         };
         const auto on_hull = [&](std::span<const Vec3d> points) {
             double upper = 0;

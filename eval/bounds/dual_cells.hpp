@@ -56,6 +56,10 @@ class DualCells {
     template <class OnNet, class OnHull>
     void visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on_net, OnHull&& on_hull,
                int levels = k_hull_levels) const;
+    /// The polynomials of the surface over a piece of a regular cell.
+    /// @param take  (BezierTriangle, the part that it is over)
+    template <class Take>
+    static void for_each_polynomial(const Net9& net, const DualPiece& piece, bool midedge, Take&& take);
 
   private:
     struct Hash {
@@ -97,6 +101,21 @@ void DualCells::visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on
                     visit(quarter(cell, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)), {at, edge},
                           on_net, on_hull, levels - 1);
                 });
+}
+
+template <class Take>
+void DualCells::for_each_polynomial(const Net9& net, const DualPiece& piece, bool midedge, Take&& take) {
+    if (!midedge) return take(biquadratic_over(net, piece.at), piece);
+    // Between the cell's diagonals.
+    for (const int side : {0, 1, 2, 3}) {
+        const double up = side >= 2 ? 1 : -1, right = side == 1 || side == 2 ? 1 : -1;
+        piece.polygon()
+            .clipped([&](const Vec2d& p) { return up * (p.y - p.x); })
+            .clipped([&](const Vec2d& p) { return right * (p.x + p.y - 1); })
+            .for_each_triangle([&](const std::array<Vec2d, 3>& at, const std::array<int, 3>& edge) {
+                take(four_direction_over(net, side, at), DualPiece{at, edge});
+            });
+    }
 }
 
 }  // namespace tetrakis::detail

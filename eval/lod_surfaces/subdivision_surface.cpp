@@ -4,11 +4,14 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
+#include "../bounds/dual_bound.hpp"
 #include "../distance/surface_family.hpp"
 #include "../estimate/linear_bound.hpp"
 #include "../estimate/mask_norm_bound.hpp"
 #include "../patches/limit_surface.hpp"
+#include "../surface/local_frame.hpp"
 #include "../tessellate/tessellate.hpp"
+#include "dual_limits.hpp"
 
 #include <fmt/format.h>
 
@@ -49,32 +52,22 @@ double float_rounding(const ControlMesh& mesh) {
 
 Vec2d in_cell(const Site& site) { return {std::ldexp(site.at.x, -site.level), std::ldexp(site.at.y, -site.level)}; }
 
-}  // namespace
-
-/// What a surface's points and finest triangles are made by.
-class SubdivisionSurface::Limits {
-  public:
-    virtual ~Limits() = default;
-    virtual void points(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals) const = 0;
-    /// How far the limit surface is at most from triangles of one corner cell.
-    virtual void bound(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
-};
-
+/// The limit surface over the control mesh's own corner cells.
 template <class Family>
-class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
+class PrimalLimits final : public detail::LatticeLimits {
     static constexpr bool k_quads = std::is_same_v<Family, QuadFamily>;
 
   public:
-    LimitsOf(const ControlMesh& mesh, const SchemeChoice& scheme, const SubdivisionSurfaceOptions& options)
+    PrimalLimits(const ControlMesh& mesh, const SchemeChoice& scheme, const SubdivisionSurfaceOptions& options)
         : mesh_(mesh), rules_(options.rules) {
         const SchemeInfo& info = scheme.info();
         if (scheme_support(mesh, scheme, options.rules).patches)
             patches_.emplace(mesh, k_quads ? SchemeKind::catmull_clark : SchemeKind::loop, options.context);
         points_.emplace(make_hierarchy(mesh, info, {.rules = options.rules, .context = options.context}));
         if (k_quads ? points_->family() != "bisection" : !patches_)
-            throw Error(ErrorCode::unsupported,
-                        fmt::format("LOD takes Loop by its plain rules and schemes whose faces become quads, not {}",
-                                    scheme.name()));
+            throw Error(ErrorCode::unsupported, fmt::format("LOD takes schemes whose faces become quads, Doo-Sabin, "
+                                                            "midedge, and Loop by its plain rules, not {}",
+                                                            scheme.name()));
         if (info.is_linear())
             linear_.emplace(mesh, info);
         else if (patches_)
@@ -119,7 +112,6 @@ class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
         } else {
             norms_->estimate(triangles, errors);
         }
-        for (double& error : errors) error += float_rounding(mesh_);  // of the corners
     }
 
   private:
@@ -143,15 +135,23 @@ class SubdivisionSurface::LimitsOf final : public SubdivisionSurface::Limits {
     std::optional<MaskNormBound<Family>> norms_;
 };
 
+bool is_dual(const SchemeChoice& scheme) { return detail::DualBound::has(scheme.info()); }
+
+}  // namespace
+
 SubdivisionSurface::SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
                                        const SubdivisionSurfaceOptions& options)
-    : SampledSurface(mesh, options.level), by_triangles_(scheme.info().family == MeshFamily::triangles) {
-    std::unique_ptr<Limits> limits;
-    if (by_triangles_) {
-        limits = std::make_unique<LimitsOf<LoopFamily>>(roots(), scheme, options);
-    } else {
-        limits = std::make_unique<LimitsOf<QuadFamily>>(roots(), scheme, options);
-    }
+    : SampledSurface(is_dual(scheme) ? detail::dual_roots(mesh, scheme.info(), options.rules) : mesh,
+                     // An edge of the control mesh is as long as two cells of a dual scheme's first level.
+                     is_dual(scheme) && options.level > 1 ? options.level - 1 : options.level),
+      by_triangles_(scheme.info().family == MeshFamily::triangles) {
+    std::unique_ptr<detail::LatticeLimits> limits;
+    if (is_dual(scheme))
+        limits = std::make_unique<detail::DualLimits>(mesh, scheme.info(), options.rules, level(), options.context);
+    else if (by_triangles_)
+        limits = std::make_unique<PrimalLimits<LoopFamily>>(roots(), scheme, options);
+    else
+        limits = std::make_unique<PrimalLimits<QuadFamily>>(roots(), scheme, options);
     limits_ = limits.get();
     positions_.resize(point_count());
     normals_.resize(point_count());
@@ -228,9 +228,9 @@ void SubdivisionSurface::finest_errors(HalfedgeId cell, std::span<float> errors)
         }
     std::vector<double> found(triangles.size());
     limits_->bound(triangles, found);
+    const double rounding = float_rounding(roots());  // of the corners
     for (std::size_t i = 0; i < errors.size(); ++i)
-        errors[i] = std::nextafter(static_cast<float>(std::max(found[2 * i], found[2 * i + 1])),
-                                   std::numeric_limits<float>::infinity());
+        errors[i] = detail::round_up(rounding + std::max(found[2 * i], found[2 * i + 1]));
 }
 
 }  // namespace tetrakis::lod

@@ -8,11 +8,15 @@
 #include <functional>
 #include <vector>
 
+namespace tetrakis::detail {
+class LatticeLimits;
+}
+
 namespace tetrakis::lod {
 
 struct SubdivisionSurfaceOptions {
     /// Triangles lie over a lattice of 2^(level + 1) steps to an edge of the control mesh. From 1 to
-    /// SampledSurface::k_max_level.
+    /// SampledSurface::k_max_level; for dual schemes 1 is as 2.
     int level = 5;
     RuleOptions rules{};
     /// Moves each point of the lattice along its normal by what this returns. Called by several threads; on_edge of
@@ -21,7 +25,8 @@ struct SubdivisionSurfaceOptions {
     RunContext context{};
 };
 
-/// The limit surface of a scheme on quads, or of Loop. Bounds are proven: they hold for every point of the limit
+/// The limit surface of a scheme whose faces become quads, of Doo-Sabin, midedge, or Loop. roots() of the dual ones are
+/// the cells of level 1. Bounds are proven: they hold for every point of the limit
 /// surface, beyond the lattice, too. Positions are kept as floats, which the bounds take into account. uv: linear
 /// between those of a face's corners, of one of the faces around where these differ.
 class SubdivisionSurface final : public SampledSurface {
@@ -37,16 +42,12 @@ class SubdivisionSurface final : public SampledSurface {
     std::uint64_t memory_bytes() const override;
 
   private:
-    class Limits;
-    template <class Family>
-    class LimitsOf;
-
     void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override;
     void shade(std::span<const Site> sites, std::span<Place> places) const override;
     void finest_errors(HalfedgeId cell, std::span<float> errors) const override;
 
     bool by_triangles_;
-    const Limits* limits_ = nullptr;  // while bounds are being found
+    const detail::LatticeLimits* limits_ = nullptr;  // while bounds are being found
     // By point.
     std::vector<Vec3f> positions_, normals_;
 };

@@ -10,7 +10,9 @@
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../../hier/obj/obj_reader.hpp"
+#include "../../refine/uniform/refine.hpp"
 
+#include "../kit/dual_mesh.hpp"
 #include "../kit/height_grids.hpp"
 #include "../kit/input_helpers.hpp"
 #include "../kit/lod_examples.hpp"
@@ -299,6 +301,41 @@ TEST_CASE("lod: rays meet every surface in the same places while views of it are
     }
 }
 
+TEST_CASE(
+    "[inv9] lod: errors of dual schemes' surfaces hold for limits of a deeper level, creases and boundaries too") {
+    for (const char* scheme : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"})
+        for (const std::uint64_t seed : test::seeds(4)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            test::RandomMeshOptions options = test::random_options(seed);
+            options.crease = 0.25;
+            options.corner = 0.1;
+            options.hole = 0;
+            options.boundary_rule = BoundaryRule::edge_only;
+            const ControlMesh mesh = test::random_dual_mesh(seed, options);
+            const lod::SubdivisionSurface surface(mesh, scheme, {.level = 3});
+            lod::View full(surface, {.max_leaves = 4'000'000});
+            full.update({.eye = {0, 0, 9}, .direction = {0, 0, -1}}, {.pixel_error = 1e-9});
+            double bound = 0;
+            const auto level = static_cast<std::uint8_t>(surface.level());
+            for (std::uint32_t h = 0; h < surface.roots().halfedge_count(); ++h)
+                for (std::uint32_t y = 1; y < 1u << level; y += 2)
+                    for (std::uint32_t x = 1; x < 1u << level; x += 2) {
+                        const Site site{HalfedgeId(h), {x, y}, level};
+                        lod::DiamondBounds bounds;
+                        surface.bounds({&site, 1}, {&bounds, 1});
+                        bound = std::max(bound, bounds.error);
+                    }
+            const TriangleMesh triangles = full.mesh();
+            const TriangleBvh bvh(triangles);
+            double found = 0;
+            for (const Vec3d& p : refine(mesh, scheme, 5, {.limit = true}).positions)
+                found = std::max(found, bvh.closest(p).distance);
+            CHECK(found <= bound);
+            CHECK(found > 0.004 * bound);  // where creases end, bounds are the farthest from errors
+        }
+}
+
 TEST_CASE("lod: a subdivision surface's errors hold between its points, too") {
     const ControlMesh box = control_mesh(k_box_obj), octahedron = control_mesh(k_octahedron_obj);
     for (const bool loop : {false, true}) {
@@ -456,7 +493,7 @@ TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
     CHECK_THROWS_WITH_AS(lod::PlanetSurface{faces}, doctest::Contains("5 columns and 4 rows"), Error);
 
     const ControlMesh box = control_mesh(k_box_obj);
-    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(box, "doo-sabin"), doctest::Contains("not doo-sabin"), Error);
+    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(box, "biquartic"), doctest::Contains("not biquartic"), Error);
     CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(control_mesh(k_octahedron_obj), "butterfly"),
                          doctest::Contains("not butterfly"), Error);
     CHECK_THROWS_AS(lod::SubdivisionSurface(box, "loop"), Error);

@@ -139,7 +139,7 @@ inline std::vector<Example> examples() {
         {0, 0, 0}, 5, 2);
     const ControlMesh box = control_mesh(k_box_obj), open = control_mesh(k_open_obj),
                       octahedron = control_mesh(k_octahedron_obj);
-    for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear"}) {
+    for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear", "doo-sabin", "midedge"}) {
         add(scheme, std::make_shared<lod::SubdivisionSurface>(box, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
             {0, 0, 0}, 1.5, 2);
         add(scheme, std::make_shared<lod::SubdivisionSurface>(open, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
