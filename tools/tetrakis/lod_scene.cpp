@@ -122,7 +122,8 @@ void LodInput::add(CommandLine command) {
         .option("--planet", "R", planet_radius,
                 "Heights are over longitudes and latitudes, or a cube's faces, of a planet of this radius")
         .positive();
-    command.option("--scheme", "NAME", scheme, "Of a control mesh: loop, one on quads, doo-sabin or midedge (catmull-clark)");
+    command.option("--scheme", "NAME", scheme,
+                   "Of a control mesh: loop, one on quads, doo-sabin or midedge (catmull-clark)");
     command.option("--level", "N", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
         .range(1, lod::SampledSurface::k_max_level);
     add_read_options(command, read_mesh);
