@@ -37,7 +37,10 @@ class Candidates {
         unknown_count_ = 0;
         drop_waits();
     }
-    void reserve(std::uint32_t candidates) { nodes_.reserve(k_rings + std::size_t{candidates}); }
+    void reserve(std::uint32_t candidates) {
+        nodes_.reserve(k_rings + std::size_t{candidates});
+        wish_for_small_pages(nodes_);
+    }
 
     /// A new candidate, which has to be looked at.
     /// @param owner  whatever the caller wants to know of it

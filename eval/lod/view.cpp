@@ -96,11 +96,18 @@ class View::Impl {
         }
         max_leaves_ = static_cast<std::uint32_t>(leaves);
         const auto [slots, points, midpoints, candidates, bytes] = room(leaves);
+        // No update waits long for memory.
+        const auto fill = [](auto& array, std::uint64_t size, auto value) {
+            array.reserve(size);
+            detail::wish_for_small_pages(array);
+            array.assign(size, value);
+        };
         forest_.reserve(leaves, midpoints);
-        leaf_candidate_.resize(slots);
-        point_candidate_.resize(points);
-        triangles_.assign(slots, Triangle{});
-        vertices_.assign(points, Vertex{});
+        forest_.wish_for_small_pages();
+        fill(leaf_candidate_, slots, Candidates::k_none);
+        fill(point_candidate_, points, Candidates::k_none);
+        fill(triangles_, slots, Triangle{});
+        fill(vertices_, points, Vertex{});
         dirty_triangles_.resize(slots);
         dirty_vertices_.resize(points);
         candidates_.reserve(static_cast<std::uint32_t>(candidates));

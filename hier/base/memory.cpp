@@ -34,6 +34,7 @@ namespace tetrakis::detail {
 
 namespace {
 
+[[maybe_unused]] constexpr std::size_t k_page = 4096;
 [[maybe_unused]] constexpr std::size_t k_huge_page = std::size_t{2} << 20;  // of x86-64, and arm64 with pages of 4 KiB
 
 #if defined(TETRAKIS_MAPS_PAGES)
@@ -236,11 +237,21 @@ void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
 
 void map_at_once(void* data, std::size_t bytes) noexcept {
 #if defined(__linux__) && defined(MADV_POPULATE_WRITE)
-    constexpr std::size_t k_page = 4096, k_few = 16 * k_page;  // fewer faults cost no more than the call
+    constexpr std::size_t k_few = 16 * k_page;  // fewer faults cost no more than the call
     const std::size_t before = (k_page - reinterpret_cast<std::uintptr_t>(data) % k_page) % k_page;
     if (bytes < before + k_few) return;
     // Older systems refuse, and those with larger pages may; pages are then mapped one by one.
     madvise(static_cast<char*>(data) + before, (bytes - before) / k_page * k_page, MADV_POPULATE_WRITE);
+#else
+    (void)data, (void)bytes;
+#endif
+}
+
+void wish_for_small_pages(void* data, std::size_t bytes) noexcept {
+#if defined(__linux__)
+    char* const begin = static_cast<char*>(data);
+    const std::size_t before = (k_page - reinterpret_cast<std::uintptr_t>(begin) % k_page) % k_page;
+    if (bytes >= before + k_page) madvise(begin + before, (bytes - before) / k_page * k_page, MADV_NOHUGEPAGE);
 #else
     (void)data, (void)bytes;
 #endif

@@ -50,6 +50,15 @@ void wish_for_huge_pages(void* data, std::size_t bytes) noexcept;
 /// page fault for each (on a virtual machine 1 us a page of 4 KiB instead of 15).
 void map_at_once(void* data, std::size_t bytes) noexcept;
 
+/// Asks for pages of ordinary size for memory that is to be met little by little: the first write to a huge page, and
+/// some later ones, may take milliseconds on a virtual machine.
+void wish_for_small_pages(void* data, std::size_t bytes) noexcept;
+/// That for the room that an array has for more elements.
+template <class Array>
+void wish_for_small_pages(Array& array) {
+    wish_for_small_pages(array.data() + array.size(), (array.capacity() - array.size()) * sizeof(*array.data()));
+}
+
 /// The pages of a vector's free room: huge ones where it is large, and those of `size` elements at once.
 template <class T, class Allocator>
 void prepare_pages(std::vector<T, Allocator>& v, std::size_t size) {

@@ -77,6 +77,11 @@ void BisectionForest::reserve(std::uint64_t leaves, std::uint64_t midpoints) {
     midpoint_capacity_ = std::max(midpoint_capacity_, static_cast<std::uint32_t>(midpoints));
 }
 
+void BisectionForest::wish_for_small_pages() {
+    detail::wish_for_small_pages(leaves_);
+    detail::wish_for_small_pages(sites_);
+}
+
 void BisectionForest::refuse(LeafId id) const {
     const std::string number = std::to_string(id.value);
     if (id.value >= leaves_.size())

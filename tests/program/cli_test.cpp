@@ -380,7 +380,7 @@ TEST_CASE("[bad-input] lod") {
     spill(path, R"([{"eye": [1, 2, 3], "target": [1, 2, 3]}])");
     cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "camera 0");
     cli::check_refused({"lod", cli::data("cube.obj"), "--planet", "3", "-o", out}, 2, "--planet");
-    cli::check_refused({"lod", cli::data("cube.obj"), "--scheme", "doo-sabin", "-o", out}, 2, "doo-sabin");
+    cli::check_refused({"lod", cli::data("cube.obj"), "--scheme", "biquartic", "-o", out}, 2, "biquartic");
     cli::check_refused({"lod", island, "--scheme", "loop", "-o", out}, 2, "--scheme");
     cli::check_refused({"lod", island, "--level", "3", "-o", out}, 2, "--level");
     cli::check_refused({"lod", island, "--planet", "0.1", "--offset", "-1", "-o", out}, 3, "as deep as the planet");
@@ -477,6 +477,7 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         // usage
         {{}, 2, "subcommand"},
         {{"refine"}, 2, "IN is required"},
+        {{"tessellate", cube, "--image", "-o", "x.glb"}, 2, "--image: its value is missing: -o is an option"},
         {{"refine", cube, "-o", out}, 2, "--levels"},
         {{"refine", cube, "--levels", "two", "-o", out}, 2, "two"},
         {{"refine", cube, "--levels", "-1", "-o", out}, 2, "-1"},

@@ -17,6 +17,7 @@
 #include <numeric>
 #include <optional>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -57,7 +58,13 @@ Option Option::positive() const {
 
 template <class T>
 Option CommandLine::option(const std::string& names, const std::string& type, T& to, const std::string& help) {
-    return Option(app_->add_option(names, to, help)->type_name(type));
+    CLI::Option* const option = app_->add_option(names, to, help)->type_name(type);
+    if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, std::filesystem::path>)
+        option->check([app = app_](const std::string& text) {
+            const bool other = text.starts_with("-") && app->get_option_no_throw(text) != nullptr;
+            return other ? "its value is missing: " + text + " is an option" : std::string();
+        });
+    return Option(option);
 }
 #define TETRAKIS_OPTION(T) \
     template Option CommandLine::option(const std::string&, const std::string&, T&, const std::string&);

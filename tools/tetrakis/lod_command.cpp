@@ -15,6 +15,7 @@
 #include "../../hier/base/version.hpp"
 
 #include <fmt/format.h>
+#include <glm/trigonometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -135,13 +136,16 @@ void paste(const Image& from, Image& to, int x, int y) {
                     to.rgb.begin() + 3 * (std::ptrdiff_t{y + row} * to.width + x));
 }
 
-/// The mesh as the camera sees it, and small in a corner with its edges.
+/// The mesh as the camera sees it; in a corner the middle of the picture, larger and with the mesh's edges.
 Image picture(const TriangleMesh& mesh, const CameraPlace& view, RenderOptions render, const RunContext& context) {
     render.camera = Camera{view.eye, view.target, view.up(), view.fov_degrees};
     render.ground = false;
     Image image = tetrakis::render(mesh, render, context);
     render.width = std::max(16, render.width * 2 / 5);
     render.height = std::max(16, render.height * 2 / 5);
+    constexpr double k_middle = 0.2;  // of the picture's sides
+    double& fov = render.camera->vertical_fov_degrees;
+    fov = glm::degrees(2 * std::atan(k_middle * std::tan(glm::radians(fov) / 2)));
     render.wireframe = true;
     render.shading = Shading::flat;
     render.occlusion_samples = 0;
@@ -149,17 +153,18 @@ Image picture(const TriangleMesh& mesh, const CameraPlace& view, RenderOptions r
     return image;
 }
 
-/// Pictures side by side, in rows of four.
+/// Pictures side by side, in rows of at most four that are equally full.
 Image contact_sheet(const std::vector<Image>& images) {
-    constexpr std::size_t k_across = 4;
-    const auto columns = static_cast<int>(std::min(k_across, images.size())),
-               rows = static_cast<int>((images.size() + k_across - 1) / k_across);
+    constexpr std::size_t k_most = 4;
+    const std::size_t row_count = (images.size() + k_most - 1) / k_most,
+                      across = (images.size() + row_count - 1) / row_count;
+    const auto columns = static_cast<int>(across), rows = static_cast<int>(row_count);
     Image sheet{columns * images[0].width, rows * images[0].height, {}};
     sheet.rgb.assign(std::size_t{3} * static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height),
                      255);
     for (std::size_t i = 0; i < images.size(); ++i)
-        paste(images[i], sheet, static_cast<int>(i % k_across) * images[0].width,
-              static_cast<int>(i / k_across) * images[0].height);
+        paste(images[i], sheet, static_cast<int>(i % across) * images[0].width,
+              static_cast<int>(i / across) * images[0].height);
     return sheet;
 }
 
