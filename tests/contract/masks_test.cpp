@@ -225,7 +225,7 @@ TEST_CASE("masks: on regular meshes the rows are those of the papers and no othe
     }
 }
 
-TEST_CASE("masks: limits and tangents are eigenvectors of the scheme's own matrix: inside, at boundaries and corners") {
+TEST_CASE("[slow] masks: limits and tangents are eigenvectors of the scheme's matrix, at boundaries and corners too") {
     for (const test::SchemeVariant& v : test::scheme_variants()) {
         CAPTURE(v.name);
         for (const int n : {3, 4, 5, 6, 7, 8, 9, 12, 16, 31}) {
@@ -299,7 +299,7 @@ TEST_CASE(
     CHECK(analyse(*find_scheme("midpoint"), {.faces = 2}, {}).third == doctest::Approx(0.5));
 }
 
-TEST_CASE("masks: around vertices and faces of any number of edges they and the eigenvalues are the closed forms") {
+TEST_CASE("[slow] masks: around vertices and faces of any number of edges they and eigenvalues are closed forms") {
     for (const int n : {3, 4, 5, 6, 7, 8, 9, 12, 33, 100, 1000}) {
         CAPTURE(n);
         const double angle = 2 * std::numbers::pi / n, c = std::cos(angle);

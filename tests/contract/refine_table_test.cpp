@@ -334,7 +334,7 @@ TEST_SUITE_BEGIN("contract");
 
 // Limits that are not supported: of a dual scheme's vertex of two faces that is seen from level 0, of honeycomb
 // refinement at darts.
-TEST_CASE("refine() is rows of weights times the control points: loop, catmull-clark, 4-8") {
+TEST_CASE("[slow] refine() is rows of weights times the control points: loop, catmull-clark, 4-8") {
     for (const char* name : {"loop", "catmull-clark", "4-8"}) check_table(name, 194);
 }
 

@@ -13,8 +13,13 @@
 // Runs the program that was built.
 namespace cli {
 
+/// The one of the build tree in whose folder tests/ this test is.
+inline std::string program() {
+    return (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "tetrakis").string();
+}
+
 inline std::vector<std::string> command_line(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), TETRAKIS_CLI);
+    arguments.insert(arguments.begin(), program());
     return arguments;
 }
 

@@ -139,12 +139,14 @@ inline std::vector<Example> examples() {
         {0, 0, 0}, 5, 2);
     const ControlMesh box = control_mesh(k_box_obj), open = control_mesh(k_open_obj),
                       octahedron = control_mesh(k_octahedron_obj);
-    for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear", "doo-sabin", "midedge"}) {
-        add(scheme, std::make_shared<lod::SubdivisionSurface>(box, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
-            {0, 0, 0}, 1.5, 2);
-        add(scheme, std::make_shared<lod::SubdivisionSurface>(open, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
-            {1, 1, 0}, 1.5, 1);
-    }
+    const auto add_scheme = [&](const char* scheme, const ControlMesh& mesh, const Vec3d& middle, std::int64_t euler) {
+        add(scheme, std::make_shared<lod::SubdivisionSurface>(mesh, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
+            middle, 1.5, euler);
+    };
+    for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear", "midedge"})
+        add_scheme(scheme, box, {0, 0, 0}, 2);
+    for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear", "doo-sabin"})
+        add_scheme(scheme, open, {1, 1, 0}, 1);
     add("loop",
         std::make_shared<lod::SubdivisionSurface>(octahedron, "loop", lod::SubdivisionSurfaceOptions{.level = 3}),
         {0, 0, 0}, 1, 2);

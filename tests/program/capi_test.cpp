@@ -279,7 +279,7 @@ TEST_CASE("capi: planets and subdivision surfaces, and rays that meet what is sh
     tetrakis_surface* cube = nullptr;
     REQUIRE(tetrakis_make_subdivision_surface(control, "catmull-clark", 3, &cube) == TETRAKIS_OK);
     tetrakis_surface* none = nullptr;
-    CHECK(tetrakis_make_subdivision_surface(control, "doo-sabin", 3, &none) == TETRAKIS_UNSUPPORTED);
+    CHECK(tetrakis_make_subdivision_surface(control, "biquartic", 3, &none) == TETRAKIS_UNSUPPORTED);
     CHECK(tetrakis_make_planet(heights.data(), 32, 16, -1, 0, &none) == TETRAKIS_INVALID_INPUT);
     CHECK(none == nullptr);
     tetrakis_free_control_mesh(control);

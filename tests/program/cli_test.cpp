@@ -35,7 +35,7 @@ std::vector<std::vector<std::string>> examples(const std::string& text) {
 void run_all(const std::vector<std::vector<std::string>>& lines, const std::string& directory) {
     for (auto words : lines) {
         CAPTURE(words);
-        words.front() = TETRAKIS_CLI;
+        words.front() = cli::program();
         const ProcessResult result = run_process(words, directory);
         CAPTURE(result.err);
         CHECK(result.code == 0);
@@ -88,9 +88,9 @@ TEST_CASE("[slow] the command lines of the two READMEs run, in their order") {
         if (line.starts_with("```")) shell = line == "```sh";
         if (!shell || !line.starts_with("tetrakis ")) continue;
         CAPTURE(line);
-        const ProcessResult result =
-            run_process({"/bin/sh", "-c", "exec \"$0\" " + line.substr(std::string("tetrakis ").size()), TETRAKIS_CLI},
-                        scratch.path().string());
+        const ProcessResult result = run_process(
+            {"/bin/sh", "-c", "exec \"$0\" " + line.substr(std::string("tetrakis ").size()), cli::program()},
+            scratch.path().string());
         CAPTURE(result.err);
         CHECK(result.code == 0);
         ++count;
@@ -606,7 +606,7 @@ TEST_CASE("Ctrl-C and SIGTERM end any long run with 130 and leave no file") {
 
 TEST_CASE("output that goes nowhere is a failure") {
     const ProcessResult result =
-        run_process({"/bin/sh", "-c", "\"$0\" info \"$1\" > /dev/full", TETRAKIS_CLI, cli::data("cube.obj")});
+        run_process({"/bin/sh", "-c", "\"$0\" info \"$1\" > /dev/full", cli::program(), cli::data("cube.obj")});
     CHECK(result.code == 1);
     CHECK(result.err.find("standard output") != std::string::npos);
 }

@@ -71,7 +71,8 @@ TEST_CASE("no level at all gives the control mesh without its holes") {
     }
 }
 
-TEST_CASE("limits of every scheme: from any level the same where vertices stay, and approached, creases included") {
+TEST_CASE(
+    "[slow] limits of every scheme: from any level the same where vertices stay, and approached, creases included") {
     struct Input {
         std::string name;
         ControlMesh mesh;
