@@ -35,7 +35,7 @@ class SubdivisionSurface final : public SampledSurface {
     ///                of range, a point that is displaced to no finite place; unsupported: a scheme
     ///                of another kind, a mesh for which the scheme has no bound (tessellate.hpp, certified); cancelled
     /// Cost: some microseconds for each point of the lattice, by all threads; 26 bytes for each, and
-    /// on each thread some 150 for each of a corner cell, while bounds are found
+    /// on each thread some 150 (dual schemes: 600) for each of a corner cell, while bounds are found
     SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
                        const SubdivisionSurfaceOptions& options = {});
 

@@ -197,8 +197,8 @@ TETRAKIS_API tetrakis_status tetrakis_make_procedural_plane(double side, double 
 TETRAKIS_API tetrakis_status tetrakis_make_procedural_ball(double radius, double finest,
                                                            const tetrakis_procedural_heights* heights,
                                                            tetrakis_surface** surface);
-/* The limit surface of a scheme on quads, of doo-sabin, midedge or loop, down to 2^(level + 1) triangles to an edge of the control mesh.
- * The control mesh may be freed afterwards. Any thread. Until tetrakis_free_surface(). */
+/* The limit surface of a scheme on quads, of doo-sabin, midedge or loop, down to 2^(level + 1) triangles to an edge of
+ * the control mesh. The control mesh may be freed afterwards. Any thread. Until tetrakis_free_surface(). */
 TETRAKIS_API tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_control_mesh* control, const char* scheme,
                                                                int level, tetrakis_surface** surface);
 /* After all other calls, also with its views. */
