@@ -1,6 +1,7 @@
 #include "../../eval/distance/triangle_bvh.hpp"
 #include "../../eval/lod/candidates.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/dual_limits.hpp"
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
 #include "../../eval/lod_surfaces/subdivision_surface.hpp"
@@ -314,6 +315,26 @@ TEST_CASE(
             options.boundary_rule = BoundaryRule::edge_only;
             const ControlMesh mesh = test::random_dual_mesh(seed, options);
             const lod::SubdivisionSurface surface(mesh, scheme, {.level = 2});
+            // What lies on the surface at one level is there at all; but for ends of creases, which are found by a
+            // limit.
+            std::array<std::vector<Vec3d>, 2> of_level;
+            for (const int level : {1, 4}) {
+                std::vector<Site> sites;
+                for (std::uint32_t h = 0; h < surface.roots().halfedge_count(); ++h)
+                    for (const LatticePoint at : {LatticePoint{0, 0}, {1, 0}, {2, 1}, {2, 2}})
+                        sites.push_back({HalfedgeId(h), at, 1});
+                auto& points = of_level[level == 1 ? 0 : 1];
+                points.resize(sites.size());
+                std::vector<Vec3d> normals(sites.size());
+                detail::DualLimits(mesh, scheme_named(scheme), {}, level, {}).points(sites, points, normals);
+            }
+            std::size_t same = 0;
+            for (std::size_t i = 0; i < of_level[0].size(); ++i) {
+                const double apart = glm::length(of_level[0][i] - of_level[1][i]);
+                same += apart < 1e-12;
+                CHECK(apart < 3e-4);
+            }
+            CHECK(same > of_level[0].size() * 9 / 10);
             lod::View full(surface, {.max_leaves = 4'000'000});
             full.update({.eye = {0, 0, 9}, .direction = {0, 0, -1}}, {.pixel_error = 1e-9});
             double bound = 0;
