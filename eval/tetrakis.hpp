@@ -22,7 +22,7 @@
 #include "io/mesh_writer.hpp"
 #include "lod/view.hpp"
 #include "lod_surfaces/surface.hpp"
-#include "lod_surfaces/terrain_surface.hpp"
+#include "lod_terrain/terrain_surface.hpp"
 #include "patches/limit_surface.hpp"
 #include "render/render.hpp"
 #include "surface/height_image.hpp"

@@ -15,7 +15,7 @@ LAYERS = {
     "hier": ["base", "mesh", "obj", "forest", "trees"],
     "refine": ["rules", "attributes", "lattices", "uniform", "points", "families", "adaptive", "factored"],
     "eval": ["surface", "triangles", "loop_patches", "patches", "bounds", "distance", "estimate", "io", "tessellate",
-             "terrain", "lod_surfaces", "lod", "render"],
+             "terrain", "lod_surfaces", "lod_terrain", "lod", "render"],
 }
 KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}
 KNOWS["eval"] = KNOWS["refine"] + ["eval"]

@@ -1,7 +1,7 @@
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
 #include "../../eval/lod_surfaces/subdivision_surface.hpp"
-#include "../../eval/lod_surfaces/terrain_surface.hpp"
+#include "../../eval/lod_terrain/terrain_surface.hpp"
 #include "../../hier/base/error.hpp"
 
 #include "../kit/height_grids.hpp"

@@ -5,7 +5,7 @@
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
 #include "../../eval/lod_surfaces/subdivision_surface.hpp"
-#include "../../eval/lod_surfaces/terrain_surface.hpp"
+#include "../../eval/lod_terrain/terrain_surface.hpp"
 #include "../../eval/patches/limit_surface.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/bisection_forest.hpp"

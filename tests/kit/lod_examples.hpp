@@ -4,9 +4,9 @@
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
 #include "../../eval/lod_surfaces/subdivision_surface.hpp"
-#include "../../eval/lod_surfaces/terrain_surface.hpp"
-#include "../../eval/lod_surfaces/terrain_tiles.hpp"
-#include "../../eval/lod_surfaces/tiled_terrain.hpp"
+#include "../../eval/lod_terrain/terrain_surface.hpp"
+#include "../../eval/lod_terrain/terrain_tiles.hpp"
+#include "../../eval/lod_terrain/tiled_terrain.hpp"
 #include "../../eval/terrain/height_source.hpp"
 #include "../../hier/obj/obj_reader.hpp"
 

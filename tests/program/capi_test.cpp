@@ -1,7 +1,7 @@
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
-#include "../../eval/lod_surfaces/terrain_surface.hpp"
+#include "../../eval/lod_terrain/terrain_surface.hpp"
 #include "../../tools/capi/tetrakis_c.h"
 
 #include "../kit/cli.hpp"

@@ -1,5 +1,5 @@
 #include "../../eval/lod/view.hpp"
-#include "../../eval/lod_surfaces/terrain_surface.hpp"
+#include "../../eval/lod_terrain/terrain_surface.hpp"
 #include "../../eval/render/render.hpp"
 #include "../../eval/surface/height_image.hpp"
 

@@ -1,7 +1,7 @@
 #include "../../eval/lod/view.hpp"
-#include "../../eval/lod_surfaces/terrain_surface.hpp"
-#include "../../eval/lod_surfaces/terrain_tiles.hpp"
-#include "../../eval/lod_surfaces/tiled_terrain.hpp"
+#include "../../eval/lod_terrain/terrain_surface.hpp"
+#include "../../eval/lod_terrain/terrain_tiles.hpp"
+#include "../../eval/lod_terrain/tiled_terrain.hpp"
 #include "../../hier/base/memory.hpp"
 
 #include <benchmark/benchmark.h>

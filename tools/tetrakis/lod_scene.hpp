@@ -2,7 +2,7 @@
 
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/surface.hpp"
-#include "../../eval/lod_surfaces/tiled_terrain.hpp"
+#include "../../eval/lod_terrain/tiled_terrain.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/obj/obj_reader.hpp"
 #include "files.hpp"

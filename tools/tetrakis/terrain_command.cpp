@@ -5,7 +5,7 @@
 #include "run_options.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
-#include "../../eval/lod_surfaces/terrain_tiles.hpp"
+#include "../../eval/lod_terrain/terrain_tiles.hpp"
 #include "../../eval/terrain/height_grid.hpp"
 #include "../../eval/terrain/height_source.hpp"
 #include "../../eval/terrain/terrain_mesh.hpp"

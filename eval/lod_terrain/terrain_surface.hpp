@@ -1,10 +1,10 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
+#include "../lod_surfaces/byte_lengths.hpp"
+#include "../lod_surfaces/lattice_diamond.hpp"
+#include "../lod_surfaces/surface.hpp"
 #include "../terrain/height_grid.hpp"
-#include "byte_lengths.hpp"
-#include "lattice_diamond.hpp"
-#include "surface.hpp"
 #include "terrain_lattice.hpp"
 
 #include <array>

@@ -3,9 +3,9 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/forest/site.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../lod_surfaces/lattice_diamond.hpp"
+#include "../lod_surfaces/surface.hpp"
 #include "../terrain/height_grid.hpp"
-#include "lattice_diamond.hpp"
-#include "surface.hpp"
 
 #include <array>
 #include <cstdint>

@@ -2,8 +2,8 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../lod_surfaces/surface.hpp"
 #include "../terrain/grid_triangle.hpp"
-#include "surface.hpp"
 #include "tile_file.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "../lod_surfaces/surface.hpp"
 #include "../terrain/height_grid.hpp"
-#include "surface.hpp"
 
 #include <array>
 #include <chrono>
