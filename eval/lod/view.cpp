@@ -143,7 +143,9 @@ class View::Impl {
         Update update;
         for (std::uint32_t steps = 1;; ++steps) {
             const bool too_many = forest_.leaf_count() > most;
-            if (!too_many && is_over(steps)) {
+            // An update takes a few steps a leaf. Seldom, while another thread loads tiles, it does not come to an end
+            // by itself; the next one goes on.
+            if (!too_many && (is_over(steps) || steps / 32 > max_leaves_ + 1024)) {
                 update.complete = false;
                 break;
             }
