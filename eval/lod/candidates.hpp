@@ -93,10 +93,11 @@ class Candidates {
             nodes_[n.next].prev = node;
             mask(n.kind, bucket) |= std::uint64_t{1} << (bucket % 64);
         }
+        const bool waits_already = n.due_at == due_at && n.odometer == odometer;
         set_odometer(n, odometer);
         n.due_at = due_at;
         n.round = is_own ? round_ : round_ - 1;
-        if (due_at == std::numeric_limits<double>::infinity()) return;
+        if (waits_already || due_at == std::numeric_limits<double>::infinity()) return;
         wait(odometer, {due_at, node});
         if (++waits_ > nodes_.size() + nodes_.size() / 8) drop_some_idle_waits();
     }
@@ -182,10 +183,10 @@ class Candidates {
         fresh_.insert(fresh_.end(), nodes.begin(), nodes.end());
     }
     /// Some of a bucket, from the first on, that are not known.
-    std::size_t take_unknown(Kind kind, int bucket, std::array<std::uint32_t, k_batch>& nodes) const {
+    std::size_t take_unknown(Kind kind, int bucket, std::span<std::uint32_t> nodes) const {
         std::size_t count = 0;
-        for (std::uint32_t node = first(kind, bucket); count < k_batch && node != ring(kind, bucket) && !is_known(node);
-             node = nodes_[node].next)
+        for (std::uint32_t node = first(kind, bucket);
+             count < nodes.size() && node != ring(kind, bucket) && !is_known(node); node = nodes_[node].next)
             nodes[count++] = node;
         return count;
     }

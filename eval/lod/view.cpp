@@ -143,9 +143,7 @@ class View::Impl {
         Update update;
         for (std::uint32_t steps = 1;; ++steps) {
             const bool too_many = forest_.leaf_count() > most;
-            // An update takes a few steps a leaf. Seldom, while another thread loads tiles, it does not come to an end
-            // by itself; the next one goes on.
-            if (!too_many && (is_over(steps) || steps / 32 > max_leaves_ + 1024)) {
+            if (!too_many && is_over(steps)) {
                 update.complete = false;
                 break;
             }
@@ -157,11 +155,11 @@ class View::Impl {
             bool may_merge = merge < merge_bucket_ || (too_many && merge < Candidates::k_buckets);
             if (!too_many && split >= k_limit_bucket) {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
-                if (look_at_first(Kind::split, split)) continue;
                 const LeafId leaf(candidates_.owner(node));
-                if (forest_.split_cost(leaf).leaves <= most - forest_.leaf_count() &&
-                    forest_.split_diamond(leaf, changed_split))
-                    continue;
+                const bool has_room = forest_.split_cost(leaf).leaves <= most - forest_.leaf_count();
+                // Where nothing changes, updates look at little: tiles that they look at stay, and others have no room.
+                if (look_at_first(Kind::split, split, has_room ? Candidates::k_batch : 1)) continue;
+                if (has_room && forest_.split_diamond(leaf, changed_split)) continue;
                 // No room, unless something that matters less makes it.
                 may_merge = may_merge || merge <= split - 2;
             }
@@ -384,9 +382,9 @@ class View::Impl {
     }
     /// Looks at some of the first in a bucket, if the first of all is not known as it is now. Returns whether it has
     /// left the bucket.
-    bool look_at_first(Kind kind, int bucket) {
+    bool look_at_first(Kind kind, int bucket, std::size_t most = Candidates::k_batch) {
         const std::uint32_t first = candidates_.first(kind, bucket);
-        look(std::span(due_).first(candidates_.take_unknown(kind, bucket, due_)));
+        look(std::span(due_).first(candidates_.take_unknown(kind, bucket, std::span(due_).first(most))));
         return candidates_.first(kind, bucket) != first;
     }
     void list(std::uint32_t node, const Look& look) {

@@ -237,6 +237,24 @@ TEST_CASE("lod tiles: updates return while the loader is blocked, and several vi
     }
 }
 
+TEST_CASE("lod tiles: a still view without room for more leaves gets the tiles it waits for, however small the cache") {
+    const TiledGrid tiled(200, 141);
+    const lod::TiledTerrain terrain(tiled.path, {.cache_bytes = k_small_cache / 2});
+    Wanderer wanderer(tiled.grid, 10);
+    const lod::Camera camera = wanderer.next();
+    lod::View view(terrain, {.max_leaves = 50'000});
+    lod::Update update;
+    const auto begin = std::chrono::steady_clock::now();
+    do {
+        const std::uint64_t revision = terrain.revision();
+        update = view.update(camera, {.pixel_error = 2});
+        terrain.wait(revision, 1ms);
+    } while (update.waiting > 0 && std::chrono::steady_clock::now() - begin < 30s);
+    CHECK(update.waiting == 0);
+    CHECK(update.pixel_error > 2);
+    CHECK(terrain.statistics().loads > 200);
+}
+
 TEST_CASE("lod tiles: the ground is that of the samples, or not known yet, while a view walks and with none") {
     const TiledGrid tiled(200, 141);
     const lod::TerrainSurface whole(tiled.grid);
