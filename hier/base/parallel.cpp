@@ -5,8 +5,11 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <cfenv>
+#include <chrono>
 #include <optional>
+#include <thread>
 
 #if defined(__SSE2__)
 #    include <immintrin.h>
@@ -14,10 +17,39 @@
 
 namespace tetrakis::detail {
 
-void run_blocks(std::uint32_t count, std::uint32_t grain, void (*call)(const void*, std::uint32_t, std::uint32_t),
-                const void* body) {
+void run_blocks(std::uint32_t count, std::uint32_t grain, BlockCall call, const void* body) {
+    if (count == 0) return;
+    if (count <= grain) return call(body, 0, count);
     oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::uint32_t>(0, count, grain),
                               [=](const auto& range) { call(body, range.begin(), range.end()); });
+}
+
+void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunContext& context, std::string_view stage,
+                         double from, double to, BlockCall call, const void* body) {
+    if (!context.progress) return run_blocks(count, grain, call, body);
+    constexpr std::uint32_t k_batches = 64, k_grains = 16;
+    constexpr auto k_moment = std::chrono::milliseconds(50);
+    const std::uint64_t batch = std::max<std::uint64_t>(count / k_batches + 1, std::uint64_t{k_grains} * grain);
+    for (std::uint64_t begin = 0; begin < count; begin += batch) {
+        const double fraction = from + (to - from) * static_cast<double>(begin) / count;
+        context.report(stage, fraction);
+        // This thread reports the same fraction again where a moment has passed, so that a few slow elements can be
+        // cancelled.
+        auto last = std::chrono::steady_clock::now();
+        const auto run = [&, thread = std::this_thread::get_id(), first = static_cast<std::uint32_t>(begin)](
+                             std::uint32_t b, std::uint32_t e) {
+            if (std::this_thread::get_id() == thread) {
+                const auto now = std::chrono::steady_clock::now();
+                if (now - last >= k_moment) {
+                    context.report(stage, fraction);
+                    last = now;
+                }
+            }
+            call(body, first + b, first + e);
+        };
+        for_each_block(static_cast<std::uint32_t>(std::min<std::uint64_t>(batch, count - begin)), grain, run);
+    }
+    context.report(stage, to);
 }
 
 namespace {
@@ -38,7 +70,7 @@ struct KeptArena {
     unsigned settings = floating_point_settings();
     bool entered = false;
 
-    void execute(void (*call)(const void*), const void* work) {
+    void execute(WorkCall call, const void* work) {
         if (const unsigned now = floating_point_settings(); now != settings) {
             arena.terminate();
             arena.initialize(1);
@@ -57,7 +89,8 @@ struct KeptArena {
 
 bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
 
-void run_in_arena(int threads, void (*call)(const void*), const void* work) {
+void run_in_arena(int threads, WorkCall call, const void* work) {
+    if (threads <= 0) return call(work);
     if (threads == 1) {
         if (one_thread()) return call(work);
         // To make an arena takes longer than small meshes do: each thread keeps one. It has room for one entry only.
