@@ -67,6 +67,11 @@ echo "install_deps: installing" $need $want >&2
 if ! apt_get update >&2; then
     echo "install_deps: apt-get update failed; trying with the package lists that are there" >&2
 fi
+# All at once takes the least time. Where that fails, what is needed, and of the rest what there is.
+# shellcheck disable=SC2086
+if apt_get install -y --no-install-recommends $need $want >&2; then
+    exit 0
+fi
 # shellcheck disable=SC2086
 if [ -n "$need" ]; then
     apt_get install -y --no-install-recommends $need >&2

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <mutex>
+#include <vector>
 
 namespace tetrakis {
 
@@ -16,6 +17,7 @@ struct ClosestBvh::State {
     detail::EmbreeScene scene;
     detail::LocalFrame frame;
     std::uint32_t count = 0;
+    std::vector<bool> is_empty;                                   // by primitives: its box
     const std::function<Box3d(std::uint32_t)>* box_of = nullptr;  // during the build only
     std::mutex thrown_mutex;
     std::exception_ptr thrown;  // by box_of, the first; nothing may be thrown through Embree
@@ -86,6 +88,7 @@ ClosestBvh::ClosestBvh(std::uint32_t count, const std::function<Box3d(std::uint3
                 (!box.empty() && (std::isinf(box.lower[axis]) || std::isinf(box.upper[axis]))))
                 throw Error(ErrorCode::invalid_input, fmt::format("the bounding box of primitive {} is not finite", i));
         if (!box.empty()) bounds.add(box);
+        state_->is_empty.push_back(box.empty());
     }
     state_->count = count;
     state_->frame = detail::LocalFrame::of(bounds);
@@ -109,6 +112,7 @@ void ClosestBvh::run(Search& search) const {
     const double reach = std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)});
     if (!(reach <= detail::k_farthest_float_query)) {  // too far for squares of floats: no pruning needed or possible
         for (std::uint32_t i = 0; i < state_->count; ++i) {
+            if (state_->is_empty[i]) continue;
             const double distance = search.call(search.exact, i, search.hit.distance);
             if (distance < search.hit.distance || (distance == search.hit.distance && !search.hit.found()))
                 search.hit = {i, distance};

@@ -25,8 +25,8 @@ constexpr int k_to_an_end = 12;
 /// The next of a root's corners counter-clockwise.
 std::uint32_t next_corner(std::uint32_t corner) { return corner / 4 * 4 + (corner + 1) % 4; }
 
-/// Per corner of each root the number of the vertex that it is. Counts them.
-std::vector<std::uint32_t> corner_vertices(const VertexRoots& roots, std::uint32_t& count) {
+/// Per corner of each root the number of the vertex that it is, and how many vertices there are.
+std::pair<std::vector<std::uint32_t>, std::uint32_t> corner_vertices(const VertexRoots& roots) {
     std::vector<std::uint32_t> parent(roots.link.size());
     std::iota(parent.begin(), parent.end(), 0u);
     const auto first = [&](std::uint32_t c) {
@@ -44,9 +44,9 @@ std::vector<std::uint32_t> corner_vertices(const VertexRoots& roots, std::uint32
         join(next_corner(side), other);
     }
     std::vector<std::uint32_t> vertex(parent.size());
-    count = 0;
+    std::uint32_t count = 0;
     for (std::uint32_t c = 0; c < vertex.size(); ++c) vertex[c] = parent[c] == c ? count++ : vertex[first(c)];
-    return vertex;
+    return {std::move(vertex), count};
 }
 
 }  // namespace
@@ -59,8 +59,8 @@ ControlMesh dual_roots(const ControlMesh& control, const SchemeInfo& scheme, con
                     "(remove their faces instead)",
                     control.data().source);
     ControlMeshData data;
-    std::uint32_t count = 0;
-    data.face_vertices = corner_vertices(roots, count);
+    const auto [vertices, count] = corner_vertices(roots);
+    data.face_vertices = vertices;
     for (std::uint32_t r = 0; r <= roots.count(); ++r) data.face_offsets.push_back(4 * r);
     data.positions.resize(count);
     if (control.has_uvs()) {
@@ -68,7 +68,7 @@ ControlMesh dual_roots(const ControlMesh& control, const SchemeInfo& scheme, con
         data.face_uvs.resize(data.uvs.size());
         std::iota(data.face_uvs.begin(), data.face_uvs.end(), 0u);
     }
-    // The first roots are the control faces' corner cells; what is linear in these faces is known there.
+    // The first roots are the control faces' corner cells, where positions and UVs are known.
     const std::uint32_t cells = control.halfedge_count();
     const auto at_corner = [&](std::uint32_t c, const auto& value) {
         const HalfedgeId h(c / 4);

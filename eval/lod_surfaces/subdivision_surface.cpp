@@ -105,7 +105,7 @@ class PrimalLimits final : public detail::LatticeLimits {
             const double decide_at = k_no_error * mesh_.bounding_box().diagonal();
             for (std::size_t i = 0; i < triangles.size(); ++i)
                 if constexpr (k_quads)
-                    errors[i] = bounder.leaf_error(triangles[i], decide_at, {}, false).upper;
+                    errors[i] = bounder.certified_error(triangles[i], decide_at);
                 else
                     errors[i] =
                         bounder.part_error(first_halfedge(triangles[i].root), corners(triangles[i]), decide_at).upper;

@@ -100,7 +100,7 @@ class BisectionForest {
     /// @throws Error  memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
     void reserve(std::uint32_t leaves) { reserve(leaves, leaves > root_count_ ? leaves - root_count_ : 0); }
     void reserve(std::uint64_t leaves, std::uint64_t midpoints);
-    /// For what is reserved: splits then never wait long for memory.
+    /// The pages of what is reserved are of ordinary size: no split waits for a large one to be cleared.
     void wish_for_small_pages();
     /// split_diamond() makes no more leaves than these. reserve() and refine() raise it.
     std::uint32_t leaf_capacity() const { return leaf_capacity_; }

@@ -89,7 +89,7 @@ lod::Update rest(lod::View& view, const lod::TiledTerrain& terrain, const lod::C
     }
 }
 
-std::string fault(const std::filesystem::path& path, const lod::TiledTerrainOptions& options = {}) {
+std::string tile_fault(const std::filesystem::path& path, const lod::TiledTerrainOptions& options = {}) {
     try {
         const lod::TiledTerrain terrain(path, options);
     } catch (const Error& error) {
@@ -335,10 +335,10 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
     const std::filesystem::path path = tiled.dir / "bad.tiles";
     const auto fault_of = [&](const std::string& bytes) {
         std::ofstream(path, std::ios::binary) << bytes;
-        return fault(path);
+        return tile_fault(path);
     };
-    CHECK(contains(fault(tiled.dir / "none.tiles"), "no such file"));
-    CHECK(contains(fault(tiled.dir.path()), "no regular file"));
+    CHECK(contains(tile_fault(tiled.dir / "none.tiles"), "no such file"));
+    CHECK(contains(tile_fault(tiled.dir.path()), "no regular file"));
     CHECK(contains(fault_of(""), "no tile file"));
     CHECK(contains(fault_of("P6 800 600 255"), "no tile file"));
     CHECK(fault_of(good) == "");
@@ -357,7 +357,7 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
     CHECK(contains(with(24, 17), "tiles of 17 steps"));
     CHECK(contains(with(32, 0xFFFFFFFF), "cut off or damaged") == false);
     CHECK(contains(with(good.size() - 100, 1), "is damaged"));
-    CHECK(contains(fault(tiled.path, {.cache_bytes = 4096}), "too small"));
+    CHECK(contains(tile_fault(tiled.path, {.cache_bytes = 4096}), "too small"));
 
     HeightGrid grid = tiled.grid;
     grid.heights[47] = std::numeric_limits<float>::quiet_NaN();
@@ -378,7 +378,7 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
                    "cancelled"));
     CHECK(tiled.dir.file_count() == files);
     CHECK(write_fault({.missing_height = 0.0f}, tiled.dir / "new.tiles") == "");
-    CHECK(fault(tiled.dir / "new.tiles") == "");
+    CHECK(tile_fault(tiled.dir / "new.tiles") == "");
 }
 
 TEST_CASE("lod tiles: a file of raw numbers gives the same tiles as its grid, for any number of threads") {

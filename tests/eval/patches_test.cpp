@@ -153,6 +153,24 @@ TEST_CASE("single-crease patches: the closed form is what repeated subdivision t
                 for (int i = 0; i < 4; ++i) sum += wx[0][i] + wy[0][i], sum_d1 += wx[1][i] + wy[1][i];
                 CHECK(std::abs(sum - 2) < 1e-13);
                 CHECK(std::abs(sum_d1) < 1e-10);
+                const auto value = [&](const Weights4& in_x, const Weights4& in_y) {
+                    Vec3d result(0);
+                    for (int i = 0; i < 16; ++i)
+                        for (int k = 0; k < 3; ++k) result[k] += in_x[i % 4] * in_y[i / 4] * net.c[k][i];
+                    return result;
+                };
+                CHECK(glm::length(value(wx[0], wy[0]) - closed) < 1e-13);
+                // Derivatives: by steps into the cell.
+                const double step_x = x < 0.5 ? 1e-7 : -1e-7, step_y = y < 0.5 ? 1e-7 : -1e-7;
+                Weights4 next_x[3], next_y[3];
+                regular_basis(crease, x + step_x, y + step_y, next_x, next_y);
+                for (int d = 1; d <= 2; ++d) {
+                    CAPTURE(d);
+                    const Vec3d by_x = (value(next_x[d - 1], wy[0]) - value(wx[d - 1], wy[0])) / step_x,
+                                by_y = (value(wx[0], next_y[d - 1]) - value(wx[0], wy[d - 1])) / step_y;
+                    CHECK(glm::length(by_x - value(wx[d], wy[0])) < 1e-2 * (1 + glm::length(by_x)));
+                    CHECK(glm::length(by_y - value(wx[0], wy[d])) < 1e-2 * (1 + glm::length(by_y)));
+                }
                 Net16 cell = net;
                 SideCrease left = crease;
                 // Ten steps make every crease smooth; then the ordinary patch.

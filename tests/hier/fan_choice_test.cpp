@@ -80,6 +80,12 @@ TEST_CASE("fans tile their face and turn the right way") {
     }
 }
 
+TEST_CASE("a short diagonal that leaves another corner outside is not taken") {
+    // A narrow V: the shorter diagonal is the one between its upper ends.
+    const ControlMesh mesh = mesh_of({{0, 0, 0}, {0.5, -10, 0}, {1, 0, 0}, {0.5, -5, 0}}, {{0, 1, 2, 3}});
+    CHECK(diagonals(mesh, choose_all(mesh), FaceId(0)) == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 3}});
+}
+
 TEST_CASE("faces of more corners than fans may have keep their centres") {
     for (const std::uint32_t n : {k_max_fan_corners, k_max_fan_corners + 1}) {
         std::vector<Vec3d> positions;
