@@ -155,11 +155,11 @@ class View::Impl {
             bool may_merge = merge < merge_bucket_ || (too_many && merge < Candidates::k_buckets);
             if (!too_many && split >= k_limit_bucket) {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
-                const LeafId leaf(candidates_.owner(node));
-                const bool has_room = forest_.split_cost(leaf).leaves <= most - forest_.leaf_count();
+                const std::uint32_t room = most - forest_.leaf_count();
                 // Where nothing changes, updates look at little: tiles that they look at stay, and others have no room.
-                if (look_at_first(Kind::split, split, has_room ? Candidates::k_batch : 1)) continue;
-                if (has_room && forest_.split_diamond(leaf, changed_split)) continue;
+                if (look_at_first(Kind::split, split, room >= 2 ? Candidates::k_batch : 1)) continue;
+                const LeafId leaf(candidates_.owner(node));
+                if (forest_.split_cost(leaf).leaves <= room && forest_.split_diamond(leaf, changed_split)) continue;
                 // No room, unless something that matters less makes it.
                 may_merge = may_merge || merge <= split - 2;
             }
