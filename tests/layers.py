@@ -2,8 +2,8 @@
 
 Programs that stand for users (tools/tetrakis, tools/examples, tools/viewer, tests/contract) include public headers only, but for
 tools/tetrakis/schemes, which draws what schemes are made of. Above schemes/ nobody asks which scheme it is: what differs
-is a field of SchemeInfo.
-Usage: layers.py SOURCE_DIR; prints every arrow that points up, and fails if there is one.
+is a field of SchemeInfo. Each folder has a README.md with its name as the title.
+Usage: layers.py SOURCE_DIR; prints every arrow that points up and what else is wrong, and fails if there is any.
 """
 import os
 import re
@@ -77,10 +77,19 @@ def names_asked(root, source):
         return [number for number, line in enumerate(file, 1) if ASKS_WHICH.search(line)]
 
 
+def untitled(root):
+    """The folders without a README.md that begins with their name."""
+    for layer, folders in LAYERS.items():
+        for folder in [layer] + [f"{layer}/{name}" for name in folders]:
+            readme = os.path.join(root, folder, "README.md")
+            if not os.path.exists(readme) or not open(readme, encoding="utf-8").readline().startswith(f"# {folder}:"):
+                yield f"{readme}: not begun with '# {folder}: ...'"
+
+
 def main():
     root = sys.argv[1]
     public = public_headers(root)
-    faults = []
+    faults = list(untitled(root))
     for folder in list(LAYERS) + USERS:
         for source in sources(root, folder):
             for target in includes(root, source):
