@@ -11,7 +11,7 @@ namespace tetrakis {
 namespace {
 
 /// Intervals a side of a root's sample lattice.
-constexpr int k_lattice = 6;
+constexpr int k_fan_lattice = 6;
 
 struct Polygon {
     std::uint32_t n;
@@ -106,20 +106,20 @@ FanError::Estimate FanError::measured(FaceId face, double tolerance) const {
         const CellTriangle root = root_triangle(h);
         const bool hard = is_hard_edge<QuadFamily>(mesh, root, 0);
         const Vec3d a = at(r), b = at((r + 1) % n);
-        std::array<detail::DisplacedSample, detail::lattice_points(k_lattice)> samples;
-        detail::for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
+        std::array<detail::DisplacedSample, detail::lattice_points(k_fan_lattice)> samples;
+        detail::for_each_lattice_point(k_fan_lattice, [&](int i, double b0, double b1, double b2) {
             auto& sample = samples[static_cast<std::size_t>(i)];
             sample = map_.sample(QuadFamily::parameter(mesh, root, b0, b1, b2));
             error = std::max(error, to_fan(sample.position));
             if (b2 == 0 && hard) error = std::max(error, detail::segment_distance(sample.position, a, b));
         });
         if (map_.has_detail() && error <= enough)
-            error =
-                detail::with_hidden_detail(*map_.heights, map_.amplitude, k_lattice, samples, error, tolerance, to_fan);
+            error = detail::with_hidden_detail(*map_.heights, map_.amplitude, k_fan_lattice, samples, error, tolerance,
+                                               to_fan);
     }
     if (error <= enough && map_.target) {
         for (const auto& t : fans_.of(face))
-            detail::for_each_lattice_point(k_lattice, [&](int, double b0, double b1, double b2) {
+            detail::for_each_lattice_point(k_fan_lattice, [&](int, double b0, double b1, double b2) {
                 const Vec3d q = b0 * at(t[0]) + b1 * at(t[1]) + b2 * at(t[2]);
                 error = std::max(error, map_.target->closest(q).distance);
             });

@@ -15,7 +15,7 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint32_t k_ahead = 16;  // records asked for ahead of time: the loops wait for memory
+constexpr std::uint32_t k_records_ahead = 16;  // records asked for ahead of time: the loops wait for memory
 
 constexpr std::uint32_t k_free = LeafId::none;
 
@@ -157,13 +157,13 @@ void BisectionForest::export_to(Exported& out, const FanChoice& fans, std::span<
     };
     if (triangle_count == leaf_count_) {
         for_each_index(leaf_count_, [&](std::uint32_t i) {
-            if (i + k_ahead < leaf_count_) __builtin_prefetch(&leaves_[order[i + k_ahead]].vertex);
+            if (i + k_records_ahead < leaf_count_) __builtin_prefetch(&leaves_[order[i + k_records_ahead]].vertex);
             put_leaf(i, order[i]);
         });
     } else {
         std::size_t t = 0;
         for (std::uint32_t i = 0; i < leaf_count_;) {
-            if (i + k_ahead < leaf_count_) __builtin_prefetch(&leaves_[order[i + k_ahead]].vertex);
+            if (i + k_records_ahead < leaf_count_) __builtin_prefetch(&leaves_[order[i + k_records_ahead]].vertex);
             const BisectionLeaf& l = leaves_[order[i]];
             const FaceId f = mesh.face(l.cell);
             if (fan_face[f.value] == 0) {
