@@ -26,8 +26,7 @@ class PlanetSurface final : public SampledSurface {
     /// Heights over longitudes and latitudes: samples are in the middles of equal cells, the first row at the north
     /// pole, the first column east of the antimeridian. Origin and spacing of the grid do not count.
     /// @throws Error  invalid_input: a height is missing or no number, no samples, a radius that is not positive,
-    /// heights
-    ///                as deep as the planet; cancelled
+    ///                heights as deep as the planet; cancelled
     /// Cost: O(points * level()), by all threads; memory: the grid's and two bytes a point
     explicit PlanetSurface(HeightGrid longitudes_latitudes, const PlanetOptions& options = {});
     /// Heights over the faces of a cube, towards +x, -x, +y, -y, +z, -z, as OpenGL's cube maps have them (OpenGL 4.6,

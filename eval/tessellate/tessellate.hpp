@@ -13,7 +13,7 @@
 
 namespace tetrakis {
 
-struct HeightImage;  // eval/io/height_image.hpp
+struct HeightImage;  // eval/surface/height_image.hpp
 
 /// Which estimator decides where to refine (eval/README.md, Errors).
 enum class EstimatorKind {
@@ -78,8 +78,7 @@ struct StageSeconds {
 struct Tessellation {
     TriangleMesh mesh;
     std::vector<std::uint32_t> triangle_face;  ///< T: the control face each triangle comes from
-    std::vector<float>
-        triangle_error;  ///< T: the error of each triangle, measured or else estimated, unit of the model
+    std::vector<float> triangle_error;         ///< T: of each triangle, measured or else estimated, unit of the model
     double tolerance_absolute = std::numeric_limits<double>::infinity();
     /// No estimate is above the tolerance, and neither is what was measured and what the certified estimator certifies.
     /// With the measured estimator and without TessellateOptions::measure the samples that refinement took say so.
@@ -97,11 +96,10 @@ struct Tessellation {
 
 /// Tessellates the limit surface of a control mesh to a tolerance: one watertight indexed mesh whose vertices are limit
 /// points (projected or displaced on request), the same bytes for any number of threads.
-/// @param mesh     control mesh; triangle schemes need triangles (triangulate() in hier/triangulate.hpp makes them)
+/// @param mesh     control mesh; triangle schemes need triangles: triangulate() makes them
 /// @throws Error   invalid_input (options that contradict each other, UVs missing for a displacement), unsupported
-/// (what
-///                 scheme_support() says no to, a limit without a mask, more triangles in the coarsest mesh than
-///                 max_triangles), memory_limit, cancelled
+///                 (what scheme_support() says no to, a limit without a mask, more triangles in the coarsest mesh
+///                 than max_triangles), memory_limit, cancelled
 /// Cost: O(triangles); about one patch evaluation per vertex and two bounds per triangle. Without patches: about ten
 /// limit points per triangle and as many again to measure, at a few microseconds each.
 Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context = {});

@@ -118,10 +118,9 @@ class Hierarchy {
 
     std::uint32_t leaf_count() const;
     /// All leaves in the order of a space-filling curve, which depends on the set of leaves alone: by root, then by
-    /// path
-    /// ("sqrt3", where siblings share a vertex, but no edge: by the control face that they lie in, then along a Z-order
-    /// curve there). Cutting this range into equal parts cuts the mesh into compact ones. Valid until the next change.
-    /// O(leaves log leaves) after a change.
+    /// path ("sqrt3", where siblings share a vertex, but no edge: by the control face that they lie in, then along a
+    /// Z-order curve there). Cutting this range into equal parts cuts the mesh into compact ones. Valid until the next
+    /// change. O(leaves log leaves) after a change.
     std::span<const LeafHandle> leaves() const;
     bool is_leaf(LeafHandle leaf) const;
     HierarchyNode node(LeafHandle leaf) const;
@@ -157,12 +156,11 @@ class Hierarchy {
     /// Refines until no leaf above the depth is wanted any more. Returns the number of new leaves. What a split takes
     /// with it may be one deeper ("sqrt3": half triangles that become whole).
     /// @throws Error  as refine(); cancelled; memory_limit, with the numbers: the hierarchy and the next round of
-    /// splits
-    ///                would take more than context.max_memory_bytes, or, for what a round's splits took with them, do
-    ///                so after it. The rounds until then stay
+    ///                splits would take more than context.max_memory_bytes, or, for what a round's splits took with
+    ///                them, do so after it. The rounds until then stay
     std::size_t refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context = {});
     /// Refines until no leaf above the depth has an error over the tolerance. HierarchyEstimator
-    /// (eval/hierarchy_estimator.hpp) measures leaves of every family against the limit surface.
+    /// (eval/estimate/hierarchy_estimator.hpp) measures leaves of every family against the limit surface.
     /// @throws Error  as above; invalid_input: a tolerance below zero or no number; unsupported: the estimator is not
     ///                for this family. What was refined until then stays
     std::size_t refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,

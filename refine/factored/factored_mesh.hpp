@@ -47,8 +47,8 @@ struct FactoredTrace {
 
 /// A scheme in binary steps (Velho; refine/README.md): each half-step cuts the blocks of a 4-8 mesh at their
 /// centres, and two (of repeated averaging: two more than averagings) give the classical step's points to rounding
-/// error. Every mesh on the way is a conforming triangle
-/// mesh. A vertex keeps its number for ever, also when it becomes inactive.
+/// error. Every mesh on the way is a conforming triangle mesh. A vertex keeps its number for ever, also when it becomes
+/// inactive.
 ///
 /// Primal schemes (catmull-clark, 4-8) start from the control faces. Half-steps 1, 3, ... put a point into every face
 /// and move the old vertices (face and corner rule); half-steps 2, 4, ... put one on every edge (edge rule), which for

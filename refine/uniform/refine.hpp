@@ -28,9 +28,8 @@ namespace tetrakis {
 /// @param levels  >= 0: steps of the scheme (a sqrt3 or 4-8 step is two of its simple steps)
 /// @param options normals: none for the schemes whose surfaces have no tangent planes, bilinear and midpoint
 /// @throws Error  invalid_input: levels < 0, an attribute of the wrong length, or a mesh that the scheme cannot take
-/// (the message says why); unsupported:
-///                more elements than 32 bits can count, or a limit that the scheme has no mask for; memory_limit;
-///                cancelled
+///                (the message says why); unsupported: more elements than 32 bits can count, or a limit that the
+///                scheme has no mask for; memory_limit; cancelled
 /// Cost: 10 to 30 ns per vertex where rows repeat and once a millisecond or two to learn them; 0.2 to 3 us by rules.
 /// The same bytes for any number of threads.
 PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options = {});

@@ -15,7 +15,7 @@ class RuleMesh;
 struct RuleStep;
 struct ClosedMasks;
 
-/// The schemes a call can ask for.
+/// The schemes whose limit surfaces consist of polynomial patches that can be evaluated anywhere.
 enum class SchemeKind { catmull_clark, loop };
 
 /// The scheme's name on the command line and in reports: "catmull-clark", "loop".

@@ -52,9 +52,8 @@ CurvePoints bspline_limits(std::span<const glm::dvec3> control, int degree, Curv
 
 /// One step of the four-point rule (Dyn, Gregory, Levin 1987; w = 1/16): old points stay, between two comes
 /// (-1, 9, 9, -1) / 16. Open polygons: see FourPointEnds.
-/// @throws std::invalid_argument  fewer points than the rule at the ends needs (plain: 4; linear 2; quadratic 3; cubic
-/// 4;
-///                                closed: 3)
+/// @throws std::invalid_argument  fewer points than the rule at the ends needs: plain 4; linear 2; quadratic 3;
+///                                cubic 4; closed 3
 CurvePoints four_point_step(std::span<const glm::dvec3> points, CurveTopology topology,
                             FourPointEnds ends = FourPointEnds::cubic);
 

@@ -24,9 +24,9 @@ struct RingShape {
 };
 
 /// Limit position and tangents of a vertex as weights on its ring. Weights are in the order [centre, e_0, f_0, e_1,
-/// f_1,
-/// ...] for Catmull-Clark (f_i the corner opposite the centre, between e_i and e_(i+1); a boundary ends with e_K) and
-/// [centre, e_0, e_1, ...] for Loop. Position weights sum to one, tangent weights to zero; the tangents' scale is free.
+/// f_1, ...] for Catmull-Clark (f_i the corner opposite the centre, between e_i and e_(i+1); a boundary ends with e_K)
+/// and [centre, e_0, e_1, ...] for Loop. Position weights sum to one, tangent weights to zero; the tangents' scale is
+/// free.
 ///
 /// In every sector, tangent1 x tangent2 points outward for counter-clockwise faces.
 struct RingLimit {

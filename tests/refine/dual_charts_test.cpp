@@ -100,8 +100,7 @@ double apart(const std::vector<Vec2d>& a, const std::vector<Vec2d>& b) {
 
 /// How many faces of `got` are among those of uniform refinement; their UVs have to be the same.
 /// @param creased  where a seam leaves a crease, a chart has a corner that the surface does not have; of the faces
-/// beside
-///                 it half may lie on either side, and then there is no rule which it takes
+///                 beside it half may lie on either side, and then there is no rule which it takes
 int compare_faces(const PolygonMesh& got, const PolygonMesh& uniform, bool creased) {
     const auto expected = faces_of(uniform, uniform.positions);
     int found = 0, off = 0;
