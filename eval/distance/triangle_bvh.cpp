@@ -202,7 +202,9 @@ bool make_local_ray(const detail::LocalFrame& frame, const Vec3d& origin, const 
     ray.mask = 0xFFFF'FFFFu;
     ray.id = 0;
     ray.flags = 0;
-    return ray.tnear <= ray.tfar;
+    // A ray of which something is not finite meets nothing; Embree has no answer for it.
+    return ray.tnear <= ray.tfar && std::isfinite(ray.org_x) && std::isfinite(ray.org_y) && std::isfinite(ray.org_z) &&
+           std::isfinite(ray.tnear);
 }
 
 }  // namespace

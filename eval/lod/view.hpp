@@ -105,8 +105,9 @@ class View {
     View(View&&) noexcept;
     View& operator=(View&&) noexcept;
 
-    /// @throws Error  invalid_input: a camera with a number that is not finite, without direction, extent or pixels, a
-    ///                pixel error that is not positive. The view is then unchanged.
+    /// @throws Error  invalid_input: a camera with a number that is not finite or beyond 1e60, without direction,
+    /// extent
+    ///                or pixels, a pixel error that is not positive, negative milliseconds. The view is then unchanged.
     /// Cost: O(changes), and a few looks at diamonds for each; all of them are looked at where the view's opening, its
     /// pixels or the pixel error change, or regions do.
     Update update(const Camera& camera, const Budget& budget = {});
@@ -117,6 +118,7 @@ class View {
 
     /// Positions are relative to it, so that single precision suffices near it. All vertices change: O(vertices).
     /// Vertices that the surface does not know any more keep the precision that they had with the old one.
+    /// @throws Error  invalid_input: a coordinate that is not finite or beyond 1e30
     Vec3d origin() const;
     void set_origin(const Vec3d& origin);
 

@@ -22,6 +22,14 @@ using detail::LatticeDiamond;
 
 constexpr int k_log_cell = 3;  // of the finest cells whose heights are known
 
+/// Whether there is a sample or more between a line and those some steps to both sides.
+bool spans_samples(const std::vector<std::int32_t>& lines, std::int32_t at, std::int32_t steps) {
+    const auto place = [&](std::int32_t i) {
+        return lines[static_cast<std::size_t>(std::clamp(i, 0, static_cast<std::int32_t>(lines.size()) - 1))];
+    };
+    return std::max(place(at + steps) - place(at), place(at) - place(at - steps)) >= k_grid_unit;
+}
+
 }  // namespace
 
 inline double TerrainSurface::east_of(std::int32_t column) const {
@@ -109,15 +117,14 @@ void TerrainSurface::set_errors(const RunContext& context) {
             for (const auto& child : diamond.children())
                 if (child.x >= 0 && child.y >= 0 && child.x <= last_x && child.y <= last_y)
                     worst = std::max(worst, int{code(child)});
-        double error;
-        if (diamond.step > 1) {
-            error = exact_error(diamond);
-        } else {
-            // Squares of two steps have lines in their middles: the finer triangles are at most this far away.
-            const auto [a, b] = diamond.ends;
-            error = std::abs(height(diamond.middle) - (height(a) + height(b)) / 2) +
-                    lengths_.length(static_cast<std::uint8_t>(worst));
-        }
+        const auto [a, b] = diamond.ends;
+        double error = std::abs(height(diamond.middle) - (height(a) + height(b)) / 2);
+        const bool all_at_samples = diamond.step > 1 && spans_samples(lattice_.xs, x, diamond.step) &&
+                                    spans_samples(lattice_.ys, y, diamond.step);
+        if (diamond.step > 1) error = all_at_samples ? exact_error(diamond) : std::max(error, exact_error(diamond));
+        // Squares of two steps have lines in their middles, strips of few samples more of them: the finer triangles are
+        // at most this far away.
+        if (!all_at_samples) error += lengths_.length(static_cast<std::uint8_t>(worst));
         codes_[code_index({x, y})] = static_cast<std::uint8_t>(
             std::min(255, std::max(int{lengths_.code(error)}, worst == 0 ? 0 : worst + nesting)));
     };

@@ -156,8 +156,10 @@ void detail::check_surface(const HeightGrid& grid) {
         for (std::uint32_t c = 0; finite[r] == 0 && c < grid.columns; ++c)
             if (!std::isfinite(grid.at(c, r)))
                 refuse(ErrorCode::invalid_input,
-                       fmt::format("the height at column {}, row {} is missing; fill_missing_heights() gives it one", c,
-                                   r));
+                       fmt::format("the height at column {}, row {} is {}", c, r,
+                                   std::isnan(grid.at(c, r)) ? "missing; fill_missing_heights() gives it one"
+                                                             : "larger than single precision holds; take a smaller "
+                                                               "scale"));
 }
 
 }  // namespace tetrakis

@@ -43,8 +43,9 @@ struct HeightReadOptions {
 
 /// Reads a height grid. An HGT of the name N35E138.hgt gets its spacing in metres, at the middle of its rows.
 /// @throws Error  io: missing or unreadable; invalid_input: no grid of that format, sizes that contradict each other,
-///                fewer than two columns or rows, all samples without data; unsupported: an extension that says
-///                nothing; memory_limit; cancelled
+///                fewer than two columns or rows, all samples without data; unsupported: a raster that needs GDAL
+///                where the build has none, an unknown unit of height, rows that do not run from west to east;
+///                memory_limit; cancelled
 HeightGrid load_height_grid(const std::filesystem::path& path, const HeightReadOptions& options = {});
 
 /// Gives samples without data heights from those around, smoothly: means of ever larger squares, as far as they have

@@ -84,8 +84,8 @@ class RawSource final : public HeightSource {
         if (columns == 0 && rows == 0) {
             columns = rows = static_cast<std::uint64_t>(std::llround(std::sqrt(static_cast<double>(count))));
             if (columns * columns != count)
-                refuse(fmt::format("the file has {} heights, which are not a square; say how many columns there are",
-                                   count));
+                refuse(fmt::format("the file has {} heights, which are not a square; {}", count,
+                                   is_hgt ? "that of an HGT is one" : "say how many columns there are"));
         }
         if (columns == 0) columns = count / rows;
         if (rows == 0) rows = count / columns;
@@ -134,7 +134,9 @@ HeightFormat format_of(const std::filesystem::path& path, const HeightReadOption
 }
 
 float height_of(double number, const HeightReadOptions& options) {
-    if (!std::isfinite(number) || (options.no_data && number == *options.no_data))
+    // As floats, as which files have them: -9999.9 is none.
+    if (!std::isfinite(number) ||
+        (options.no_data && static_cast<float>(number) == static_cast<float>(*options.no_data)))
         return std::numeric_limits<float>::quiet_NaN();
     return static_cast<float>(options.offset + options.scale * number);
 }

@@ -131,7 +131,8 @@ class LevelTessellator final : public TessellationRun {
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
         // All levels have the same.
         if (number == options_.min_level)
-            for (std::string& warning : level.warnings) result_.warnings.push_back(std::move(warning));
+            for (std::string& warning : level.warnings)
+                if (std::ranges::count(result_.warnings, warning) == 0) result_.warnings.push_back(std::move(warning));
     }
 
     /// Against the mesh of a level some steps further, each of which has about four times as many triangles.

@@ -31,9 +31,9 @@ struct SchemeSupport {
     bool patches = false;
     bool certified = false;  ///< bounds that hold for every point
 };
-/// Patches: Catmull-Clark and Loop by their plain rules. Certified: these by any rules, bilinear and midpoint
-/// refinement, where no tag stays semi-sharp for more than 6 levels what has mask norms (has_mask_norms()), and
-/// Doo-Sabin and midedge refinement. By whole levels: honeycomb refinement.
+/// Patches: Catmull-Clark and Loop by their plain rules. Certified: these by any rules; bilinear and midpoint;
+/// Doo-Sabin and midedge; tuned Loop, Butterfly, Kobbelt, 4-8 and even averaging, unless a tag stays semi-sharp for
+/// more than 6 levels. By whole levels: honeycomb refinement.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
 /// With such a mesh: there are no patches for corners with angles of their own.
 SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules = {});
@@ -62,8 +62,8 @@ struct TessellateOptions {
     double crease_degrees = 30;
     bool uvs = true;  ///< carry the UV layer over, where there is one
     /// Measure the result at the end (symmetric Hausdorff, mean, RMS); with the measured estimator what is found to be
-    /// off the tolerance is split and measured again, local maxima between the samples included. Takes once or twice
-    /// the time of tessellating. A target that reaches beyond the mesh is found by this alone.
+    /// off the tolerance is split and measured again, local maxima between the samples included. Takes one to five
+    /// times as long as tessellating. A target that reaches beyond the mesh is found by this alone.
     bool measure = false;
     /// Samples that measuring aims at, each way: a lattice on every triangle, of at least 3 and at most 24 intervals a
     /// side (some 300 points). Against limit points, half as many, spread as compare() does.

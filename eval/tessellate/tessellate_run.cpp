@@ -149,6 +149,7 @@ Tessellation TessellationRun::run() {
     Stopwatch watch;
     result_.tolerance_absolute = tolerance_length(mesh_, options_);
     tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
+    warn_of_ignored_tags(mesh_, options_.scheme.info(), options_.rules, result_.warnings);
     aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
     if (!certified()) aim_ *= sampled_aim_;
     prepare();

@@ -183,7 +183,14 @@ void AtomicFile::fail(const char* what) const {
     throw Error(ErrorCode::io, fmt::format("{}: {}", what, reason(error)), path_);
 }
 
-AtomicFile& FileSet::add(const fs::path& path) { return files_.emplace_back(path); }
+AtomicFile& FileSet::add(const fs::path& path) {
+    const auto same = [&](const AtomicFile& file) {
+        return fs::absolute(file.path()).lexically_normal() == fs::absolute(path).lexically_normal();
+    };
+    if (std::any_of(files_.begin(), files_.end(), same) && !fs::is_character_file(path))
+        throw Error(ErrorCode::invalid_input, "two outputs have this name; give one of them another", path);
+    return files_.emplace_back(path);
+}
 
 void FileSet::finish() {
     for (AtomicFile& file : files_) file.finish();

@@ -54,7 +54,8 @@ class AtomicFile {
 /// that one that fails leaves none of them.
 class FileSet {
   public:
-    /// One more; it stays valid as long as the set. @throws Error io: as AtomicFile
+    /// One more; it stays valid as long as the set.
+    /// @throws Error io: as AtomicFile; invalid_input: there is one of that name already
     AtomicFile& add(const std::filesystem::path& path);
     /// AtomicFile::finish() for all. @throws Error io
     void finish();

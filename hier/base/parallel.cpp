@@ -1,5 +1,8 @@
 #include "parallel.hpp"
 
+#include "error.hpp"
+
+#include <fmt/format.h>
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -90,6 +93,9 @@ struct KeptArena {
 bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
 
 void run_in_arena(int threads, WorkCall call, const void* work) {
+    constexpr int k_most_threads = 1024;
+    if (threads > k_most_threads)
+        throw Error(ErrorCode::invalid_input, fmt::format("{} threads; {} are the most", threads, k_most_threads));
     if (threads <= 0) return call(work);
     if (threads == 1) {
         if (one_thread()) return call(work);

@@ -90,10 +90,10 @@ struct HierarchyMesh {
 ///   are one level, a simple step, two of which are one level of refine(). Splitting a half triangle is to split the
 ///   triangle beyond its edge. Over sharp edges and the edges of holes, which are not flipped but cut in three by every
 ///   second step, triangles are whole at once; where a crease is cut, both of its triangles are split. A diamond is a
-///   split's three triangles (of both sides of a crease that was cut: six); to merge it makes the whole ones beyond
-///   half again. A whole triangle beside two splits stands for its parent's diamond; where that cannot be merged,
-///   coarsen(leaf) takes the one beyond. Sites: face triangles with 3^level segments a side (sqrt3_site()); two levels
-///   of simple steps are one of sites. See Sqrt3Forest.
+///   split's three triangles (of both sides of a crease that was cut: six); merging it turns the whole ones beyond
+///   into halves again. A whole triangle beside two splits stands for its parent's diamond; where that cannot be
+///   merged, coarsen(leaf) takes the one beyond. Sites: face triangles with 3^level segments a side (sqrt3_site()); two
+///   levels of simple steps are one of sites. See Sqrt3Forest.
 ///
 /// All errors leave the hierarchy unchanged. Where the system itself runs out of memory during a change
 /// (std::bad_alloc), the leaves are lost: all later calls throw Error(memory_limit) until load(). Const calls are safe

@@ -10,7 +10,7 @@
 
 namespace tetrakis {
 
-/// Whether AdaptiveFactoredMesh takes the scheme: Catmull-Clark and the dual ones.
+/// Whether AdaptiveFactoredMesh takes the scheme: Catmull-Clark, Doo-Sabin and midedge.
 bool half_steps_adapt(FactoredScheme scheme);
 
 /// Half-steps of FactoredMesh that differ from place to place (Velho; refine/README.md): the leaves of a restricted 4-8

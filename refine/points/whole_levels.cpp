@@ -38,7 +38,7 @@ WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, cons
       finder_(scheme, rules) {
     rules_.runner = &runner_;
     levels_[0] = std::make_unique<Level>();
-    levels_[0]->step.mesh = rule_mesh(mesh, rules);
+    levels_[0]->step.mesh = rule_mesh(mesh, scheme, rules);
     levels_[0]->points.assign(mesh.positions().begin(), mesh.positions().end());
     if (lattice_ != FanLattice::triangles) return;
     if (!mesh.all_triangles()) level(1);  // says what is wrong

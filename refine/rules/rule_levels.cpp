@@ -45,7 +45,7 @@ void apply(const StencilTable& table, const double* in, int width, double* out) 
 }
 
 RuleLevels::RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing)
-    : scheme_(scheme), rules_(rules), source_(mesh.data().source), last_(rule_mesh(mesh, rules)) {
+    : scheme_(scheme), rules_(rules), source_(mesh.data().source), last_(rule_mesh(mesh, scheme, rules)) {
     rules_.runner = &runner_;
     faces_.control_face.resize(mesh.face_count());
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) faces_.control_face[f] = static_cast<int>(f);
@@ -59,7 +59,7 @@ std::vector<int> RuleLevels::advance() {
     } catch (const std::invalid_argument& e) {
         throw Error(ErrorCode::invalid_input, e.what(), source_);
     }
-    if (fan_lattice(scheme_, rules_) == FanLattice::dual && scheme_.refinement == Refinement::vertex_split) {
+    if (splits_vertices(scheme_, rules_)) {
         faces_.follow(last_, step);
     } else {
         for (int& face : step.parent_face) face = faces_.control_face[face];

@@ -56,12 +56,15 @@ std::uint64_t bytes_of_large_rings(const ControlMesh& mesh, const SchemeInfo& sc
 
 }  // namespace
 
-RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
+RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules, bool sharp_for_ever) {
     const ControlMeshData& data = mesh.data();
+    const auto tag = [&](float sharpness) {
+        return sharp_for_ever && is_sharp(sharpness) ? k_sharpness_infinity : sharpness;
+    };
     RuleMesh::Builder faces;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
         for (std::uint32_t h = data.face_offsets[f]; h < data.face_offsets[f + 1]; ++h)
-            faces.corner(static_cast<int>(data.face_vertices[h]), mesh.sharpness(mesh.edge(HalfedgeId(h))));
+            faces.corner(static_cast<int>(data.face_vertices[h]), tag(mesh.sharpness(mesh.edge(HalfedgeId(h)))));
         faces.end_face();
     }
     std::vector<int> twins(mesh.halfedge_count(), RuleMesh::none);
@@ -70,8 +73,12 @@ RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
     faces.set_twins(std::move(twins));
     faces.set_corner_angles(detail::corner_angles(mesh, rules));
     std::vector<float> sharpness(mesh.vertex_count());
-    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) sharpness[v] = mesh.sharpness(VertexId(v));
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) sharpness[v] = tag(mesh.sharpness(VertexId(v)));
     return RuleMesh(static_cast<int>(mesh.vertex_count()), std::move(faces), std::move(sharpness));
+}
+
+RuleMesh rule_mesh(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
+    return rule_mesh(mesh, rules, splits_vertices(scheme, rules));
 }
 
 RuleStep (*first_rule_step(const SchemeInfo& scheme, const RuleMesh& mesh))(const RuleMesh&, const RuleOptions&) {

@@ -25,7 +25,10 @@ void check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int le
 
 /// The control mesh as the rules of any scheme take it, same numbers of vertices, half-edges and faces, with its corner
 /// angles and, where the rules measure them, those of the other sectors at corners.
-RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules = {});
+/// @param sharp_for_ever  semi-sharp tags are infinitely sharp ones
+RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules = {}, bool sharp_for_ever = false);
+/// As a scheme takes it (splits_vertices()).
+RuleMesh rule_mesh(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
 /// The first step over such a mesh: some schemes begin in another way where there are other faces than quads, and then
 /// take parts of the mesh as they take the whole.
 RuleStep (*first_rule_step(const SchemeInfo& scheme, const RuleMesh& mesh))(const RuleMesh&, const RuleOptions&);

@@ -26,7 +26,7 @@ namespace tetrakis {
 std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme,
                                                    const RuleOptions& rules) {
     if (!ignores_creases(scheme, rules)) {
-        if (fan_lattice(scheme, rules) != FanLattice::dual) return std::nullopt;
+        if (!splits_vertices(scheme, rules)) return std::nullopt;
         const auto semi_sharp = [&](auto id) { return is_semi_sharp(mesh.sharpness(id)); };
         bool any = false;
         for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) any = any || semi_sharp(EdgeId(e));
@@ -57,10 +57,16 @@ bool detail::has_plain_rules(const ControlMesh& mesh, const SchemeInfo& scheme, 
     return !mesh.has_corner_angles() && has_plain_rules(scheme, rules);
 }
 
-std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh, const SchemeInfo& scheme) {
-    if (!mesh.has_corner_angles() || scheme.takes_corner_angles) return std::nullopt;
-    return "the corner angles were ignored: " + std::string(scheme.name) +
-           " has no rule for them, but loop, tuned-loop and catmull-clark have";
+void detail::warn_of_ignored_tags(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
+                                  std::vector<std::string>& warnings) {
+    if (mesh.crease_method() == CreaseMethod::chaikin && !rules.chaikin_creases && !scheme.is_linear() &&
+        !has_plain_rules(mesh, scheme, rules))
+        warnings.push_back(
+            "the creases were refined by the uniform rule: Chaikin's is known to plain catmull-clark and loop only");
+    if (mesh.has_corner_angles() && !scheme.takes_corner_angles)
+        warnings.push_back("the corner angles were ignored: " + std::string(scheme.name) +
+                           " has no rule for them, but loop, tuned-loop and catmull-clark have");
+    if (auto warning = ignored_creases(mesh, scheme, rules)) warnings.push_back(std::move(*warning));
 }
 
 void detail::RefinedPoints::make(const ControlMesh& mesh, bool normals, PolygonMesh& result) const {
@@ -187,11 +193,7 @@ bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     per_face(data.face_group, result.face_group);
     result.materials = data.materials;
     result.groups = data.groups;
-    if (mesh.crease_method() == CreaseMethod::chaikin && !rules.chaikin_creases && !scheme.is_linear())
-        result.warnings.push_back(
-            "the creases were refined by the uniform rule: Chaikin's is known to plain catmull-clark and loop only");
-    if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
-    if (auto warning = detail::ignored_creases(mesh, scheme, rules)) result.warnings.push_back(std::move(*warning));
+    detail::warn_of_ignored_tags(mesh, scheme, rules, result.warnings);
     if (all_kept) return true;
     keep_faces(kept, result);
     warn_if_empty(result);

@@ -61,8 +61,9 @@ bool has_plain_rules(const ControlMesh& mesh, const SchemeInfo& scheme, const Ru
 /// A warning, if the mesh has creases and the scheme no rule for them.
 std::optional<std::string> ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
 
-/// A warning, if the mesh has corner angles and the scheme no rule for them.
-std::optional<std::string> ignored_corner_angles(const ControlMesh& mesh, const SchemeInfo& scheme);
+/// Adds warnings of the mesh's tags that the scheme has no rule for, or another one.
+void warn_of_ignored_tags(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
+                          std::vector<std::string>& warnings);
 
 }  // namespace detail
 

@@ -29,7 +29,7 @@ struct RuleOptions {
     /// between quads; see catmull_clark_weight_range().
     std::optional<double> catmull_clark_beta{}, catmull_clark_gamma{};
     bool reflect_at_boundary = false;  ///< modified-butterfly: missing points by reflection, not by rules of their own
-    double butterfly_w = 0;            ///< butterfly: the tension of the ten-point rule
+    double butterfly_w = 0;            ///< butterfly, modified-butterfly: the tension of the ten-point rule
     double tuning = 1;                 ///< tuned-loop: 0 Loop's eigenvalues, 1 the prescribed ones
     int averaging_steps = 3;           ///< averaging
     AveragingBoundary averaging_boundary = AveragingBoundary::replicate;

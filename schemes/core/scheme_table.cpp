@@ -118,6 +118,10 @@ FanLattice fan_lattice(const SchemeInfo& scheme, const RuleOptions& options) {
     return scheme.lattice;
 }
 
+bool splits_vertices(const SchemeInfo& scheme, const RuleOptions& options) {
+    return fan_lattice(scheme, options) == FanLattice::dual && scheme.refinement == Refinement::vertex_split;
+}
+
 int averaging_steps(const SchemeInfo& scheme, const RuleOptions& options) {
     return chooses_steps(scheme) ? options.averaging_steps : scheme.averaging_steps;
 }

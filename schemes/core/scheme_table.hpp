@@ -127,6 +127,8 @@ FanLattice fan_lattice(const SchemeInfo& scheme, const RuleOptions& options);
 /// The same around one point: a dual scheme's corner is a vertex, and so is a boundary of hexagons.
 FanLattice fan_lattice(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 int fan_rings(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
+/// Whether a step makes faces of faces, edges and vertices; semi-sharp tags are then sharp for ever.
+bool splits_vertices(const SchemeInfo& scheme, const RuleOptions& options);
 /// Averaging steps of repeated averaging and of the biquartic scheme, which is three of them; others have none.
 int averaging_steps(const SchemeInfo& scheme, const RuleOptions& options);
 /// SchemeInfo::rule_rings with the chosen averaging steps.

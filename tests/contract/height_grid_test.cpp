@@ -73,6 +73,10 @@ TEST_CASE("height grids: grey PNG of 16 and of 8 bits, terrain-RGB") {
     CHECK(grid.heights[3] == 32757.5f);
     CHECK(std::isnan(grid.heights[2]));
     CHECK(grid.spacing == Vec2d(30, 20));
+    // No float is -9999.9.
+    const float numbers[] = {1, 2, -9999.9f, 4};
+    spill(dir / "h.r32", std::string(reinterpret_cast<const char*>(numbers), sizeof numbers));
+    CHECK(std::isnan(load_height_grid(dir / "h.r32", {.no_data = -9999.9}).heights[2]));
 
     // 1 86 160: 100000 tenths, 0 m; one tenth more; Everest.
     write_png(dir / "t.png", {2, 2, {1, 134, 160, 1, 134, 161, 2, 224, 64, 0, 0, 0}});

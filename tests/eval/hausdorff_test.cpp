@@ -136,6 +136,11 @@ TEST_CASE("vertices that no triangle uses do not matter, even where they are not
         const TriangleBvh bvh(mesh);
         CHECK(bvh.closest(Vec3d(0.2, 0.2, 0.5)).distance == doctest::Approx(0.5).epsilon(1e-12));
         CHECK(bvh.intersect(Vec3d(0.2, 0.2, 1), Vec3d(0, 0, -1), 0, 10).triangle == 0);
+        for (const double odd : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
+            CHECK(!bvh.intersect(Vec3d(odd, 0.2, 1), Vec3d(0, 0, -1)).found());
+            CHECK(!bvh.intersect(Vec3d(0.2, 0.2, 1), Vec3d(0, odd, -1)).found());
+            CHECK(!bvh.occluded(Vec3d(0.2, odd, 1), Vec3d(0, 0, -1)));
+        }
         mesh.positions.push_back(Vec3d(std::nan("")));
     }
 }

@@ -263,7 +263,7 @@ TEST_CASE("lod: rays meet every surface where they meet all of its triangles [sl
             const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
             REQUIRE(glm::length(found->normal - glm::normalize(glm::cross(b - a, c - a))) < 1e-6);
         }
-        CHECK(hits > 40);
+        CHECK(hits > 20);
     }
 }
 
@@ -487,6 +487,11 @@ TEST_CASE("lod: surfaces of any size, and of a single level") {
     CHECK(leaves[1] > 500);
     CHECK(leaves[0] == leaves[1]);
     CHECK(leaves[2] == leaves[1]);
+    // Strips of so few rows that the finest lines are close to each other.
+    for (const std::uint32_t rows : {2u, 3u}) {
+        const lod::TerrainSurface strip(rough(20'000, rows, 3));
+        CHECK(strip.at({10'000.5, -0.5}));
+    }
     lod::ProceduralHeights flat{.height = [](const Vec3d&) { return 0.0; }, .deviation = [](double) { return 0.0; }};
     const auto plane = lod::ProceduralSurface::plane(10, 10, flat);
     CHECK(plane.max_depth() == 0);

@@ -96,6 +96,7 @@ TEST_CASE("a set of files appears together or not at all") {
         abandoned.add(dir / "a.txt").write("other");
         abandoned.add(dir / "d.txt").write("other");
         CHECK_THROWS_AS(abandoned.add(dir / "none" / "e.txt"), Error);
+        CHECK_THROWS_AS(abandoned.add(dir / "none" / ".." / "a.txt"), Error);
     }
     CHECK(slurp(dir / "a.txt") == "a");
     CHECK(dir.file_count() == 3);

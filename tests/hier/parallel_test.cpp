@@ -1,4 +1,5 @@
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/base/error.hpp"
 #include "../kit/input_helpers.hpp"
 
 #include <doctest/doctest.h>
@@ -20,6 +21,7 @@ TEST_CASE("one thread is the calling thread, and arenas nest in any order") {
     CHECK(with_threads(with_thread_count(1), [&] {
         return with_threads(with_thread_count(2), [&] { return with_threads(with_thread_count(1), alone); });
     }));
+    CHECK_THROWS_AS(with_threads(with_thread_count(100'000), alone), Error);
     const auto fail = []() -> bool { throw std::runtime_error("on purpose"); };
     CHECK_THROWS_AS(with_threads(with_thread_count(1), fail), std::runtime_error);
     CHECK(with_threads(with_thread_count(1), alone));

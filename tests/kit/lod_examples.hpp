@@ -126,6 +126,7 @@ inline std::vector<Example> examples() {
         all.push_back({name, std::move(surface), middle, size, euler});
     };
     add("terrain", std::make_shared<lod::TerrainSurface>(rough(65, 40, 3)), {32, -20, 0}, 30, 1);
+    add("strip", std::make_shared<lod::TerrainSurface>(rough(300, 2, 3)), {150, -0.5, 0}, 40, 1);
     add("tiles", loaded_tiles(rough(60, 45, 3)), {30, -22, 0}, 30, 1);
     std::mt19937 random(1);
     add("noise",

@@ -327,6 +327,10 @@ TEST_CASE("lod: a planet and control meshes keep what they promise") {
         CHECK(json["measured_pixels"] > 0.1);
         CHECK(json["measured_pixels"] <= json["promised_pixels"]);
     }
+    // Pictures that are smaller than what is shown in their corner.
+    const ProcessResult small = cli::run(
+        {"lod", cli::data("pawn.obj"), "--level", "2", "--frames", "2", "--images", "2", "--size", "5x3", "-o", out});
+    CHECK((small.code == 0 || small.code == 4));
 }
 
 TEST_CASE("tiles: a raw file is cut, and lod flies over it, waiting for what has to be loaded") {
@@ -356,9 +360,21 @@ TEST_CASE("tiles: a raw file is cut, and lod flies over it, waiting for what has
     CHECK(json["tiles"]["waiting_frames"] == 0);
     CHECK(json["tiles"]["cached_bytes"] <= 16 << 20);
     CHECK(read_triangle_mesh(out + "/last.glb").triangles.size() == json["leaves"].get<std::size_t>());
+    cli::check_refused({"lod", tiles, "--frames", "1", "-o", out, "--report", out + "/frames.csv"}, 3, "this name");
+    // Tiles that are damaged never come.
+    const std::string good = slurp(tiles);
+    std::string damaged = good;
+    for (std::size_t i = good.size() / 2000; i < good.size() / 10; i += 500)
+        damaged[i] = static_cast<char>(~damaged[i]);
+    spill(tiles, damaged);
+    const ProcessResult without = cli::run({"lod", tiles, "--frames", "2", "--wait", "-o", out});
+    CHECK((without.code == 0 || without.code == 4));
+    CHECK(without.err.find("could not be loaded") != std::string::npos);
+    spill(tiles, good);
     cli::check_refused({"lod", tiles, "--cache", "much", "-o", out}, 2, "--cache");
     cli::check_refused({"lod", tiles, "--cache", "1M", "-o", out}, 1, "too small");
     cli::check_refused({"lod", tiles, "--scale", "2", "-o", out}, 2, "--scale");
+    cli::check_refused({"lod", cli::data("pawn.obj"), "--wait", "-o", out}, 2, "--wait");
     spill(tiles, slurp(tiles).substr(0, 9000));
     cli::check_refused({"lod", tiles, "-o", out}, 3, "cut off");
     cli::check_refused({"tiles", raw, "-o", tiles}, 3, "not a square");

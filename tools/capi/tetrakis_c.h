@@ -5,7 +5,7 @@
  * can fail returns a tetrakis_status, and tetrakis_last_error() has the sentence. A function that failed has changed
  * nothing, and its results are not written.
  *
- * Structs that callers fill begin with their own size: set it with the initialiser that is named beside each. So
+ * Structs that callers fill begin with their own size (but for tetrakis_region): set it with the initialiser that is named beside each. So
  * programs work with later versions, whose structs are longer.
  *
  * Each comment ends with who may call the function, and how long its results live:
@@ -74,8 +74,8 @@ typedef struct tetrakis_tessellate_options {
 
 typedef struct tetrakis_mesh tetrakis_mesh;
 
-/* Adaptive triangles, without cracks. Takes the time that `tetrakis tessellate` takes.
- * Any thread. Until tetrakis_free_mesh(). */
+/* Adaptive triangles, without cracks, as `tetrakis tessellate --no-measure` makes them. Schemes of triangles take
+ * triangles only. Any thread. Until tetrakis_free_mesh(). */
 TETRAKIS_API tetrakis_status tetrakis_tessellate(const tetrakis_control_mesh* control,
                                                  const tetrakis_tessellate_options* options, tetrakis_mesh** mesh);
 
@@ -96,7 +96,7 @@ typedef struct tetrakis_mesh_arrays {
 
 /* Arrays are the mesh's own. Any thread. Until tetrakis_free_mesh(). */
 TETRAKIS_API tetrakis_status tetrakis_get_mesh_arrays(const tetrakis_mesh* mesh, tetrakis_mesh_arrays* arrays);
-/* 1: it is within the tolerance. Any thread. */
+/* 1: it is within the tolerance, as proven, or as the samples say that refinement took. Any thread. */
 TETRAKIS_API int tetrakis_mesh_reached_tolerance(const tetrakis_mesh* mesh);
 /* After all other calls. */
 TETRAKIS_API void tetrakis_free_mesh(tetrakis_mesh* mesh);

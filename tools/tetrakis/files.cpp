@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 namespace tetrakis::cli {
@@ -82,6 +83,10 @@ Option HeightInput::add(CommandLine command, const std::string& what) {
 }
 
 HeightReadOptions HeightInput::options(const Run& process) const {
+    const std::string extension = lower_extension(path);
+    const bool raw = std::ranges::count(std::array{".r16", ".raw", ".r32", ".f32"}, extension) != 0;
+    if (!raw && (read.columns != 0 || read.rows != 0 || read.big_endian))
+        throw UsageError("--columns, --rows and --big-endian are for raw files: .r16, .raw, .r32 and .f32");
     HeightReadOptions options = read;
     options.context = process.context();
     if (spacing > 0) options.spacing = Vec2d(spacing);

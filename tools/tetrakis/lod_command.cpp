@@ -18,6 +18,7 @@
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -141,8 +142,8 @@ Image picture(const TriangleMesh& mesh, const CameraPlace& view, RenderOptions r
     render.camera = Camera{view.eye, view.target, view.up(), view.fov_degrees};
     render.ground = false;
     Image image = tetrakis::render(mesh, render, context);
-    render.width = std::max(16, render.width * 2 / 5);
-    render.height = std::max(16, render.height * 2 / 5);
+    render.width = std::min(image.width, std::max(16, image.width * 2 / 5));
+    render.height = std::min(image.height, std::max(16, image.height * 2 / 5));
     constexpr double k_middle = 0.2;  // of the picture's sides
     double& fov = render.camera->vertical_fov_degrees;
     fov = glm::degrees(2 * std::atan(k_middle * std::tan(glm::radians(fov) / 2)));
@@ -216,6 +217,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
     double worst_error = 0, worst_promise = 0, worst_pop = 0, changes = 0, bytes = 0;
     bool kept_promise = true;
     std::uint32_t waiting_frames = 0;
+    bool waits = options.wait;
     std::vector<std::filesystem::path> written{options.directory / "frames.csv"};
     for (std::uint32_t frame = 0; frame < cameras.size(); ++frame) {
         process.context().report("frames", static_cast<double>(frame) / static_cast<double>(cameras.size()));
@@ -225,9 +227,9 @@ ExitCode run_checked(const LodCommandOptions& options) {
         std::uint32_t splits = 0, merges = 0;
         std::uint64_t upload = 0;
         double took = 0;
-        do {
+        for (bool again = true; again;) {
             const std::uint64_t revision = surface.revision();
-            if (options.wait && update.waiting > 0) process.context().report("tiles", 0);
+            if (waits && update.waiting > 0) process.context().report("tiles", 0);
             const Stopwatch watch;
             update = view.update(camera, {.pixel_error = options.pixels, .leaves = options.leaves});
             took = std::max(took, 1000 * watch.seconds());
@@ -235,8 +237,14 @@ ExitCode run_checked(const LodCommandOptions& options) {
             merges += update.merges;
             for (const auto& range : update.vertices) upload += range.count * sizeof(lod::Vertex);
             for (const auto& range : update.triangles) upload += range.count * sizeof(lod::Triangle);
-            if (options.wait && update.waiting > 0) scene.tiles->wait(revision);
-        } while (options.wait && update.waiting > 0);
+            again = waits && update.waiting > 0;
+            if (!again) break;
+            const lod::TileStatistics before = scene.tiles->statistics();
+            scene.tiles->wait(revision, std::chrono::seconds(2));
+            const lod::TileStatistics after = scene.tiles->statistics();
+            // Tiles that are damaged never come.
+            waits = after.loads > before.loads || after.failures == before.failures;
+        }
         if (update.waiting > 0) ++waiting_frames;
         const Sight sight(at, options.render);
         const double error = places.empty() ? 0 : measured_pixels(view.mesh(), places, sight, process.context()),
@@ -337,6 +345,8 @@ ExitCode run_checked(const LodCommandOptions& options) {
 }
 
 ExitCode run(const LodCommandOptions& options) {
+    if (options.wait && lower_extension(options.input.heights.path) != ".tiles")
+        throw UsageError("--wait is for .tiles: all of other surfaces is there");
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
     outputs.check(options.input.inputs(options.path));

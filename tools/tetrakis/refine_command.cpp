@@ -277,7 +277,7 @@ void add_refine_command(CommandLine program) {
     const Option near = command
                             .option("--near", "X,Y,Z", options->near,
                                     "With --factored: all half-steps only inside of a sphere about this point, "
-                                    "and outside as few as the mesh allows. For catmull-clark and dual schemes")
+                                    "and outside as few as the mesh allows. For catmull-clark, doo-sabin and midedge")
                             .needs("--factored")
                             .excludes("--active");
     command.option("--radius", "R", options->radius, "Of that sphere").needs("--near");
