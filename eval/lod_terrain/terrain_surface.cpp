@@ -117,14 +117,16 @@ void TerrainSurface::set_errors(const RunContext& context) {
             for (const auto& child : diamond.children())
                 if (child.x >= 0 && child.y >= 0 && child.x <= last_x && child.y <= last_y)
                     worst = std::max(worst, int{code(child)});
-        const auto [a, b] = diamond.ends;
-        double error = std::abs(height(diamond.middle) - (height(a) + height(b)) / 2);
         const bool all_at_samples = diamond.step > 1 && spans_samples(lattice_.xs, x, diamond.step) &&
                                     spans_samples(lattice_.ys, y, diamond.step);
-        if (diamond.step > 1) error = all_at_samples ? exact_error(diamond) : std::max(error, exact_error(diamond));
-        // Squares of two steps have lines in their middles, strips of few samples more of them: the finer triangles are
-        // at most this far away.
-        if (!all_at_samples) error += lengths_.length(static_cast<std::uint8_t>(worst));
+        double error = diamond.step > 1 ? exact_error(diamond) : 0;
+        if (!all_at_samples) {
+            // Squares of two steps have lines in their middles, strips of few samples more of them: the finer triangles
+            // are at most this far away.
+            const auto [a, b] = diamond.ends;
+            error = std::max(error, std::abs(height(diamond.middle) - (height(a) + height(b)) / 2)) +
+                    lengths_.length(static_cast<std::uint8_t>(worst));
+        }
         codes_[code_index({x, y})] = static_cast<std::uint8_t>(
             std::min(255, std::max(int{lengths_.code(error)}, worst == 0 ? 0 : worst + nesting)));
     };

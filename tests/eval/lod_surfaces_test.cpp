@@ -76,7 +76,7 @@ TriangleMesh full_mesh(const Example& example) {
 
 }  // namespace
 
-TEST_CASE("lod: after every frame of a walk over any surface the mesh is whole, in budget and in promise") {
+TEST_CASE("[slow] lod: after every frame of a walk over any surface the mesh is whole, in budget and in promise") {
     for (const Example& example : examples()) {
         CAPTURE(example.name);
         lod::View view(*example.surface, {.max_leaves = 20'000, .max_ranges = 100});

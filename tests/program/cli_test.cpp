@@ -246,6 +246,11 @@ TEST_CASE("terrain: the report says what the mesh is, GLB included") {
         CHECK(json["largest_error"] <= 1);
         CHECK(read_triangle_mesh(out).triangles.size() == json["triangles"].get<std::size_t>());
     }
+    // No error at all is more than the floats of a GLB can promise.
+    for (const auto& [name, code] : {std::pair("b.ply", 0), std::pair("b.glb", 4)})
+        CHECK(
+            cli::run({"terrain", (scratch / "steps.r16").string(), "--max-error", "0", "-o", (scratch / name).string()})
+                .code == code);
 }
 
 TEST_CASE("[bad-input] terrain") {

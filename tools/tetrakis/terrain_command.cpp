@@ -155,7 +155,7 @@ ExitCode run_checked(const TerrainCommandOptions& options) {
     report.seconds = seconds;
     finish_summary(table, report,
                    {options.tiles ? options.tile_path("ROW", "COLUMN") : options.output, options.report});
-    return ExitCode::done;
+    return largest_error <= options.max_error ? ExitCode::done : ExitCode::tolerance_not_reached;
 }
 
 ExitCode run(const TerrainCommandOptions& options) {
