@@ -202,7 +202,7 @@ bool make_local_ray(const detail::LocalFrame& frame, const Vec3d& origin, const 
     ray.mask = 0xFFFF'FFFFu;
     ray.id = 0;
     ray.flags = 0;
-    // A ray of which something is not finite meets nothing; Embree has no answer for it.
+    // Embree has no answer for numbers that are not finite: such a ray meets nothing.
     return ray.tnear <= ray.tfar && std::isfinite(ray.org_x) && std::isfinite(ray.org_y) && std::isfinite(ray.org_z) &&
            std::isfinite(ray.tnear);
 }

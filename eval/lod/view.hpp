@@ -106,8 +106,8 @@ class View {
     View& operator=(View&&) noexcept;
 
     /// @throws Error  invalid_input: a camera with a number that is not finite or beyond 1e60, without direction,
-    /// extent
-    ///                or pixels, a pixel error that is not positive, negative milliseconds. The view is then unchanged.
+    ///                extent or pixels, a pixel error that is not positive, negative milliseconds. The view is then
+    ///                unchanged.
     /// Cost: O(changes), and a few looks at diamonds for each; all of them are looked at where the view's opening, its
     /// pixels or the pixel error change, or regions do.
     Update update(const Camera& camera, const Budget& budget = {});

@@ -18,7 +18,7 @@ constexpr std::uint32_t pieces(std::uint32_t length, std::uint32_t side) { retur
 int best_log_side(std::uint32_t width, std::uint32_t height) {
     int best = 0;
     std::uint64_t fewest = ~std::uint64_t{0};
-    // Lines are at different places: squares of long strips are no larger.
+    // Across a strip the lines of larger squares would no longer be at different places.
     const std::uint64_t largest = std::uint64_t{k_grid_unit} / 2 * std::min(width, height);
     for (int log_side = 25; log_side >= 1; --log_side) {
         const std::uint32_t side = 1u << log_side;

@@ -134,7 +134,7 @@ HeightFormat format_of(const std::filesystem::path& path, const HeightReadOption
 }
 
 float height_of(double number, const HeightReadOptions& options) {
-    // As floats, as which files have them: -9999.9 is none.
+    // Files have floats, and no float is -9999.9: compared in single precision.
     if (!std::isfinite(number) ||
         (options.no_data && static_cast<float>(number) == static_cast<float>(*options.no_data)))
         return std::numeric_limits<float>::quiet_NaN();

@@ -227,7 +227,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
         std::uint32_t splits = 0, merges = 0;
         std::uint64_t upload = 0;
         double took = 0;
-        for (bool again = true; again;) {
+        for (;;) {
             const std::uint64_t revision = surface.revision();
             if (waits && update.waiting > 0) process.context().report("tiles", 0);
             const Stopwatch watch;
@@ -237,8 +237,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
             merges += update.merges;
             for (const auto& range : update.vertices) upload += range.count * sizeof(lod::Vertex);
             for (const auto& range : update.triangles) upload += range.count * sizeof(lod::Triangle);
-            again = waits && update.waiting > 0;
-            if (!again) break;
+            if (!waits || update.waiting == 0) break;
             const lod::TileStatistics before = scene.tiles->statistics();
             scene.tiles->wait(revision, std::chrono::seconds(2));
             const lod::TileStatistics after = scene.tiles->statistics();
