@@ -335,10 +335,10 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
         for (const int v : find_fan(patch.mesh, patch.start, near)) points.push_back(patch.plane[v]);
         basis_reach = largest(points);
     }
-    constexpr int k_most_growth = 9;
-    while (patch.steps < k_most_steps &&
-           (patch.steps < 2 ||
-            patch.mesh.vertex_count() * (patch.intervals % 3 == 0 ? k_most_growth : 4) < k_most_vertices))
+    const int growth = picture.scheme.refinement == Refinement::sqrt3 ? 9 : 4;
+    // Each two steps of averaging make the rows longer by a ring.
+    const int most = k_most_vertices / (1 + averaging_steps(picture.scheme, picture.rules) / 2);
+    while (patch.steps < k_most_steps && (patch.steps < 2 || patch.mesh.vertex_count() * growth < most))
         refine(patch, picture.scheme, picture.rules);
 
     const Vec2d middle(k_margin + 0.5 * k_large, large_top + k_caption + 0.5 * k_large);
