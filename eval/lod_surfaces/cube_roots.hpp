@@ -9,6 +9,8 @@
 
 namespace tetrakis::detail {
 
+inline constexpr double k_largest_radius = 1e59;  ///< coordinates of control meshes end at 1e60
+
 /// A cube about the origin, faces outward.
 inline ControlMesh cube_roots(double half_side) {
     ControlMeshData data;

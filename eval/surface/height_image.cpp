@@ -1,13 +1,18 @@
 #include "height_image.hpp"
 
+#include "../../hier/base/crc32.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
 #include "picture.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <span>
+#include <string_view>
 
 #if defined(__GNUC__)
 #    pragma GCC diagnostic push
@@ -55,6 +60,34 @@ double HeightImage::sample(Vec2d uv, ImageWrap wrap) const {
     return upper * (1 - t) + lower * t;
 }
 
+namespace {
+
+/// What stb_image does not look at or does not tell: checksums, and bits below 8.
+void check_png(std::string_view bytes, detail::Picture& picture, const std::filesystem::path& path) {
+    const auto number = [&](std::size_t at) {
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<std::uint8_t>(bytes[at + i]);
+        return value;
+    };
+    constexpr std::size_t k_signature = 8, k_around = 12, k_bits = 24, k_color_type = 25;
+    constexpr char k_grey = 0;
+    for (std::size_t at = k_signature; at + k_around <= bytes.size();) {
+        const std::size_t size = number(at);
+        if (size > bytes.size() - at - k_around) break;  // after all that makes the picture
+        const std::string_view chunk = bytes.substr(at + 4, 4 + size);
+        if (detail::crc32(std::as_bytes(std::span(chunk))) != number(at + 8 + size))
+            throw Error(
+                ErrorCode::invalid_input,
+                fmt::format("this picture is damaged: the checksum of its part {} at byte {} is wrong; copy it anew",
+                            chunk.substr(0, 4), at),
+                path);
+        at += k_around + size;
+    }
+    if (bytes[k_color_type] == k_grey) picture.bits = bytes[k_bits];
+}
+
+}  // namespace
+
 detail::Picture detail::read_picture(const std::filesystem::path& path, const RunContext& context) {
     const std::string bytes = read_file(path, context);
     if (bytes.empty()) throw Error(ErrorCode::invalid_input, "the file is empty", path);
@@ -71,12 +104,13 @@ detail::Picture detail::read_picture(const std::filesystem::path& path, const Ru
             ErrorCode::invalid_input,
             std::string("this picture is cut off, damaged or no PNG, JPEG, TGA or PGM (") + stbi_failure_reason() + ")",
             path);
-    picture.has_16_bits = stbi_is_16_bit_from_memory(data, size) != 0;
+    if (stbi_is_16_bit_from_memory(data, size) != 0) picture.bits = 16;
+    if (bytes.starts_with("\x89PNG")) check_png(bytes, picture, path);
     const std::size_t count = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) *
                               static_cast<std::size_t>(picture.channels);
     picture.samples.assign(pixels.get(), pixels.get() + count);
     // stb_image (2.27) hands out the 16-bit samples of PGM and PPM as they lie in the file, high byte first.
-    if (bytes[0] == 'P' && picture.has_16_bits)
+    if (bytes[0] == 'P' && picture.bits == 16)
         for (std::uint16_t& value : picture.samples)
             value = static_cast<std::uint16_t>(value >> 8 | (value & 0xFF) << 8);
     return picture;

@@ -12,8 +12,8 @@ namespace tetrakis::detail {
 struct Picture {
     int width = 0, height = 0;
     int channels = 0;                    ///< 1: grey, 2: and alpha, 3: red, green, blue, 4: and alpha
-    bool has_16_bits = false;            ///< else all samples are v * 257
-    std::vector<std::uint16_t> samples;  ///< width * height * channels
+    int bits = 8;                        ///< of a grey PNG's samples 1, 2, 4, 8 or 16, of others 8 or 16
+    std::vector<std::uint16_t> samples;  ///< width * height * channels; 65535 is white, whatever the bits
 };
 
 /// Reads PNG, JPEG, TGA, BMP, PGM and the like.

@@ -38,16 +38,24 @@ HeightGrid from_picture(const std::filesystem::path& path, const HeightReadOptio
     const auto stride = static_cast<std::size_t>(picture.channels);
     if (format == HeightFormat::terrain_rgb && stride < 3)
         refuse("the picture is grey; terrain-RGB has its heights in colours");
-    if (stride >= 3 && picture.has_16_bits) refuse("the picture has colours of 16 bits; terrain-RGB has 8");
+    // Some programs write a grey picture with three channels, or with a palette.
+    bool is_grey = stride < 3;
+    if (!is_grey && format != HeightFormat::terrain_rgb) {
+        is_grey = true;
+        for (std::size_t i = 0; is_grey && i < picture.samples.size(); i += stride)
+            is_grey = picture.samples[i] == picture.samples[i + 1] && picture.samples[i] == picture.samples[i + 2];
+    }
+    if (!is_grey && picture.bits == 16) refuse("the picture has colours of 16 bits; terrain-RGB has 8");
+    const int unit = 65535 / ((1 << picture.bits) - 1);  // of the file's own numbers
     HeightGrid grid = detail::empty_frame(static_cast<std::uint64_t>(picture.width),
                                           static_cast<std::uint64_t>(picture.height), path);
     make_room(grid, path, options.context);
     const std::uint16_t* pixel = picture.samples.data();
     for (float& height : grid.heights) {
         // In tenths first, which are whole numbers.
-        const double number = stride >= 3
-                                  ? ((pixel[0] >> 8) * 65536.0 + (pixel[1] >> 8) * 256.0 + (pixel[2] >> 8) - 1e5) / 10
-                                  : (picture.has_16_bits ? pixel[0] : pixel[0] >> 8);
+        const double number = is_grey
+                                  ? pixel[0] / unit
+                                  : ((pixel[0] >> 8) * 65536.0 + (pixel[1] >> 8) * 256.0 + (pixel[2] >> 8) - 1e5) / 10;
         height = detail::height_of(number, options);
         pixel += stride;
     }

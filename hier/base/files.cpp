@@ -188,7 +188,7 @@ AtomicFile& FileSet::add(const fs::path& path) {
         return fs::absolute(file.path()).lexically_normal() == fs::absolute(path).lexically_normal();
     };
     if (std::any_of(files_.begin(), files_.end(), same) && !fs::is_character_file(path))
-        throw Error(ErrorCode::invalid_input, "two outputs have this name; give one of them another", path);
+        throw Error(ErrorCode::io, "two outputs have this name; give one of them another", path);
     return files_.emplace_back(path);
 }
 

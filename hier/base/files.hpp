@@ -55,7 +55,7 @@ class AtomicFile {
 class FileSet {
   public:
     /// One more; it stays valid as long as the set.
-    /// @throws Error io: as AtomicFile; invalid_input: there is one of that name already
+    /// @throws Error io: as AtomicFile; there is one of that name already
     AtomicFile& add(const std::filesystem::path& path);
     /// AtomicFile::finish() for all. @throws Error io
     void finish();

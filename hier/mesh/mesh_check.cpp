@@ -290,8 +290,12 @@ std::vector<MeshFault> element_faults(const ControlMeshData& data) {
     std::vector<MeshFault> faults;
     check_sizes(data, faults);
     if (!faults.empty()) return faults;
-    if (data.face_offsets.size() < 2)
-        return {make_fault(data, Kind::no_faces, 0, "there are no faces; a control mesh needs at least one")};
+    if (data.face_offsets.size() < 2) {
+        // What reading or repairing left out may say why.
+        std::string text = "there are no faces; a control mesh needs at least one";
+        for (const std::string& warning : data.warnings) text += "\n  " + warning;
+        return {make_fault(data, Kind::no_faces, 0, text)};
+    }
     scan_elements(count_of(data.positions.size()), faults,
                   [&](std::uint32_t v, auto& found) { check_vertex(data, v, found); });
     scan_elements(count_of(data.face_offsets.size() - 1), faults,

@@ -20,6 +20,19 @@ using namespace tetrakis;
 
 namespace {
 
+/// A PNG of these lines, each a zero byte and the pixels.
+/// @param kind  bits of a sample, colour type and three zeros
+std::string png_of_lines(std::uint32_t columns, std::uint32_t rows, const std::string& lines, const std::string& kind) {
+    uLongf size = compressBound(static_cast<uLong>(lines.size()));
+    std::string packed(size, ' ');
+    compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(lines.data()),
+             static_cast<uLong>(lines.size()));
+    packed.resize(size);
+    const std::string header = test::big_endian(columns) + test::big_endian(rows) + kind;
+    return "\x89PNG\r\n\x1a\n" + test::png_chunk("IHDR" + header) + test::png_chunk("IDAT" + packed) +
+           test::png_chunk("IEND");
+}
+
 /// A grey PNG of 16 bits.
 std::string png_of(std::uint32_t columns, std::uint32_t rows, const std::vector<std::uint16_t>& values) {
     std::string lines;
@@ -30,14 +43,7 @@ std::string png_of(std::uint32_t columns, std::uint32_t rows, const std::vector<
             lines += {static_cast<char>(value >> 8), static_cast<char>(value & 0xFF)};
         }
     }
-    uLongf size = compressBound(static_cast<uLong>(lines.size()));
-    std::string packed(size, ' ');
-    compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(lines.data()),
-             static_cast<uLong>(lines.size()));
-    packed.resize(size);
-    const std::string header = test::big_endian(columns) + test::big_endian(rows) + std::string("\x10\0\0\0\0", 5);
-    return "\x89PNG\r\n\x1a\n" + test::png_chunk("IHDR" + header) + test::png_chunk("IDAT" + packed) +
-           test::png_chunk("IEND");
+    return png_of_lines(columns, rows, lines, std::string("\x10\0\0\0\0", 5));
 }
 
 std::string floats(const std::vector<float>& values) {
@@ -77,6 +83,12 @@ TEST_CASE("height grids: grey PNG of 16 and of 8 bits, terrain-RGB") {
     const float numbers[] = {1, 2, -9999.9f, 4};
     spill(dir / "h.r32", std::string(reinterpret_cast<const char*>(numbers), sizeof numbers));
     CHECK(std::isnan(load_height_grid(dir / "h.r32", {.no_data = -9999.9}).heights[2]));
+
+    // Four bits a sample; a grey picture with three channels.
+    spill(dir / "4.png", png_of_lines(2, 2, std::string("\0\x0F\0\x23", 4), std::string("\x04\0\0\0\0", 5)));
+    CHECK(load_height_grid(dir / "4.png").heights == std::vector<float>{0, 15, 2, 3});
+    write_png(dir / "g.png", {2, 2, {7, 7, 7, 255, 255, 255, 0, 0, 0, 30, 30, 30}});
+    CHECK(load_height_grid(dir / "g.png").heights == std::vector<float>{7, 255, 0, 30});
 
     // 1 86 160: 100000 tenths, 0 m; one tenth more; Everest.
     write_png(dir / "t.png", {2, 2, {1, 134, 160, 1, 134, 161, 2, 224, 64, 0, 0, 0}});
@@ -200,6 +212,14 @@ TEST_CASE("[bad-input] height grids that are none") {
         spill(dir / "x.png", whole.substr(0, length));
         CHECK(test::contains(fault(dir / "x.png"), "cut off, damaged or no PNG"));
     }
+    std::string damaged = whole;
+    damaged[damaged.find("IDAT") + 8] ^= 1;  // a stored byte, or one that unpacks to another height
+    spill(dir / "x.png", damaged);
+    CHECK(test::contains(fault(dir / "x.png"), "damaged"));
+    damaged = whole;
+    damaged[damaged.find("IDAT") - 5] ^= 1;  // the header's checksum
+    spill(dir / "x.png", damaged);
+    CHECK(test::contains(fault(dir / "x.png"), "checksum of its part IHDR"));
     spill(dir / "line.png", png_of(3, 1, {1, 2, 3}));
     CHECK(test::contains(fault(dir / "line.png"), "3 columns and 1 rows"));
     spill(dir / "grey.png", whole);

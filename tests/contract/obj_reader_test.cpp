@@ -211,6 +211,7 @@ TEST_CASE("[bad-input] every malformed line is refused with file, line and advic
     check_refused(" \r\n\t\n", 0, "empty", "give an OBJ file");
     check_refused("# nothing\n", 0, "no faces", "at least one");
     check_refused(k_square, 0, "no faces", "at least one");
+    check_refused(k_square + std::string("vf 1 2 3\n"), 0, "no faces", "vf");
     check_refused(std::string("v 0 0 0\nf\0 1", 12), 2, "zero byte", "give an OBJ file");
     check_refused("v 0 0 0\nv 1 2\n", 2, "has 2 coordinates", "complete the line");
     check_refused("v 0 0 0\nv\n", 2, "has 0 coordinates", "complete the line");

@@ -160,6 +160,7 @@ TEST_CASE("capi: tiles that come while one looks, and tiles that cannot be read"
     spill(heights, std::string(reinterpret_cast<const char*>(grid.heights.data()), 4 * grid.heights.size()));
     tetrakis_surface* tiles = nullptr;
     tetrakis_view* view = nullptr;
+    CHECK(tetrakis_write_tiles(heights.c_str(), nullptr, heights.c_str()) == TETRAKIS_INVALID_INPUT);
     REQUIRE(tetrakis_write_tiles(heights.c_str(), nullptr, path.c_str()) == TETRAKIS_OK);
     CHECK(tetrakis_open_tiles(heights.c_str(), 1 << 26, &tiles) == TETRAKIS_INVALID_INPUT);
     CHECK(last_error_says("h.r32"));

@@ -413,6 +413,10 @@ TEST_CASE("[bad-input] lod") {
     cli::check_refused({"lod", "--fractal", "1", "--level", "3", "-o", out}, 2, "--level");
     cli::check_refused({"lod", "--fractal", "x", "-o", out}, 2, "--fractal");
     cli::check_refused({"lod", "--fractal", "1", "--spacing", "1e9", "-o", out}, 2, "--spacing: finest triangles");
+    cli::check_refused({"lod", "--fractal", "1", "--planet", "1e300", "-o", out}, 2, "1e59 at most");
+    cli::check_refused({"lod", cli::data("island.png"), "--cache", "1M", "-o", out}, 2, "--cache is for .tiles");
+    cli::check_refused({"lod", cli::data("island.png"), "--weld", "-o", out}, 2, "take a control mesh");
+    cli::check_refused({"lod", cli::data("cube.obj"), "--scale", "2", "-o", out}, 2, "take heights");
     cli::check_refused({"lod", "--fractal", "1", "--spacing", "1e-9", "-o", out}, 2, "--spacing: triangles");
     cli::check_refused({"lod", "missing.png", island, island, island, island, island, "--planet", "9", "-o", out}, 3,
                        "missing.png");
@@ -505,6 +509,8 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"refine", cube, "--levels", "2", "-o", out, "--scheme", "buterfly"}, 2, "did you mean butterfly?"},
         {{"refine", cube, "--levels", "2", "-o", out, "--threads", "0"}, 2, "--threads"},
         {{"refine", cube, "--levels", "2", "-o", out, "--max-memory", "2X"}, 2, "500M"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--max-memory", "1K"}, 2, "1M is the least"},
+        {{"refine", cube, "--levels", "2", "-o", ""}, 2, "-o: the name of the output file is empty"},
         {{"refine", cube, "--steps", "2", "-o", out}, 2, "--factored"},
         {{"refine", cube, "--factored", "-o", out}, 2, "--steps"},
         {{"refine", cube, "--factored", "--steps", "2", "--levels", "1", "-o", out}, 2, "--levels"},

@@ -310,6 +310,8 @@ tetrakis_status tetrakis_write_tiles(const char* heights_path, const tetrakis_he
     return guarded([&] {
         require(heights_path, "heights_path");
         require(tiles_path, "tiles_path");
+        if (std::error_code none; std::filesystem::equivalent(heights_path, tiles_path, none))
+            throw Error(ErrorCode::invalid_input, "the tiles have the name of the heights; choose another", tiles_path);
         const tetrakis_height_options known = known_options(options);
         if (known.gaps == TETRAKIS_GAPS_FILLED) {
             const HeightGrid grid = load_heights(heights_path, known);

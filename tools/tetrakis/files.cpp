@@ -110,7 +110,10 @@ HeightGrid HeightInput::load(const Run& process, std::vector<std::string>& warni
 }
 
 void OutputFiles::add(Kind kind, const std::string& option, const std::filesystem::path& path) {
-    if (path.empty()) return;
+    if (path.empty()) {
+        if (kind == Kind::mesh) throw UsageError(fmt::format("{}: the name of the output file is empty", option));
+        return;
+    }
     if (kind == Kind::mesh) {
         try {
             mesh_format(path);

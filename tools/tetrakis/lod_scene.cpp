@@ -121,7 +121,7 @@ void LodInput::add(CommandLine command) {
     command
         .option("--planet", "R", planet_radius,
                 "Heights are over longitudes and latitudes, or a cube's faces, of a planet of this radius")
-        .positive();
+        .number("a radius above 0, 1e59 at most", [](double radius) { return radius > 0 && radius <= 1e59; });
     command.option("--scheme", "NAME", scheme,
                    "Of a control mesh: loop, one on quads, doo-sabin or midedge (catmull-clark)");
     command.option("--level", "N", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
@@ -150,6 +150,11 @@ LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) 
                 "are for `tetrakis tiles`");
         return reading(heights.path, [&] { return tiles_scene(heights.path, cache_bytes); });
     }
+    if (cache_bytes != LodInput().cache_bytes) throw UsageError("--cache is for .tiles");
+    if (!mesh && (read_mesh.weld || read_mesh.repair))
+        throw UsageError("--weld and --repair take a control mesh (.obj)");
+    if (mesh && (heights.spacing > 0 || heights.read.scale != 1 || heights.read.offset != 0 || heights.read.no_data))
+        throw UsageError("--spacing, --scale, --offset and --no-data take heights, not a control mesh");
     if (mesh && planet_radius > 0) throw UsageError("--planet takes heights, not a control mesh");
     if (!mesh && !scheme.empty()) throw UsageError("--scheme takes a control mesh (.obj)");
     if (!mesh && planet_radius == 0) {

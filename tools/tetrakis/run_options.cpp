@@ -57,6 +57,8 @@ int RunOptions::thread_count() const { return threads > 0 ? threads : oneapi::tb
 Run::Run(const RunOptions& options)
     : threads_(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.thread_count())) {
     context_.threads = options.threads;
+    if (options.max_memory_bytes != 0 && options.max_memory_bytes >> 20 == 0)
+        throw UsageError("--max-memory: 1M is the least");
     constexpr std::uint64_t k_default_percent = 80;
     context_.max_memory_bytes =
         options.max_memory_bytes != 0 ? options.max_memory_bytes : free_memory_bytes() / 100 * k_default_percent;
