@@ -10,7 +10,8 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_most_roots = 64;
+// No more roots than these, unless the lattice would have more points than so many for each sample: of long strips.
+constexpr std::uint32_t k_most_roots = 64, k_most_points_a_sample = 16;
 
 constexpr std::uint32_t pieces(std::uint32_t length, std::uint32_t side) { return (length + side - 1) / side; }
 
@@ -24,7 +25,7 @@ int best_log_side(std::uint32_t width, std::uint32_t height) {
         const std::uint32_t side = 1u << log_side;
         const std::uint64_t roots = std::uint64_t{pieces(width, side)} * pieces(height, side);
         if (side > largest && log_side > 1) continue;
-        if (best != 0 && roots > k_most_roots) break;
+        if (best != 0 && roots > k_most_roots && fewest / k_most_points_a_sample <= std::uint64_t{width} * height) break;
         const std::uint64_t points = roots << (2 * log_side);
         if (points < fewest) {
             fewest = points;
