@@ -30,6 +30,10 @@ class HierarchyEstimator final : public ErrorEstimator {
     HierarchyEstimator(const Hierarchy& hierarchy, double tolerance);
     HierarchyEstimator(const Hierarchy&&, double) = delete;
 
+    /// Only those over the very same mesh, of the same family.
+    bool is_for(const ControlMesh& mesh, const HierarchyTree& tree) const override {
+        return &mesh == &hierarchy_.mesh() && tree == hierarchy_.tree();
+    }
     /// @throws Error  unsupported: a limit that the scheme has no mask for
     using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;

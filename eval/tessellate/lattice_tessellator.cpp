@@ -33,7 +33,8 @@ std::vector<Vec2d> uvs_at(std::span<const Site> addresses, const ControlMesh& me
     ControlMesh chart;
     std::optional<Hierarchy> points;
     try {
-        chart = uv_mesh(mesh, options.rules);
+        const std::optional<ControlMesh> untagged = without_ignored_tags(mesh, options.scheme.info(), options.rules);
+        chart = uv_mesh(untagged ? *untagged : mesh, options.rules);
         const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
         const bool triangles = options.scheme.info().family == MeshFamily::triangles;
         const SchemeInfo& scheme = linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -43,6 +44,12 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
         refuse("the tolerance must be a positive number");
     if (options.min_level < 0 || options.max_level > k_max_level || options.min_level > options.max_level)
         refuse("levels must be 0 <= minimum <= maximum <= " + std::to_string(k_max_level));
+    // Each level has four times the triangles; a face's first ones are as many as its corners, or two times that.
+    const double triangles = std::ldexp(static_cast<double>(mesh.halfedge_count()), 2 * options.min_level);
+    if (options.max_triangles == 0 && triangles > std::numeric_limits<std::uint32_t>::max())
+        throw Error(ErrorCode::unsupported,
+                    fmt::format("a minimum level of {} makes some {:.2g} triangles, more than 32 bits can count",
+                                options.min_level, triangles));
     if (!(options.crease_degrees >= 0 && options.crease_degrees <= 180))
         refuse("the crease angle must be 0 to 180 degrees");
     if (options.displacement && !mesh.has_uvs())

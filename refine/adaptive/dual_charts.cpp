@@ -5,6 +5,7 @@
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/seam_extension.hpp"
 #include "../attributes/seam_face.hpp"
+#include "../attributes/uv_mesh.hpp"
 #include "../points/row_points.hpp"
 #include "../points/vertex_links.hpp"
 #include "../points/written_positions.hpp"
@@ -50,7 +51,9 @@ ControlMesh chart_mesh(const detail::SeamExtension& charts) {
     return ControlMesh::build(std::move(data));
 }
 
-ControlMesh extended_charts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
+ControlMesh extended_charts(const ControlMesh& tagged, const SchemeInfo& scheme, const RuleOptions& rules) {
+    const std::optional<ControlMesh> untagged = detail::without_ignored_tags(tagged, scheme, rules);
+    const ControlMesh& mesh = untagged ? *untagged : tagged;
     return chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, rules));
 }
 

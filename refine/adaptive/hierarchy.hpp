@@ -161,14 +161,15 @@ class Hierarchy {
     std::size_t refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context = {});
     /// Refines until no leaf above the depth has an error over the tolerance. HierarchyEstimator
     /// (eval/estimate/hierarchy_estimator.hpp) measures leaves of every family against the limit surface.
-    /// @throws Error  as above; invalid_input: a tolerance below zero or no number; unsupported: the estimator is not
-    ///                for this family. What was refined until then stays
+    /// @throws Error  as above; invalid_input: a tolerance below zero or no number, an estimator of another hierarchy;
+    ///                unsupported: the estimator is not for this family. What was refined until then stays
     std::size_t refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,
                              const RunContext& context = {});
     /// Coarsens until no diamond of leaves that are all wanted can be merged. Returns the number of new leaves.
     std::size_t coarsen_where(const LeafPredicate& wanted, const RunContext& context = {});
     /// Coarsens until every diamond that is left would have an error over the tolerance in a merged leaf, and splits
-    /// again what is over it for its new neighbours. Returns the number of new leaves before that.
+    /// again what is over it for its new neighbours; what was over it before stays. Returns the number of new leaves
+    /// before that.
     std::size_t coarsen_where(const ErrorEstimator& estimator, double tolerance, const RunContext& context = {});
 
     // Points of the scheme. Any site of the family will do, whether it is a vertex now or not. @throws Error
@@ -268,7 +269,7 @@ class Hierarchy {
     template <class Marks>
     std::size_t coarsen_until(const RunContext& context, std::vector<LeafHandle>* touched, Marks&& marks);
     std::size_t refine_over(const ErrorEstimator& estimator, double tolerance, std::vector<LeafId> open, int max_depth,
-                            const RunContext& context);
+                            const RunContext& context, std::span<const HierarchyNode> spared);
     template <class Visit>
     void visit_around(LeafId start, int corner, Visit&& visit) const;
     void evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const;

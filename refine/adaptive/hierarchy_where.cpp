@@ -30,7 +30,10 @@ void estimate_in_turns(std::size_t count, const std::function<void(double)>& rep
     }
 }
 
-void require_tolerance(double tolerance) {
+void require_estimator(const ErrorEstimator& estimator, const ControlMesh& mesh, const HierarchyTree& tree,
+                       double tolerance) {
+    if (!estimator.is_for(mesh, tree))
+        throw Error(ErrorCode::invalid_input, "the estimator is of another hierarchy; make one of this");
     if (!(tolerance >= 0))
         throw Error(ErrorCode::invalid_input,
                     "the tolerance is " + std::to_string(tolerance) + ", but has to be zero or more");
@@ -145,29 +148,37 @@ std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, 
     });
 }
 
+/// @param spared  nodes, sorted; below these nothing is split but for its neighbours
 std::size_t Hierarchy::refine_over(const ErrorEstimator& estimator, double tolerance, std::vector<LeafId> open,
-                                   int max_depth, const RunContext& context) {
+                                   int max_depth, const RunContext& context, std::span<const HierarchyNode> spared) {
+    const auto is_spared = [&](HierarchyNode node) {
+        for (;; node = tree().parent(node)) {
+            if (std::binary_search(spared.begin(), spared.end(), node)) return true;
+            if (node.depth == 0) return false;
+        }
+    };
     std::vector<double> errors;
-    return refine_until(std::move(open), max_depth, context,
-                        [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
-                            const std::function<void(double)>& report) {
-                            errors.resize(leaves.size());
-                            answers.resize(leaves.size());
-                            estimate_in_turns(leaves.size(), report, [&](std::size_t begin, std::size_t count) {
-                                family_->leaf_errors(leaves.subspan(begin, count), estimator,
-                                                     std::span(errors).subspan(begin, count));
-                            });
-                            // An error that is no number is not within the tolerance.
-                            for (std::size_t i = 0; i < leaves.size(); ++i) answers[i] = !(errors[i] <= tolerance);
-                        });
+    return refine_until(
+        std::move(open), max_depth, context,
+        [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
+            const std::function<void(double)>& report) {
+            errors.resize(leaves.size());
+            answers.resize(leaves.size());
+            estimate_in_turns(leaves.size(), report, [&](std::size_t begin, std::size_t count) {
+                family_->leaf_errors(leaves.subspan(begin, count), estimator, std::span(errors).subspan(begin, count));
+            });
+            // An error that is no number is not within the tolerance.
+            for (std::size_t i = 0; i < leaves.size(); ++i)
+                answers[i] = !(errors[i] <= tolerance) && (spared.empty() || !is_spared(family_->node(leaves[i])));
+        });
 }
 
 std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,
                                     const RunContext& context) {
     require_not_lost();
-    require_tolerance(tolerance);
+    require_estimator(estimator, mesh(), tree(), tolerance);
     return with_threads(
-        context, [&] { return refine_over(estimator, tolerance, family_->ordered_leaves(), max_depth, context); });
+        context, [&] { return refine_over(estimator, tolerance, family_->ordered_leaves(), max_depth, context, {}); });
 }
 
 std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunContext& context) {
@@ -181,13 +192,26 @@ std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunConte
 
 std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tolerance, const RunContext& context) {
     require_not_lost();
-    require_tolerance(tolerance);
+    require_estimator(estimator, mesh(), tree(), tolerance);
     return with_threads(context, [&] {
         std::vector<HierarchyNode> parents;
         std::vector<std::size_t> parent;  // per leaf
         std::vector<double> errors;
+        const std::vector<LeafId> first = family_->ordered_leaves();
+        errors.resize(first.size());
+        estimate_in_turns(
+            first.size(), [&](double) { context.report("coarsen", 0); },
+            [&](std::size_t begin, std::size_t count) {
+                family_->leaf_errors(std::span(first).subspan(begin, count), estimator,
+                                     std::span(errors).subspan(begin, count));
+            });
         int deepest = 0;
-        for (const LeafId leaf : family_->ordered_leaves()) deepest = std::max(deepest, family_->depth(leaf));
+        std::vector<HierarchyNode> over;
+        for (std::size_t i = 0; i < first.size(); ++i) {
+            deepest = std::max(deepest, family_->depth(first[i]));
+            if (!(errors[i] <= tolerance)) over.push_back(family_->node(first[i]));
+        }
+        std::sort(over.begin(), over.end());
         std::vector<LeafHandle> touched;
         const auto within = [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
                                 const std::function<void(double)>& report) {
@@ -218,7 +242,7 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
             if (is_leaf(leaf)) beside.push_back(leaf.slot);
         std::sort(beside.begin(), beside.end(), [](LeafId a, LeafId b) { return a.value < b.value; });
         beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
-        refine_over(estimator, tolerance, std::move(beside), deepest, context);
+        refine_over(estimator, tolerance, std::move(beside), deepest, context, over);
         return created;
     });
 }

@@ -88,9 +88,7 @@ ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
         } while (h != first);
         fans.push_back({mesh.origin(start).value, mesh.uv_index(start), number, faces, !is_seam(mesh, first)});
         const VertexId v = mesh.origin(start);
-        if (is_sharp(mesh.sharpness(v)) && !mesh.is_boundary(v) && faces == mesh.face_valence(v) &&
-            !is_seam(mesh, first))
-            data.corners.push_back({number, mesh.sharpness(v)});
+        if (is_sharp(mesh.sharpness(v))) data.corners.push_back({number, mesh.sharpness(v)});
     }
     std::sort(fans.begin(), fans.end());
     for (std::size_t begin = 0, end = 0; begin < fans.size(); begin = end) {
@@ -128,6 +126,16 @@ ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
 RuleOptions detail::chart_rules(RuleOptions rules) {
     rules.measure_corner_angles = false;
     return rules;
+}
+
+std::optional<ControlMesh> detail::without_ignored_tags(const ControlMesh& mesh, const SchemeInfo& scheme,
+                                                        const RuleOptions& rules) {
+    if (!ignores_creases(scheme, rules) || (mesh.data().creases.empty() && mesh.data().corners.empty()))
+        return std::nullopt;
+    ControlMeshData data = mesh.data();
+    data.creases.clear();
+    std::erase_if(data.corners, [&](const auto& corner) { return !mesh.is_boundary(VertexId(corner.vertex)); });
+    return ControlMesh::build(std::move(data));
 }
 
 }  // namespace tetrakis

@@ -2,12 +2,15 @@
 
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/rule_step.hpp"
+#include "../../schemes/core/scheme_table.hpp"
+
+#include <optional>
 
 namespace tetrakis {
 
 /// The UV layer as a control mesh of its own: same faces, so the same half-edge numbers, but cut open along UV seams;
 /// its positions are (u, v, 0). Refining it as a surface refines the UVs: an edge is a seam where the UV numbers of its
-/// two sides differ, seams are boundaries, and creases and corners of the mesh carry over where they are not on a seam.
+/// two sides differ, seams are boundaries, and creases that are not on a seam and corners of the mesh carry over.
 /// What the face-varying rule keeps is a corner of it; where several charts, or parts of one, touch in a single UV of a
 /// vertex, it stays, as in OpenSubdiv; linear_all is not in the mesh: its caller interpolates linearly instead.
 /// Its corners have the angles of the mesh's, measured ones included; of a sector that seams cut each part has its
@@ -20,6 +23,10 @@ namespace detail {
 
 /// By which uv_mesh() is refined: what the mesh measures has been measured.
 RuleOptions chart_rules(RuleOptions rules);
+/// The mesh without creases and corners inside, where it has tags and the scheme has no rule for these: UVs ignore them,
+/// too.
+std::optional<ControlMesh> without_ignored_tags(const ControlMesh& mesh, const SchemeInfo& scheme,
+                                                const RuleOptions& rules);
 
 }  // namespace detail
 

@@ -95,7 +95,12 @@ void FactoredMesh::check_half_steps(int count) const { state_->steps->check_half
 int FactoredMesh::half_steps() const { return state_->half_steps; }
 int FactoredMesh::half_steps_per_level() const { return state_->steps->half_steps_per_level(); }
 std::span<const Vec3d> FactoredMesh::positions() const { return state_->steps->positions(); }
-FactoredVertex FactoredMesh::state(std::uint32_t vertex) const { return state_->steps->state(vertex); }
+FactoredVertex FactoredMesh::state(std::uint32_t vertex) const {
+    if (vertex >= positions().size())
+        throw Error(ErrorCode::invalid_input, "vertex " + std::to_string(vertex) + " is none of the " +
+                                                  std::to_string(positions().size()) + " vertices");
+    return state_->steps->state(vertex);
+}
 std::vector<std::array<std::uint32_t, 3>> FactoredMesh::triangles() const { return state_->steps->triangles(); }
 PolygonMesh FactoredMesh::mesh(std::vector<std::uint32_t>* numbers) const {
     return state_->warned(state_->steps->mesh(numbers));

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "../../hier/forest/site.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "hierarchy_leaf.hpp"
 
 #include <cstdint>
 #include <span>
@@ -24,6 +26,11 @@ enum class ErrorBasis : std::uint8_t {
 class ErrorEstimator {
   public:
     virtual ~ErrorEstimator() = default;
+    /// Whether it can look at leaves of a hierarchy over this mesh with such trees.
+    virtual bool is_for(const ControlMesh& mesh, const HierarchyTree& tree) const {
+        (void)mesh, (void)tree;
+        return true;
+    }
     /// Called with large batches, from several threads at once.
     /// @param triangles  triangles of the hierarchy (CellTriangle; quad family: depth-0 ones in their extended frame)
     /// @param errors     receives triangles.size() errors

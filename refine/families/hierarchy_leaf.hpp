@@ -36,6 +36,7 @@ struct HierarchyTree {
     /// Nodes of odd depth have a single child, which adds nothing to the path (family "sqrt3").
     bool halves = false;
 
+    friend bool operator==(const HierarchyTree&, const HierarchyTree&) = default;
     /// Of the path that a node of this depth has.
     int bits(int depth) const { return (halves ? (depth + 1) / 2 : depth) * path_bits; }
     int children_of(const HierarchyNode& node) const { return halves && node.depth % 2 != 0 ? 1 : child_count; }

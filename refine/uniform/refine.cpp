@@ -118,8 +118,10 @@ void take_followed(const ControlMesh& mesh, detail::FollowedUvs followed, Polygo
 
 /// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where they
 /// cannot be had.
-bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
+bool refine_uvs(const ControlMesh& tagged, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                 const RuleMesh& last, PolygonMesh& result) {
+    const std::optional<ControlMesh> untagged = detail::without_ignored_tags(tagged, scheme, options.rules);
+    const ControlMesh& mesh = untagged ? *untagged : tagged;
     const bool triples = scheme.refinement == Refinement::sqrt3;
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
     const bool across =
@@ -287,7 +289,8 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
             (linear ? scheme.refinement == Refinement::sqrt3 : detail::extends_charts(scheme, options.rules)))
             return std::nullopt;
         const SchemeInfo& by = linear ? linear_scheme(scheme) : scheme;
-        charts.emplace(uv_mesh(mesh, options.rules));
+        const std::optional<ControlMesh> untagged = detail::without_ignored_tags(mesh, scheme, options.rules);
+        charts.emplace(uv_mesh(untagged ? *untagged : mesh, options.rules));
         const RuleOptions of_charts = detail::chart_rules(options.rules);
         auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, of_charts, 0);
         detail::RepeatedRows::Demand of_points = demand;

@@ -53,7 +53,9 @@ struct Bend {
 };
 
 std::optional<Bend> bend_at(const RuleMesh& mesh, int h, const RuleOptions& options) {
-    if (options.edge_beside_crease == EdgeBesideCrease::plain && !detail::may_have_angles(mesh, options))
+    // A semi-sharp edge is one of a crease's own edges, not beside it.
+    if (mesh.sharp(h) ||
+        (options.edge_beside_crease == EdgeBesideCrease::plain && !detail::may_have_angles(mesh, options)))
         return std::nullopt;
     const auto bends = [&](int out) {
         const VertexRule rule = mesh.rule(mesh.origin(out));

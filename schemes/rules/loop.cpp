@@ -63,7 +63,8 @@ StencilRow detail::loop_smooth_edge_row(const RuleMesh& mesh, int h, const RuleO
         const VertexRule rule = mesh.rule(mesh.origin(out));
         return rule == VertexRule::crease || (rule == VertexRule::corner && sector_angle(mesh, out, options) > 0);
     };
-    if (options.edge_beside_crease != EdgeBesideCrease::plain || may_have_angles(mesh, options)) {
+    // A semi-sharp edge is one of a crease's own edges, not beside it.
+    if (!mesh.sharp(h) && (options.edge_beside_crease != EdgeBesideCrease::plain || may_have_angles(mesh, options))) {
         const bool u_bends = bends(h), v_bends = bends(t);
         if (u_bends != v_bends) {
             const int out = u_bends ? h : t, c = mesh.origin(out), e = mesh.target(out);

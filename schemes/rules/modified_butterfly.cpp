@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 namespace tetrakis {
 
@@ -40,7 +41,10 @@ namespace {
 
 class ButterflyRules {
   public:
-    ButterflyRules(const RuleMesh& mesh, const RuleOptions& options) : mesh_(mesh), options_(options) {}
+    ButterflyRules(const RuleMesh& mesh, const RuleOptions& options) : mesh_(mesh), options_(options) {
+        if (!(std::abs(options.butterfly_w) <= 1e6))
+            throw std::invalid_argument("butterfly_w must be a number from -1e6 to 1e6");
+    }
 
     StencilRow edge(int h) const {
         if (mesh_.sharp(h)) return detail::four_point_edge(mesh_, h);

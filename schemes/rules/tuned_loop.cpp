@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <stdexcept>
 
 namespace tetrakis {
 
@@ -48,6 +49,7 @@ double TunedLoop::beta(int n, double tuning) {
 RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "tuned-loop");
     detail::check_corner_angle(options);
+    if (!(std::abs(options.tuning) <= 1e6)) throw std::invalid_argument("the tuning must be a number from -1e6 to 1e6");
     std::map<int, std::vector<double>> rings;  // by valence
     for (int v = 0; v < mesh.vertex_count(); ++v) {
         RuleMesh::Ring ring;

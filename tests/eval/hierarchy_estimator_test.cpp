@@ -176,4 +176,18 @@ TEST_CASE("coarsening by an estimator leaves nothing over the tolerance beside w
         }
 }
 
+TEST_CASE("coarsening by an estimator does not refine what was over the tolerance before") {
+    for (const std::string_view scheme : k_estimated) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::mesh_for(scheme, test::k_tube);
+        const double tolerance = 1e-3 * mesh.bounding_box().diagonal();
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        for (int i = 0; i < 4 * depths_a_level(scheme); ++i) h.refine(h.leaves().front());
+        const std::uint32_t before = h.leaf_count();
+        h.coarsen_where(HierarchyEstimator(h, tolerance), tolerance);
+        CHECK(h.leaf_count() <= before);
+        test::check_sound(h);
+    }
+}
+
 TEST_SUITE_END();

@@ -237,14 +237,20 @@ TEST_CASE("UVs at control corners are those of the UV layer's own limit, by ever
             // Bent, so that limits differ from the control values.
             for (Vec2d& uv : data.uvs) uv = {uv.x + 0.1 * uv.y * uv.y, uv.y + 0.15 * uv.x * uv.x};
             data.face_varying_rule = rule;
+            data.boundary_rule =
+                rule == FaceVaryingRule::smooth_all ? BoundaryRule::edge_only : BoundaryRule::edge_and_corner;
             ControlMesh mesh = ControlMesh::build(std::move(data));
             if (scheme == SchemeKind::loop) mesh = triangulate(mesh);
             ControlMeshData layer;
             for (const Vec2d& uv : mesh.data().uvs) layer.positions.emplace_back(uv.x, uv.y, 0);
             layer.face_offsets = mesh.data().face_offsets;
             layer.face_vertices = mesh.data().face_uvs;
-            layer.boundary_rule =
-                rule == FaceVaryingRule::smooth_all ? BoundaryRule::edge_only : BoundaryRule::edge_and_corner;
+            layer.boundary_rule = mesh.boundary_rule();
+            // Those of triangulated corners.
+            std::set<std::uint32_t> sharp;
+            for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h)
+                if (mesh.sharpness(mesh.origin(HalfedgeId(h))) > 0) sharp.insert(mesh.uv_index(HalfedgeId(h)));
+            for (const std::uint32_t uv : sharp) layer.corners.push_back({uv, k_infinite_sharpness});
             const ControlMesh uv_mesh = ControlMesh::build(std::move(layer));
             const Hierarchy uv_limit = make_hierarchy(uv_mesh, name(scheme)),
                             limit = make_hierarchy(mesh, name(scheme));

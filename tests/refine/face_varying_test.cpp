@@ -169,29 +169,35 @@ TEST_CASE("[inv7] [slow] every scheme: the weights of UVs sum to one in charts o
 }
 
 TEST_CASE("every scheme: without seams UVs are refined as any attribute of the vertices") {
-    for (const test::SchemeVariant& choice : all_choices()) {
-        INFO(choice.name);
-        ControlMeshData data = test::mesh_for(*choice.scheme, test::model("extruded_pentagon")).data();
-        VertexAttribute same{"uv", 2, {}};
-        data.uvs.clear();
-        for (std::size_t v = 0; v < data.positions.size(); ++v) {
-            same.values.push_back(static_cast<float>(v * 37 % 11));
-            same.values.push_back(static_cast<float>(v * 17 % 7));
-            data.uvs.emplace_back(same.values[2 * v], same.values[2 * v + 1]);
+    ControlMeshData tagged = test::grid(4, false);
+    tagged.creases = {{2, 7, k_infinite_sharpness}, {7, 12, 1.5f}};
+    tagged.corners = {{1, k_infinite_sharpness}, {8, 2}};
+    const ControlMesh meshes[] = {test::model("extruded_pentagon"), ControlMesh::build(tagged)};
+    for (const test::SchemeVariant& choice : all_choices())
+        for (const ControlMesh& mesh : meshes) {
+            INFO(choice.name);
+            CAPTURE(mesh.face_count());
+            ControlMeshData data = test::mesh_for(*choice.scheme, mesh).data();
+            VertexAttribute same{"uv", 2, {}};
+            data.uvs.clear();
+            for (std::size_t v = 0; v < data.positions.size(); ++v) {
+                same.values.push_back(static_cast<float>(v * 37 % 11));
+                same.values.push_back(static_cast<float>(v * 17 % 7));
+                data.uvs.emplace_back(same.values[2 * v], same.values[2 * v + 1]);
+            }
+            data.face_uvs = data.face_vertices;
+            RefineOptions options{.rules = choice.options};
+            options.attributes = {&same, 1};
+            const PolygonMesh fine = refine(ControlMesh::build(std::move(data)), *choice.scheme, 2, options);
+            REQUIRE(fine.face_uvs.size() == fine.face_vertices.size());
+            double off = 0;
+            for (std::uint32_t c = 0; c < fine.face_uvs.size(); ++c) {
+                const float* at = fine.attributes[0].values.data() + 2 * std::size_t{fine.face_vertices[c]};
+                off = std::max(off, glm::length(uv_at(fine, c) - Vec2d(at[0], at[1])));
+            }
+            CHECK(off < 1e-5);  // attributes are floats
+            CHECK(seam_edges(fine).empty());
         }
-        data.face_uvs = data.face_vertices;
-        RefineOptions options{.rules = choice.options};
-        options.attributes = {&same, 1};
-        const PolygonMesh fine = refine(ControlMesh::build(std::move(data)), *choice.scheme, 2, options);
-        REQUIRE(fine.face_uvs.size() == fine.face_vertices.size());
-        double off = 0;
-        for (std::uint32_t c = 0; c < fine.face_uvs.size(); ++c) {
-            const float* at = fine.attributes[0].values.data() + 2 * std::size_t{fine.face_vertices[c]};
-            off = std::max(off, glm::length(uv_at(fine, c) - Vec2d(at[0], at[1])));
-        }
-        CHECK(off < 1e-5);  // attributes are floats
-        CHECK(seam_edges(fine).empty());
-    }
 }
 
 TEST_CASE("every scheme: a seam that ends inside the mesh ends in its refinement, too") {

@@ -304,4 +304,48 @@ TEST_CASE("[inv1] sqrt3: each vertex of an adaptive mesh is where uniform refine
     CHECK(compared.levels.size() == 2);
 }
 
+TEST_CASE(
+    "[inv1] semi-sharp edges that meet creases, by the rules beside these: adaptive is uniform, mirrored or not") {
+    RuleOptions cosine, angle;
+    cosine.edge_beside_crease = EdgeBesideCrease::cosine;
+    angle.corner_angle = 1;
+    const auto off = [](const std::vector<Vec3d>& points, const PointMatch& match, const std::vector<Vec3d>& others) {
+        double most = 0;
+        for (const Vec3d& p : points) most = std::max(most, glm::length(others[match.nearest(p)] - p));
+        return most;
+    };
+    for (const std::string_view scheme : {"catmull-clark", "loop"})
+        for (const RuleOptions& rules : {cosine, angle})
+            for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+                CAPTURE(scheme);
+                CAPTURE(seed);
+                Random random(seed);
+                ControlMeshData data = test::mesh_for(*find_scheme(scheme), test::model("cube")).data();
+                data.creases.clear();
+                const std::uint32_t n = data.face_offsets[1];
+                for (std::uint32_t h = 0; h < data.face_vertices.size(); ++h)
+                    if (const std::uint32_t a = data.face_vertices[h],
+                        b = data.face_vertices[h % n == n - 1 ? h - n + 1 : h + 1];
+                        a < b && random.below(2) == 0)
+                        data.creases.push_back({a, b, random.below(2) == 0 ? 0.5f : 10.0f});
+                ControlMeshData other = data;
+                for (Vec3d& p : other.positions) p.x = -p.x;
+                for (std::size_t f = 0; f + 1 < other.face_offsets.size(); ++f)
+                    std::reverse(other.face_vertices.begin() + other.face_offsets[f],
+                                 other.face_vertices.begin() + other.face_offsets[f + 1]);
+                const ControlMesh mesh = ControlMesh::build(std::move(data));
+                const std::vector<Vec3d> uniform = refine(mesh, scheme, 1, {.rules = rules}).positions;
+                const PointMatch match(uniform);
+                std::vector<Vec3d> mirrored =
+                    refine(ControlMesh::build(std::move(other)), scheme, 1, {.rules = rules}).positions;
+                for (Vec3d& p : mirrored) p.x = -p.x;
+                CHECK(off(mirrored, match, uniform) < 1e-12);
+                Hierarchy h = make_hierarchy(mesh, scheme, {.rules = rules});
+                h.refine_where(everything(), 1);
+                const auto adaptive = h.to_mesh({.positions = MeshPositions::level, .level = 1}).mesh.positions;
+                // Its vertices are some of the level's.
+                CHECK(off(adaptive, match, uniform) < 1e-12);
+            }
+}
+
 TEST_SUITE_END();
