@@ -82,6 +82,28 @@ std::uint64_t triangle_count(const MeshView& mesh, std::uint64_t f) {
     return mesh.face_end(f) - mesh.face_begin(f) - 2;
 }
 
+/// The corner about which a face is cut into a fan: of a quad one of its shorter diagonal, of others the first, but
+/// where triangles then face backwards the one with the least of that.
+std::uint64_t fan_corner(const MeshView& mesh, std::uint64_t begin, std::uint64_t size) {
+    const auto p = [&](std::uint64_t i) { return mesh.positions[mesh.corners[begin + i % size]]; };
+    const auto area = [&](std::uint64_t apex, std::uint64_t i) {
+        return glm::cross(p(apex + i) - p(apex), p(apex + i + 1) - p(apex));
+    };
+    Vec3d normal(0);
+    for (std::uint64_t i = 1; i + 1 < size; ++i) normal += area(0, i);
+    const auto backward = [&](std::uint64_t apex) {
+        double sum = 0;
+        for (std::uint64_t i = 1; i + 1 < size; ++i) sum += std::max(0.0, -glm::dot(area(apex, i), normal));
+        return sum;
+    };
+    const Vec3d even = p(2) - p(0), odd = p(3) - p(1);
+    std::uint64_t best = size == 4 && glm::dot(odd, odd) < glm::dot(even, even) ? 1 : 0;
+    double least = backward(best);
+    for (std::uint64_t apex = 0; apex < size && least > 0; ++apex)
+        if (const double sum = backward(apex); sum < least) least = sum, best = apex;
+    return best;
+}
+
 TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split) {
     TriangleList list;
     const std::uint64_t materials = std::max<std::uint64_t>(1, mesh.materials.size());
@@ -102,13 +124,7 @@ TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split
     for (std::uint64_t f = 0; f < mesh.face_count(); ++f) {
         std::uint64_t& at = place[bucket(f)];
         const std::uint64_t begin = mesh.face_begin(f), size = mesh.face_end(f) - begin;
-        // A quad is cut along its shorter diagonal; others are fans about their first corner.
-        std::uint64_t apex = 0;
-        if (size == 4) {
-            const auto p = [&](std::uint64_t i) { return mesh.positions[mesh.corners[begin + i]]; };
-            const Vec3d even = p(2) - p(0), odd = p(3) - p(1);
-            if (glm::dot(odd, odd) < glm::dot(even, even)) apex = 1;
-        }
+        const std::uint64_t apex = size == 3 ? 0 : fan_corner(mesh, begin, size);
         const auto vertex = [&](std::uint64_t i) {
             const std::uint64_t c = begin + (apex + i) % size;
             return split.corner_vertex.empty() ? mesh.corners[c] : split.corner_vertex[c];

@@ -1,11 +1,13 @@
+#include "../../hier/obj/obj_lines.hpp"
 #include "mesh_codecs.hpp"
 
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
+#include <optional>
 #include <unordered_map>
 
 namespace tetrakis::detail {
@@ -13,27 +15,6 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
-
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
-
-void skip_blanks(std::string_view& text) {
-    while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-}
-
-std::string_view take_word(std::string_view& text) {
-    skip_blanks(text);
-    std::size_t length = 0;
-    while (length < text.size() && !is_blank(text[length])) ++length;
-    const std::string_view word = text.substr(0, length);
-    text.remove_prefix(length);
-    return word;
-}
-
-std::string trimmed(std::string_view text) {
-    skip_blanks(text);
-    while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-    return std::string(text);
-}
 
 // Numbers given to names in the order that faces first use them.
 class Names {
@@ -67,9 +48,15 @@ class ObjDecoder {
         : text_(text), path_(path), context_(context) {}
 
     TriangleMesh run() {
-        while (next_line()) {
-            std::string_view rest = line_;
-            const std::string_view keyword = take_word(rest);
+        constexpr std::uint64_t k_lines_per_report = 1 << 18;
+        ObjLines lines(text_);
+        for (ObjLine line; lines.next(line);) {
+            line_number_ = line.number;
+            read_ += line.text.size() + 1;
+            if (line_number_ % k_lines_per_report == 0)
+                context_.report("load", 0.3 + 0.7 * std::min(1.0, static_cast<double>(read_) / text_.size()));
+            ObjWords rest(line.text);
+            const std::string_view keyword = rest.next();
             if (keyword == "v")
                 mesh_.positions.push_back(numbers<3>(rest, "vertex", 3));
             else if (keyword == "vn")
@@ -79,9 +66,9 @@ class ObjDecoder {
             else if (keyword == "f")
                 face(rest);
             else if (keyword == "usemtl")
-                material_.set(trimmed(rest));
+                material_.set(std::string(rest.remainder()));
             else if (keyword == "g" || keyword == "o")
-                group_.set(trimmed(rest));
+                group_.set(std::string(rest.remainder()));
         }
         finish();
         return std::move(mesh_);
@@ -92,51 +79,23 @@ class ObjDecoder {
         throw Error(ErrorCode::invalid_input, text, path_, line);
     }
 
-    // The next logical line (a backslash at its end joins the line after it); line_number_ is where it starts.
-    bool next_line() {
-        if (at_ >= text_.size()) return false;
-        line_number_ = next_number_;
-        line_ = physical_line();
-        if (line_.empty() || line_.back() != '\\') return true;
-        joined_.assign(line_);
-        while (!joined_.empty() && joined_.back() == '\\') {
-            joined_.back() = ' ';
-            if (at_ >= text_.size()) break;
-            joined_ += physical_line();
-        }
-        line_ = joined_;
-        return true;
-    }
-
-    std::string_view physical_line() {
-        constexpr std::uint64_t k_lines_per_report = 1 << 18;
-        if (next_number_++ % k_lines_per_report == 0)
-            context_.report("load", 0.3 + 0.7 * static_cast<double>(at_) / static_cast<double>(text_.size()));
-        const void* end = std::memchr(text_.data() + at_, '\n', text_.size() - at_);
-        const std::size_t length = end == nullptr
-                                       ? text_.size() - at_
-                                       : static_cast<std::size_t>(static_cast<const char*>(end) - text_.data()) - at_;
-        std::string_view line = text_.substr(at_, length);
-        at_ += length + 1;
-        if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-        return line;
-    }
-
     template <int N>
-    glm::vec<N, double> numbers(std::string_view rest, const char* what, int required) const {
+    glm::vec<N, double> numbers(ObjWords& rest, const char* what, int required) const {
         glm::vec<N, double> values(0.0);
         for (int i = 0; i < N; ++i) {
-            std::string_view word = take_word(rest);
+            const std::string_view word = rest.next();
             if (word.empty() && i >= required) break;
             if (word.empty())
                 reject(fmt::format("this {} has {} of {} coordinates; complete the line", what, i, required),
                        line_number_);
-            if (!take_number(word, values[i]) || !word.empty())
+            const std::optional<double> value = obj_number(word);
+            if (!value)
                 reject(fmt::format("coordinate {} of this {} is not a number; correct the line", i + 1, what),
                        line_number_);
-            if (!std::isfinite(values[i]))
+            if (!std::isfinite(*value))
                 reject(fmt::format("coordinate {} of this {} is not finite; give a finite number", i + 1, what),
                        line_number_);
+            values[i] = *value;
         }
         return values;
     }
@@ -166,11 +125,10 @@ class ObjDecoder {
         return static_cast<std::uint32_t>(number - 1);
     }
 
-    void face(std::string_view rest) {
+    void face(ObjWords& rest) {
         corners_.clear();
         std::uint64_t vertices = 0, uvs = 0, normals = 0;  // how many of each a forward reference needs
-        for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
-            if (word.front() == '#') break;
+        for (std::string_view word = rest.next(); !word.empty(); word = rest.next()) {
             Corner corner;
             corner.vertex = index(word, mesh_.positions.size(), "vertex", vertices);
             if (!word.empty() && word.front() == '/') {
@@ -237,10 +195,8 @@ class ObjDecoder {
     struct Forward {
         std::uint64_t line, vertices, uvs, normals;
     };
-    std::string_view text_, line_;
-    std::string joined_;
-    std::size_t at_ = 0;
-    std::uint64_t line_number_ = 0, next_number_ = 1;
+    std::string_view text_;
+    std::uint64_t line_number_ = 0, read_ = 0;
     const std::filesystem::path& path_;
     const RunContext& context_;
     TriangleMesh mesh_;

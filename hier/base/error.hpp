@@ -10,7 +10,8 @@ namespace tetrakis {
 /// Why a call failed.
 enum class ErrorCode { invalid_input = 1, io, unsupported, memory_limit, cancelled };
 
-/// The library's one exception type. `what()` is the whole message, `file:line: text` where a file is known.
+/// The library's exception type; only what schemes/ computes by itself throws std::invalid_argument, as said there.
+/// `what()` is the whole message, `file:line: text` where a file is known.
 class Error : public std::runtime_error {
   public:
     Error(ErrorCode code, const std::string& text) : std::runtime_error(text), code_(code) {}

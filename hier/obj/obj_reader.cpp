@@ -78,12 +78,17 @@ void take_layers(ControlMeshData& data, Receiver& receiver) {
         data.face_uvs = std::move(receiver.face_uvs);
         if (receiver.bare_uvs != 0) {
             const auto origin = static_cast<std::uint32_t>(data.uvs.size());
-            data.uvs.emplace_back(0.0, 0.0);
-            data.uv_lines.push_back(0);
-            for (std::uint32_t& i : data.face_uvs)
-                if (i == Receiver::k_absent) i = origin;
-            data.warnings.push_back(fmt::format("{} of {} face corners have no texture coordinate; they get (0, 0)",
-                                                receiver.bare_uvs, corners));
+            const auto is_absent = [](std::uint32_t i) { return i == Receiver::k_absent; };
+            // A number beyond those of the file is ControlMesh::build()'s to find, and not the one that is added here.
+            const bool all_there =
+                std::ranges::all_of(data.face_uvs, [&](std::uint32_t i) { return is_absent(i) || i < origin; });
+            std::ranges::replace_if(data.face_uvs, is_absent, all_there ? origin : 0);
+            if (all_there) {
+                data.uvs.emplace_back(0.0, 0.0);
+                data.uv_lines.push_back(0);
+                data.warnings.push_back(fmt::format("{} of {} face corners have no texture coordinate; they get (0, 0)",
+                                                    receiver.bare_uvs, corners));
+            }
         }
     } else {
         data.uvs.clear();

@@ -49,7 +49,7 @@ enum class MeshPositions {
 
 struct ToMeshOptions {
     MeshPositions positions = MeshPositions::limit;
-    int level = 0;         ///< for MeshPositions::level
+    int level = 0;         ///< for MeshPositions::level; family "vertices": no deeper than any leaf (unsupported)
     bool normals = false;  ///< of the limit, or of the vertices' levels
     /// Cut the faces of family "vertices": quads in the 4-8 pattern, others into fans. Those of other families are
     /// triangles anyway.

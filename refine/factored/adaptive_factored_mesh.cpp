@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/mesh/mesh_check.hpp"
 #include "../attributes/used_values.hpp"
 #include "../points/row_points.hpp"
 #include "../points/vertex_links.hpp"
@@ -119,7 +120,7 @@ struct AdaptiveFactoredMesh::State {
             if (!control.is_isolated(VertexId(v)) && !control.is_boundary(VertexId(v)) &&
                 control.face_valence(VertexId(v)) == 2)
                 refuse("half-steps of dual schemes do not adapt around an inner vertex between two faces, such as " +
-                       std::to_string(v) + advice);
+                       detail::vertex_name(control.data(), v) + advice);
         for (std::uint32_t e = 0; e < control.edge_count(); ++e)
             if (!control.is_boundary(EdgeId(e)) && is_sharp(control.sharpness(EdgeId(e))))
                 refuse("half-steps of dual schemes do not adapt on a mesh with creases" + std::string(advice));

@@ -25,7 +25,7 @@ bool half_steps_adapt(FactoredScheme scheme);
 /// points of level l whose cells they touch.
 class AdaptiveFactoredMesh {
   public:
-    /// Where a triangle is from: its handle for refine(), and how many half-steps it stands at.
+    /// Where a triangle is from: its handle for the next refine(), and how many half-steps it stands at.
     struct Leaf {
         std::uint8_t half_steps = 0;
         LeafId id{};

@@ -26,7 +26,8 @@ namespace tetrakis {
 /// difference to them). Creases are refined by the uniform rule but for plain Catmull-Clark and Loop. Triangle schemes
 /// take other faces cut by triangulate(), with a warning.
 /// @param levels  >= 0: steps of the scheme (a sqrt3 or 4-8 step is two of its simple steps)
-/// @param options normals: none for the schemes whose surfaces have no tangent planes, bilinear and midpoint
+/// @param options limit: of the points alone; UVs are those of the level. normals: none for the schemes whose surfaces
+/// have no tangent planes, bilinear and midpoint
 /// @throws Error  invalid_input: levels < 0, an attribute of the wrong length, or a mesh that the scheme cannot take
 ///                (the message says why); unsupported: more elements than 32 bits can count, or a limit that the
 ///                scheme has no mask for; memory_limit; cancelled

@@ -69,6 +69,37 @@ std::string message_of_text(const ScratchDir& dir, const char* name, const std::
 
 }  // namespace
 
+TEST_CASE("OBJ files with a byte order mark, with any line ends and continued lines") {
+    const ScratchDir dir;
+    const std::string text = "v 0 0 0\nv 1 0 0 # x\nv \\\n0 1 0\nf 1 2 3\n";
+    for (const std::string end : {"\n", "\r", "\r\n"}) {
+        CAPTURE(end.size());
+        std::string bytes = "\xEF\xBB\xBF";
+        for (const char c : text) bytes += c == '\n' ? end : std::string(1, c);
+        spill(dir / "mesh.obj", bytes);
+        const TriangleMesh mesh = read_triangle_mesh(dir / "mesh.obj");
+        CHECK(mesh.positions == std::vector<Vec3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+        CHECK(mesh.triangles.size() == 1);
+    }
+}
+
+TEST_CASE("GLB: quads and other faces whose corners are not all convex are cut where no triangle turns over") {
+    const ScratchDir dir;
+    // A dart whose shorter diagonal is outside, and an L.
+    PolygonMesh mesh;
+    mesh.positions = {{0, 10, 0}, {-1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {4, 0, 0},
+                      {6, 0, 0},  {6, 1, 0},  {5, 1, 0}, {5, 2, 0}, {4, 2, 0}};
+    mesh.face_offsets = {0, 4, 10};
+    mesh.face_vertices = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+    write_mesh(dir / "mesh.glb", mesh);
+    const TriangleMesh back = read_triangle_mesh(dir / "mesh.glb");
+    double area = 0;
+    for (const auto& [a, b, c] : back.triangles)
+        area +=
+            0.5 * glm::length(glm::cross(back.positions[b] - back.positions[a], back.positions[c] - back.positions[a]));
+    CHECK(std::abs(area - (9 + 3)) < 1e-5);
+}
+
 TEST_CASE("OBJ and PLY give back every bit of a mesh") {
     const ScratchDir dir;
     const TriangleMesh mesh = rich_mesh();

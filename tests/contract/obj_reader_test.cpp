@@ -242,6 +242,7 @@ TEST_CASE("[bad-input] what the reader leaves to the check is reported with its 
     check_refused(k_square + "f 1 2 3 4\nt corner 1/1/0 3000000000000 2\n", 6, "too large for any mesh", "--repair");
     check_refused(k_square + "vt 0 0\nf 1/1 2/1 3/2\n", 6, "texture coordinate 2, but there are 1 (numbers start at 1)",
                   "--repair");
+    check_refused(k_square + "vt 0 0\nf 1/1 2/2 3\n", 6, "texture coordinate 2, but there are 1", "--repair");
     check_refused(k_square + "vt 0 0\nf 1/-2 2/1 3/1\n", 6, "texture coordinate", "--repair");
     check_refused(k_square + "vt 0 0\nvt 1e45 0\nf 1/1 2/2 3/1\n", 6, "texture coordinate 2 is not finite or beyond",
                   "--repair");

@@ -2,6 +2,7 @@
 #include "../../hier/base/version.hpp"
 
 #include "../kit/cli.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/process.hpp"
 
 #include <doctest/doctest.h>
@@ -227,6 +228,21 @@ TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or th
         const auto vertices = json.at("vertices").get<std::size_t>(), active = json.at("active").get<std::size_t>();
         CHECK(inactive.size() == (row.active ? 0 : vertices - active));
     }
+    // What half-steps do not keep is said.
+    const std::string text =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nvt 0 0\ng left\nf 1/1 2/1 3/1 4/1\n"
+        "g right\nf 2/1 5/1 6/1 3/1\nt hole 1/0/0 1\n";
+    const std::string in = (scratch / "in.obj").string();
+    spill(in, text);
+    const auto said = [&](const char* scheme) {
+        return cli::run({"refine", in, "--factored", "--scheme", scheme, "--steps", "2", "-o", out}).err;
+    };
+    const std::string dual = said("doo-sabin"), primal = said("catmull-clark");
+    for (const char* words : {"texture coordinates were dropped", "groups and materials were dropped", "holes were"})
+        CHECK(test::contains(dual, words));
+    CHECK(test::contains(primal, "texture coordinates were dropped"));
+    CHECK(!test::contains(primal, "groups"));
+    CHECK(!test::contains(primal, "holes"));
 }
 
 TEST_CASE("terrain: the report says what the mesh is, GLB included") {

@@ -180,6 +180,17 @@ ExitCode run_checked(const RefineCommandOptions& options, const SchemeInfo& sche
                    : refine_by_half_steps(model.mesh, *factored, options.steps, options.active, options.rules,
                                           process.context());
         mesh = std::move(result.mesh);
+        const ControlMeshData& data = model.mesh.data();
+        if (!data.uvs.empty() && mesh.uvs.empty())
+            report.warnings.push_back("the texture coordinates were dropped: half-steps have none");
+        if ((!data.face_material.empty() && mesh.face_material.empty()) ||
+            (!data.face_group.empty() && mesh.face_group.empty()))
+            report.warnings.push_back(
+                fmt::format("the groups and materials were dropped: half-steps of {} have none", scheme.name));
+        if (!data.holes.empty() && *factored != FactoredScheme::catmull_clark &&
+            *factored != FactoredScheme::four_eight)
+            report.warnings.push_back(
+                fmt::format("the holes were refined as faces: half-steps of {} have no holes", scheme.name));
         report.levels = result.levels;
         report.more = {{"half_steps", result.half_steps}, {"active", result.active}};
         report.more["inactive_vertices"] = result.inactive;
@@ -250,7 +261,7 @@ void add_refine_command(CommandLine program) {
     command.flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");
     command
         .option("--steps", "K", options->steps,
-                "With --factored: half-steps, two for a level (averaging: two more than its "
+                "With --factored: half-steps, two for a level (biquartic: five; averaging: two more than its "
                 "averaging steps). Else, for averaging: its number of averaging steps in a "
                 "level, 0 to 64 (3)")
         .range(0, k_most_steps, Option::InHelp::yes);
