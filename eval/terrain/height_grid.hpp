@@ -23,7 +23,7 @@ struct HeightGrid {
 
 enum class HeightFormat {
     automatic,    ///< by the extension: .png, .hgt, .r16 and .raw (raw16), .r32 and .f32 (raw_float); others: gdal
-    png,          ///< grey, 8 or 16 bits: the numbers of the pixels; of colours: terrain_rgb
+    png,          ///< grey, 1 to 16 bits: the numbers of the pixels, as where all colours are grey; else: terrain_rgb
     terrain_rgb,  ///< colours of 8 bits: -10000 + 0.1 * (65536 red + 256 green + blue), metres (Mapbox's encoding)
     raw16,        ///< unsigned numbers of 16 bits and nothing else
     raw_float,    ///< IEEE floats of 32 bits and nothing else; those that are not finite are no data
