@@ -25,7 +25,8 @@ int best_log_side(std::uint32_t width, std::uint32_t height) {
         const std::uint32_t side = 1u << log_side;
         const std::uint64_t roots = std::uint64_t{pieces(width, side)} * pieces(height, side);
         if (side > largest && log_side > 1) continue;
-        if (best != 0 && roots > k_most_roots && fewest / k_most_points_a_sample <= std::uint64_t{width} * height) break;
+        if (best != 0 && roots > k_most_roots && fewest / k_most_points_a_sample <= std::uint64_t{width} * height)
+            break;
         const std::uint64_t points = roots << (2 * log_side);
         if (points < fewest) {
             fewest = points;

@@ -49,8 +49,8 @@ struct TessellateOptions {
     /// 0: no limit; else the best mesh within it, largest errors first. The coarsest mesh, which has all corners of the
     /// control mesh, must fit.
     std::uint64_t max_triangles = 0;
-    int min_level =
-        0;  ///< quadtree levels that every face gets (sqrt3: levels of refine()), as far as triangles are left
+    /// Quadtree levels that every face gets (sqrt3: levels of refine()), as far as max_triangles lets it.
+    int min_level = 0;
     int max_level = 28;  ///< no cell is refined beyond it
     /// Project vertices onto this mesh and measure against it, in both directions: where it reaches beyond what the
     /// control mesh covers, the tolerance is not met, and a warning says so.

@@ -23,8 +23,8 @@ namespace detail {
 
 /// By which uv_mesh() is refined: what the mesh measures has been measured.
 RuleOptions chart_rules(RuleOptions rules);
-/// The mesh without creases and corners inside, where it has tags and the scheme has no rule for these: UVs ignore them,
-/// too.
+/// The mesh without creases and corners inside, where it has tags and the scheme has no rule for these: so UVs ignore
+/// what positions do.
 std::optional<ControlMesh> without_ignored_tags(const ControlMesh& mesh, const SchemeInfo& scheme,
                                                 const RuleOptions& rules);
 
