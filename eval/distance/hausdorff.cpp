@@ -216,8 +216,11 @@ void check_mesh(const TriangleMesh& mesh, const char* which) {
                                                           std::to_string(v) + ", but there are " +
                                                           std::to_string(mesh.positions.size()) + " vertices");
             const Vec3d& p = mesh.positions[v];
-            if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-                throw Error(ErrorCode::invalid_input, "vertex " + std::to_string(v) + " is not finite");
+            constexpr double k_farthest = 1e60;  // squares and their products stay finite
+            for (int axis = 0; axis < 3; ++axis)
+                if (!(std::abs(p[axis]) <= k_farthest))
+                    throw Error(ErrorCode::invalid_input,
+                                "vertex " + std::to_string(v) + " is not finite or beyond 1e+60; scale the mesh down");
         }
 }
 

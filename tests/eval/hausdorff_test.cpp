@@ -273,7 +273,10 @@ TEST_CASE("[bad-input] meshes that cannot be measured, and a comparison that is 
     CHECK_THROWS_WITH_AS(compare(empty, good), "the reference mesh has no triangles", Error);
     CHECK_THROWS_WITH_AS(compare(good, empty), "the mesh has no triangles", Error);
     CHECK_THROWS_WITH_AS(compare(good, dangling), "triangle 3 uses vertex 99, but there are 6 vertices", Error);
-    CHECK_THROWS_WITH_AS(compare(broken, good), "vertex 2 is not finite", Error);
+    CHECK_THROWS_WITH_AS(compare(broken, good), "vertex 2 is not finite or beyond 1e+60; scale the mesh down", Error);
+    TriangleMesh far = good;
+    far.positions[2].y = 1e300;
+    CHECK_THROWS_WITH_AS(compare(good, far), "vertex 2 is not finite or beyond 1e+60; scale the mesh down", Error);
     CHECK_THROWS_AS(TriangleBvh{dangling}, Error);
     CHECK_THROWS_AS(TriangleBvh{broken}, Error);
     RunContext context;
