@@ -69,11 +69,11 @@ void check_png(std::string_view bytes, detail::Picture& picture, const std::file
         for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<std::uint8_t>(bytes[at + i]);
         return value;
     };
-    constexpr std::size_t k_signature = 8, k_around = 12, k_bits = 24, k_color_type = 25;
+    constexpr std::size_t k_signature = 8, k_around = 12, k_bits = 12, k_color_type = 13;
     constexpr char k_grey = 0;
     for (std::size_t at = k_signature; at + k_around <= bytes.size();) {
         const std::size_t size = number(at);
-        if (size > bytes.size() - at - k_around) break;  // after all that makes the picture
+        if (size > bytes.size() - at - k_around) break;  // stb_image has not needed the rest
         const std::string_view chunk = bytes.substr(at + 4, 4 + size);
         if (detail::crc32(std::as_bytes(std::span(chunk))) != number(at + 8 + size))
             throw Error(
@@ -81,9 +81,10 @@ void check_png(std::string_view bytes, detail::Picture& picture, const std::file
                 fmt::format("this picture is damaged: the checksum of its part {} at byte {} is wrong; copy it anew",
                             chunk.substr(0, 4), at),
                 path);
+        // The header is mostly, but not always the first part.
+        if (chunk.starts_with("IHDR") && chunk[k_color_type] == k_grey) picture.bits = chunk[k_bits];
         at += k_around + size;
     }
-    if (bytes[k_color_type] == k_grey) picture.bits = bytes[k_bits];
 }
 
 }  // namespace

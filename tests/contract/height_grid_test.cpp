@@ -90,6 +90,15 @@ TEST_CASE("height grids: grey PNG of 16 and of 8 bits, terrain-RGB") {
     write_png(dir / "g.png", {2, 2, {7, 7, 7, 255, 255, 255, 0, 0, 0, 30, 30, 30}});
     CHECK(load_height_grid(dir / "g.png").heights == std::vector<float>{7, 255, 0, 30});
 
+    // Apple's kind: a part before the header, and a stream without the header of zlib.
+    std::string apple = png_of_lines(2, 2, std::string("\0\x05\x06\0\x07\x08", 6), std::string("\x08\0\0\0\0", 5));
+    const std::size_t data = apple.find("IDAT"), length = apple.find("IEND") - 8 - data - 4;
+    apple = apple.substr(0, data - 4) + test::png_chunk("IDAT" + apple.substr(data + 4 + 2, length - 2)) +
+            test::png_chunk("IEND");
+    apple.insert(8, test::png_chunk(std::string("CgBI\x50\0\x20\x02", 8)));
+    spill(dir / "apple.png", apple);
+    CHECK(load_height_grid(dir / "apple.png").heights == std::vector<float>{5, 6, 7, 8});
+
     // 1 86 160: 100000 tenths, 0 m; one tenth more; Everest.
     write_png(dir / "t.png", {2, 2, {1, 134, 160, 1, 134, 161, 2, 224, 64, 0, 0, 0}});
     for (const HeightFormat format : {HeightFormat::automatic, HeightFormat::terrain_rgb})
