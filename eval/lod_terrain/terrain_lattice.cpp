@@ -10,7 +10,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-// No more roots than these, unless the lattice would have more points than so many for each sample: of long strips.
+// More roots than these only for long strips, whose lattice would else have more points a sample than this.
 constexpr std::uint32_t k_most_roots = 64, k_most_points_a_sample = 16;
 
 constexpr std::uint32_t pieces(std::uint32_t length, std::uint32_t side) { return (length + side - 1) / side; }

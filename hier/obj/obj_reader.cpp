@@ -79,7 +79,7 @@ void take_layers(ControlMeshData& data, Receiver& receiver) {
         if (receiver.bare_uvs != 0) {
             const auto origin = static_cast<std::uint32_t>(data.uvs.size());
             const auto is_absent = [](std::uint32_t i) { return i == Receiver::k_absent; };
-            // A number beyond those of the file is ControlMesh::build()'s to find, and not the one that is added here.
+            // Numbers beyond the file's are ControlMesh::build()'s to refuse: none may fit what is added here.
             const bool all_there =
                 std::ranges::all_of(data.face_uvs, [&](std::uint32_t i) { return is_absent(i) || i < origin; });
             std::ranges::replace_if(data.face_uvs, is_absent, all_there ? origin : 0);

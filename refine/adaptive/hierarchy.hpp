@@ -167,9 +167,9 @@ class Hierarchy {
                              const RunContext& context = {});
     /// Coarsens until no diamond of leaves that are all wanted can be merged. Returns the number of new leaves.
     std::size_t coarsen_where(const LeafPredicate& wanted, const RunContext& context = {});
-    /// Coarsens until every diamond that is left would have an error over the tolerance in a merged leaf, and splits
-    /// again what is over it for its new neighbours; what was over it before stays. Returns the number of new leaves
-    /// before that.
+    /// Coarsens until every diamond that is left would have an error over the tolerance in a merged leaf. Then splits
+    /// leaves again whose errors new neighbours have brought over the tolerance; leaves that were over it from the
+    /// start are not split. Returns the number of new leaves before these splits.
     std::size_t coarsen_where(const ErrorEstimator& estimator, double tolerance, const RunContext& context = {});
 
     // Points of the scheme. Any site of the family will do, whether it is a vertex now or not. @throws Error

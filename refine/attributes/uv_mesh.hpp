@@ -10,7 +10,7 @@ namespace tetrakis {
 
 /// The UV layer as a control mesh of its own: same faces, so the same half-edge numbers, but cut open along UV seams;
 /// its positions are (u, v, 0). Refining it as a surface refines the UVs: an edge is a seam where the UV numbers of its
-/// two sides differ, seams are boundaries, and creases that are not on a seam and corners of the mesh carry over.
+/// two sides differ, seams are boundaries, and creases off the seams and all corners of the mesh carry over.
 /// What the face-varying rule keeps is a corner of it; where several charts, or parts of one, touch in a single UV of a
 /// vertex, it stays, as in OpenSubdiv; linear_all is not in the mesh: its caller interpolates linearly instead.
 /// Its corners have the angles of the mesh's, measured ones included; of a sector that seams cut each part has its
