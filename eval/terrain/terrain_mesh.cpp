@@ -1,6 +1,7 @@
 #include "terrain_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../tessellate/shading_normals.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -104,8 +106,9 @@ class TerrainRefinement {
 
     /// Splits until no sample is farther from the leaves than the limit.
     void refine() {
-        std::vector<LeafId> fresh = forest_.ordered_leaves();
-        std::vector<std::uint8_t> too_far, known_depth(forest_.leaf_slots(), 0);
+        const std::vector<LeafId> roots = forest_.ordered_leaves();
+        detail::PoolVector<LeafId> fresh(roots.begin(), roots.end()), touched;
+        detail::PoolVector<std::uint8_t> too_far, known_depth(forest_.leaf_slots(), 0);
         const double most_rounds = 2 * std::log2(std::max(grid_.columns, grid_.rows)) + 4;
         for (int round = 0; !fresh.empty(); ++round) {
             context_.report("refine", 0.6 * std::min(1.0, round / most_rounds));
@@ -117,7 +120,7 @@ class TerrainRefinement {
                     too_far[i] = is_too_far(forest_.leaf(fresh[i]).vertex);
                 },
                 16);
-            std::vector<LeafId> touched;
+            touched.clear();
             const std::size_t known_vertices = vertices_.size();
             for (std::size_t i = 0; i < fresh.size(); ++i) {
                 if (i + 2 * k_ahead < fresh.size()) __builtin_prefetch(&forest_.leaf(fresh[i + 2 * k_ahead]), 1);
@@ -180,14 +183,14 @@ class TerrainRefinement {
             const auto first = std::lower_bound(exported.faces.begin(), exported.faces.end(), FaceId(face));
             terrain.first_triangle.push_back(static_cast<std::uint32_t>(first - exported.faces.begin()));
         }
-        terrain.mesh.positions.resize(exported.points.size());
+        detail::resize_large(terrain.mesh.positions, exported.points.size());
         for_each_index(static_cast<std::uint32_t>(exported.points.size()), [&](std::uint32_t i) {
             const GridVertex& v = vertices_[exported.points[i].value];
             const double x = grid_.origin.x + grid_.spacing.x * in_samples(v.x),
                          y = grid_.origin.y - grid_.spacing.y * in_samples(v.y);
             terrain.mesh.positions[i] = y_up ? Vec3d(x, v.z, -y) : Vec3d(x, y, v.z);
         });
-        std::vector<double> errors(exported.leaves.size());
+        detail::PoolVector<double> errors(exported.leaves.size());
         for_each_index(
             static_cast<std::uint32_t>(errors.size()),
             [&](std::uint32_t i) {
@@ -209,7 +212,7 @@ class TerrainRefinement {
         return {grid_, {vertices_[points[0].value], vertices_[points[1].value], vertices_[points[2].value]}};
     }
     /// Prefetches for a loop over leaves that has come to i.
-    void prefetch(const std::vector<LeafId>& leaves, std::size_t i) const {
+    void prefetch(std::span<const LeafId> leaves, std::size_t i) const {
         if (i + 3 * k_ahead < leaves.size()) __builtin_prefetch(&forest_.leaf(leaves[i + 3 * k_ahead]).vertex);
         if (i + 2 * k_ahead < leaves.size())
             for (const PointId p : forest_.leaf(leaves[i + 2 * k_ahead]).vertex)
@@ -239,7 +242,7 @@ class TerrainRefinement {
 
     /// Splits a leaf; the heights of new vertices are left to the caller.
     /// @param touched  receives the leaves that were made; of several splits of one slot each
-    void split(LeafId leaf, const std::vector<std::uint8_t>& known_depth, std::vector<LeafId>& touched) {
+    void split(LeafId leaf, const detail::PoolVector<std::uint8_t>& known_depth, detail::PoolVector<LeafId>& touched) {
         // It may have been split for another one.
         if (forest_.depth(leaf) != known_depth[leaf.value]) return;
         const auto changed = [&](const Diamond& diamond) {
@@ -263,12 +266,23 @@ class TerrainRefinement {
         std::vector<Diamond> merged{};  ///< in the last passes
         std::vector<LeafId> across{};   ///< first leaves of diamonds that reach beyond the block
     };
+    /// The leaves around a point: the smallest block of one of them, and by how many bits block numbers are to be
+    /// shifted until all are in one.
+    struct Star {
+        static constexpr std::uint32_t k_none = 0xFFFF'FFFF;
+        std::uint32_t block = k_none;
+        int shift = 0;
+        void add(std::uint32_t number) {
+            if (block == k_none) block = number;
+            shift = std::max(shift, static_cast<int>(std::bit_width(block ^ number)));
+        }
+    };
     std::vector<Block> make_blocks() {
         constexpr double k_leaves = 8192;  // of a block, about: they and their samples fit into a core's cache
         const double roots = forest_.mesh().halfedge_count();
         const int depth =
             std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
-        block_.resize(forest_.leaf_slots());
+        stars_.resize(vertices_.size());
         std::vector<Block> blocks;
         const std::vector<LeafId> leaves = forest_.ordered_leaves();
         for (std::size_t i = 0; i < leaves.size(); ++i) {
@@ -278,7 +292,7 @@ class TerrainRefinement {
                                                           : leaf.path << (depth - leaf.depth),
                                 number = (std::uint64_t{forest_.root(leaves[i]).value} << depth) + path;
             if (blocks.empty() || number != blocks.back().number) blocks.push_back({number});
-            block_[leaves[i].value] = static_cast<std::uint32_t>(number);
+            for (const PointId p : leaf.vertex) stars_[p.value].add(static_cast<std::uint32_t>(number));
             blocks.back().slots.push_back(leaves[i]);
         }
         return blocks;
@@ -293,7 +307,12 @@ class TerrainRefinement {
         }
         return larger;
     }
-    std::uint64_t block_of(LeafId leaf) const { return std::uint64_t{block_[leaf.value]} >> block_shift_; }
+    /// Whether all leaves around a point are in a block. Of other ones not even the records are looked at: another
+    /// thread may be writing them.
+    bool is_inside(PointId point, std::uint64_t block) const {
+        const Star& star = stars_[point.value];
+        return star.shift <= block_shift_ && std::uint64_t{star.block} >> block_shift_ == block;
+    }
 
     /// @param since  diamonds that have not changed since this pass are left alone
     void merge_inside(Block& block, int since, int first, int last) {
@@ -306,13 +325,14 @@ class TerrainRefinement {
                 const LeafId leaf = block.slots[i];
                 if (!is_first_child(leaf)) continue;  // for good: leaves are not split any more
                 block.slots[kept++] = leaf;
-                if (reaches_beyond(leaf, block.number)) {
+                if (!is_inside(forest_.leaf(leaf).vertex[2], block.number)) {
                     block.across.push_back(leaf);
                     continue;
                 }
                 const Diamond diamond = forest_.find_diamond(leaf);
                 if (diamond.pair_count == 0 || diamond.pairs[0][0] != leaf || !changed_since(since, diamond)) continue;
-                if (!corners_are_inside(diamond, block.number))
+                const Corners4 corners = corners_of(diamond);
+                if (!std::ranges::all_of(corners, [&](PointId p) { return is_inside(p, block.number); }))
                     block.across.push_back(leaf);
                 else if ((pass == first || changed_since(pass - 1, diamond)) && fit_corners(diamond, pass)) {
                     forest_.fold_diamond(diamond);
@@ -321,14 +341,6 @@ class TerrainRefinement {
             }
             block.slots.resize(kept);
         }
-    }
-    /// Whether leaves of a first leaf's diamond are in other blocks. Of these not even the records are looked at:
-    /// another thread may be writing them.
-    bool reaches_beyond(LeafId id, std::uint64_t block) const {
-        const BisectionLeaf& leaf = forest_.leaf(id);
-        const auto beyond = [&](LeafId other) { return other.valid() && block_of(other) != block; };
-        return beyond(leaf.neighbour[1]) || beyond(leaf.neighbour[2]) ||
-               beyond(forest_.leaf(leaf.neighbour[2]).neighbour[2]);
     }
     bool is_first_child(LeafId id) const {
         return forest_.is_leaf(id) && forest_.depth(id) > 0 && (forest_.leaf(id).path & 1) == 0;
@@ -453,22 +465,16 @@ class TerrainRefinement {
     static std::size_t corner_of(const BisectionLeaf& leaf, PointId point) {
         return leaf.vertex[0] == point ? 0 : leaf.vertex[1] == point ? 1 : 2;
     }
-    /// Whether all leaves around a diamond's corners are in its block.
-    bool corners_are_inside(const Diamond& diamond, std::uint64_t block) const {
-        const Corners4 corners = corners_of(diamond);
-        return std::all_of(corners.begin(), corners.end(), [&](PointId corner) {
-            return for_each_outside(corner, diamond, [&](LeafId leaf) { return block_of(leaf) == block; });
-        });
-    }
 
     const HeightGrid& grid_;
     double limit_;
     const RunContext& context_;
     BisectionForest forest_;
-    std::vector<GridVertex> vertices_;   // by the forest's points
-    std::vector<std::uint8_t> changed_;  // in which pass the leaves around a point did, or its height
-    std::vector<std::uint32_t> block_;   // of leaf slots, the smallest; merged leaves stay in theirs
-    int block_shift_ = 0;                // from there to the numbers of the blocks that are looked at
+    // By the forest's points:
+    detail::PoolVector<GridVertex> vertices_;
+    detail::PoolVector<std::uint8_t> changed_;  // in which pass the leaves around it did, or its height
+    detail::PoolVector<Star> stars_;            // when merging begins
+    int block_shift_ = 0;  // from the numbers of the smallest blocks to those of the blocks that are looked at
 };
 
 }  // namespace
