@@ -1,3 +1,4 @@
+#include "../../hier/mesh/face_cutter.hpp"
 #include "mesh_codecs.hpp"
 #include "mesh_view.hpp"
 #include "mesh_writer.hpp"
@@ -82,28 +83,6 @@ std::uint64_t triangle_count(const MeshView& mesh, std::uint64_t f) {
     return mesh.face_end(f) - mesh.face_begin(f) - 2;
 }
 
-/// The corner about which a face is cut into a fan: of a quad one of its shorter diagonal, of others the first, but
-/// where triangles then face backwards the one with the least of that.
-std::uint64_t fan_corner(const MeshView& mesh, std::uint64_t begin, std::uint64_t size) {
-    const auto p = [&](std::uint64_t i) { return mesh.positions[mesh.corners[begin + i % size]]; };
-    const auto area = [&](std::uint64_t apex, std::uint64_t i) {
-        return glm::cross(p(apex + i) - p(apex), p(apex + i + 1) - p(apex));
-    };
-    Vec3d normal(0);
-    for (std::uint64_t i = 1; i + 1 < size; ++i) normal += area(0, i);
-    const auto backward = [&](std::uint64_t apex) {
-        double sum = 0;
-        for (std::uint64_t i = 1; i + 1 < size; ++i) sum += std::max(0.0, -glm::dot(area(apex, i), normal));
-        return sum;
-    };
-    const Vec3d even = p(2) - p(0), odd = p(3) - p(1);
-    std::uint64_t best = size == 4 && glm::dot(odd, odd) < glm::dot(even, even) ? 1 : 0;
-    double least = backward(best);
-    for (std::uint64_t apex = 0; apex < size && least > 0; ++apex)
-        if (const double sum = backward(apex); sum < least) least = sum, best = apex;
-    return best;
-}
-
 TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split) {
     TriangleList list;
     const std::uint64_t materials = std::max<std::uint64_t>(1, mesh.materials.size());
@@ -121,19 +100,20 @@ TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split
         place[b] += place[b - 1];
     }
     list.indices.resize(place.back());
+    FaceCutter cutter;
+    std::vector<Vec3d> points;
     for (std::uint64_t f = 0; f < mesh.face_count(); ++f) {
         std::uint64_t& at = place[bucket(f)];
-        const std::uint64_t begin = mesh.face_begin(f), size = mesh.face_end(f) - begin;
-        const std::uint64_t apex = size == 3 ? 0 : fan_corner(mesh, begin, size);
-        const auto vertex = [&](std::uint64_t i) {
-            const std::uint64_t c = begin + (apex + i) % size;
-            return split.corner_vertex.empty() ? mesh.corners[c] : split.corner_vertex[c];
-        };
-        for (std::uint64_t i = 1; i + 1 < size; ++i) {
-            list.indices[at++] = vertex(0);
-            list.indices[at++] = vertex(i);
-            list.indices[at++] = vertex(i + 1);
-        }
+        const std::uint64_t begin = mesh.face_begin(f);
+        points.clear();
+        for (std::uint64_t c = begin; c < mesh.face_end(f); ++c) points.push_back(mesh.positions[mesh.corners[c]]);
+        cutter.cut(
+            points, [](std::uint32_t, std::uint32_t) { return true; },
+            [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
+                for (const std::uint32_t i : {a, tip, b})
+                    list.indices[at++] =
+                        split.corner_vertex.empty() ? mesh.corners[begin + i] : split.corner_vertex[begin + i];
+            });
     }
     return list;
 }

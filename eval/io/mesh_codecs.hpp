@@ -60,10 +60,14 @@ std::string printable_name(std::string_view name);
 #include "../../hier/base/run_context.hpp"
 #include "../surface/triangle_mesh.hpp"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -73,6 +77,16 @@ inline constexpr std::uint32_t k_most_elements = 0xFFFF'FFFEu;
 TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
+
+/// A face of more than three corners. A decoder makes it a fan of triangles, because vertices may come after faces.
+struct Fan {
+    std::size_t first;  ///< triangle; the others follow
+    std::size_t corners;
+};
+/// Cuts such faces again, by their shapes: a fan covers more than a concave face.
+/// @param arrays  of triangles' corners: vertices, texture coordinates, normals
+void cut_fans(std::span<const Fan> fans, std::span<const Vec3d> positions,
+              std::initializer_list<std::vector<std::array<std::uint32_t, 3>>*> arrays);
 
 /// A number at the front of `text`, which moves past it; an optional '+' is taken. False where there is none. Numbers
 /// too large for a double become infinite, too small ones zero.

@@ -23,7 +23,7 @@ MeshFormat mesh_format(const std::filesystem::path& path);
 /// Writes a mesh in the format that the extension says. The file appears whole or not at all (see AtomicFile), with the
 /// same bytes for any number of threads. Vertices keep their order and are never merged. PLY and GLB, which have one
 /// normal per vertex, get the copies that creases need after the others, GLB also those that UV seams need; the
-/// polygons of GLB are cut into triangles.
+/// polygons of GLB are cut into triangles by the rule of triangulate().
 /// @throws Error  unsupported (extension; more than 4 GiB of GLB), invalid_input (the mesh contradicts itself or has a
 ///                number that is not finite), io (with the reason), cancelled
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const RunContext& context = {});

@@ -153,6 +153,7 @@ class ObjDecoder {
             has_all_uvs_ = has_all_uvs_ && corner.uv != k_no_number;
             has_all_normals_ = has_all_normals_ && corner.normal != k_no_number;
         }
+        if (corners_.size() > 3) fans_.push_back({mesh_.triangles.size(), corners_.size()});
         for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
             const Corner &a = corners_[0], &b = corners_[i], &c = corners_[i + 1];
             mesh_.triangles.push_back({a.vertex, b.vertex, c.vertex});
@@ -179,6 +180,8 @@ class ObjDecoder {
             mesh_.triangle_uvs.clear();
             mesh_.uvs.clear();
         }
+        if (!has_all_normals_) triangle_normals_.clear();
+        cut_fans(fans_, mesh_.positions, {&mesh_.triangles, &mesh_.triangle_uvs, &triangle_normals_});
         if (!material_.named()) mesh_.materials.clear(), mesh_.triangle_material.clear();
         if (!group_.named()) mesh_.groups.clear(), mesh_.triangle_group.clear();
         if (has_all_normals_) keep_normals();
@@ -204,6 +207,7 @@ class ObjDecoder {
     std::vector<std::array<std::uint32_t, 3>> triangle_normals_;
     std::vector<Corner> corners_;
     std::vector<Forward> forward_;
+    std::vector<Fan> fans_;
     Names material_, group_;
     bool has_all_uvs_ = true, has_all_normals_ = true;
 };

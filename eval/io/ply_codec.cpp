@@ -56,6 +56,7 @@ class PlyDecoder {
             mesh_.triangle_uvs.clear();
             mesh_.uvs.clear();
         }
+        cut_fans(fans_, mesh_.positions, {&mesh_.triangles, &mesh_.triangle_uvs});
         if (vertex_uvs_ && mesh_.triangle_uvs.empty()) {  // one UV per vertex: the same numbers
             mesh_.uvs = std::move(uv_of_vertex_);
             mesh_.triangle_uvs = mesh_.triangles;
@@ -171,6 +172,7 @@ class PlyDecoder {
                 if (!std::isfinite(texcoords[2 * i]) || !std::isfinite(texcoords[2 * i + 1]))
                     values_.reject(fmt::format("a texture coordinate of face {} is not finite", f));
             }
+        if (corners_.size() > 3) fans_.push_back({mesh_.triangles.size(), corners_.size()});
         for (std::uint32_t i = 1; i + 1 < corners_.size(); ++i) {
             mesh_.triangles.push_back({corners_[0], corners_[i], corners_[i + 1]});
             if (uvs) mesh_.triangle_uvs.push_back({first_uv, first_uv + i, first_uv + i + 1});
@@ -211,6 +213,7 @@ class PlyDecoder {
     TriangleMesh mesh_;
     std::vector<Vec2d> uv_of_vertex_;
     std::vector<std::uint32_t> corners_;
+    std::vector<Fan> fans_;
     bool vertex_uvs_ = false;
 };
 

@@ -83,21 +83,34 @@ TEST_CASE("OBJ files with a byte order mark, with any line ends and continued li
     }
 }
 
-TEST_CASE("GLB: quads and other faces whose corners are not all convex are cut where no triangle turns over") {
+TEST_CASE(
+    "faces whose corners are not all convex are cut where no triangle turns over: GLB as written, others as read") {
     const ScratchDir dir;
-    // A dart whose shorter diagonal is outside, and an L.
+    // A dart whose shorter diagonal is outside, an L, and a comb that no fan covers.
     PolygonMesh mesh;
-    mesh.positions = {{0, 10, 0}, {-1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {4, 0, 0},
-                      {6, 0, 0},  {6, 1, 0},  {5, 1, 0}, {5, 2, 0}, {4, 2, 0}};
-    mesh.face_offsets = {0, 4, 10};
-    mesh.face_vertices = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
-    write_mesh(dir / "mesh.glb", mesh);
-    const TriangleMesh back = read_triangle_mesh(dir / "mesh.glb");
-    double area = 0;
-    for (const auto& [a, b, c] : back.triangles)
-        area +=
-            0.5 * glm::length(glm::cross(back.positions[b] - back.positions[a], back.positions[c] - back.positions[a]));
-    CHECK(std::abs(area - (9 + 3)) < 1e-5);
+    mesh.positions = {{0, 10, 0}, {-1, 0, 0}, {0, 1, 0},  {1, 0, 0},  {4, 0, 0},  {6, 0, 0},  {6, 1, 0},  {5, 1, 0},
+                      {5, 2, 0},  {4, 2, 0},  {10, 0, 0}, {16, 0, 0}, {16, 3, 0}, {15, 3, 0}, {15, 1, 0}, {14, 1, 0},
+                      {14, 3, 0}, {12, 3, 0}, {12, 1, 0}, {11, 1, 0}, {11, 3, 0}, {10, 3, 0}};
+    mesh.face_offsets = {0, 4, 10, 22};
+    for (std::uint32_t v = 0; v < 22; ++v) mesh.face_vertices.push_back(v);
+    mesh.uvs.resize(22);
+    for (std::uint32_t v = 0; v < 22; ++v) mesh.uvs[v] = {mesh.positions[v].x, 0};
+    mesh.face_uvs = mesh.face_vertices;
+    for (const char* name : {"mesh.glb", "mesh.obj", "mesh.ply"}) {
+        CAPTURE(name);
+        write_mesh(dir / name, mesh);
+        const TriangleMesh back = read_triangle_mesh(dir / name);
+        double area = 0;
+        for (const auto& [a, b, c] : back.triangles)
+            area += 0.5 * glm::length(
+                              glm::cross(back.positions[b] - back.positions[a], back.positions[c] - back.positions[a]));
+        CHECK(area == doctest::Approx(9 + 3 + 14).epsilon(1e-6));
+        REQUIRE(back.triangle_uvs.size() == back.triangles.size());
+        for (std::size_t t = 0; t < back.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k)
+                CHECK(back.uvs[back.triangle_uvs[t][k]].x ==
+                      doctest::Approx(back.positions[back.triangles[t][k]].x).epsilon(1e-6));
+    }
 }
 
 TEST_CASE("OBJ and PLY give back every bit of a mesh") {
@@ -290,7 +303,7 @@ TEST_CASE("text PLY, big-endian PLY and properties of other programs are read") 
           "property uchar flags\r\nproperty list uchar int vertex_index\r\nelement edge 1\r\nproperty int vertex1\r\n"
           "end_header\r\n0 0 0 255 0 0\r\n1 0 0 255 1 0\n+1 1 0 0 1 1\n0 1e0 0 0 0 1\n7 4 0 1 2 3\n0");
     const TriangleMesh text = read_triangle_mesh(dir / "a.ply");
-    CHECK(text.triangles == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}});
+    CHECK(text.triangles == std::vector<std::array<std::uint32_t, 3>>{{3, 0, 1}, {2, 3, 1}});
     CHECK(text.positions[2] == Vec3d(1, 1, 0));
     CHECK(text.triangle_uvs == text.triangles);
     CHECK(text.uvs[3] == Vec2d(0, 1));
@@ -327,9 +340,9 @@ TEST_CASE("OBJ as other programs write it is read") {
           "9 9 9");
     const TriangleMesh mesh = read_triangle_mesh(dir / "a.obj");
     CHECK(mesh.positions.size() == 5);
-    CHECK(mesh.triangles == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}, {4, 0, 1}});
+    CHECK(mesh.triangles == std::vector<std::array<std::uint32_t, 3>>{{3, 0, 1}, {2, 3, 1}, {4, 0, 1}});
     CHECK(mesh.normals.size() == 2);
-    CHECK(mesh.triangle_normals == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 0}, {0, 0, 0}, {0, 0, 0}});
+    CHECK(mesh.triangle_normals == std::vector<std::array<std::uint32_t, 3>>{{0, 0, 1}, {0, 0, 1}, {0, 0, 0}});
     CHECK(mesh.triangle_uvs.empty());  // the last face has none
     CHECK(mesh.materials == std::vector<std::string>{"red paint"});
     CHECK(mesh.groups == std::vector<std::string>{"thing"});

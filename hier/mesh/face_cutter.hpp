@@ -1,0 +1,70 @@
+#pragma once
+
+#include "../base/vec.hpp"
+
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Cuts one face after the other into triangles, by the rule of triangulate(): ears, the shortest diagonal first.
+/// Cost: O(n log n) for n corners, for concave faces times their reflex corners.
+class FaceCutter {
+  public:
+    /// Corners are named by their places in `points`, of which there are at least three.
+    /// @param is_free   is_free(a, b): whether there may be a diagonal between two places
+    /// @param triangle  triangle(a, tip, b) is called for each triangle, counter-clockwise as the face; all but the
+    /// last
+    ///                  one have the diagonal a-b
+    /// @return  the places, in order, of what is left where no diagonal is free; else nothing. Until the next call
+    template <class IsFree, class Triangle>
+    std::span<const std::uint32_t> cut(std::span<const Vec3d> points, const IsFree& is_free, const Triangle& triangle) {
+        if (points.size() == 3) {
+            triangle(0, 1, 2);
+            return {};
+        }
+        begin(points);
+        while (left_ > 3 && !ears_.empty()) {
+            const Ear ear = take_ear();
+            if (ear.round != round_[ear.at]) continue;
+            const std::uint32_t a = prev_[ear.at], b = next_[ear.at];
+            if (!is_free(a, b)) continue;
+            triangle(a, ear.at, b);
+            remove(ear.at);
+        }
+        if (left_ > 3) return rest();
+        triangle(prev_[start_], start_, next_[start_]);
+        return {};
+    }
+
+  private:
+    struct Ear {
+        bool bad;             ///< backward, holding a reflex corner, or leaving a backward triangle
+        double length2;       ///< of its diagonal, squared and rounded
+        std::uint32_t at;     ///< place of its tip
+        std::uint32_t round;  ///< of that place when the ear was looked at
+        friend bool operator>(const Ear& a, const Ear& b) {
+            return std::tie(a.bad, a.length2, a.at, a.round) > std::tie(b.bad, b.length2, b.at, b.round);
+        }
+    };
+
+    void begin(std::span<const Vec3d> points);
+    Ear take_ear();
+    void remove(std::uint32_t place);
+    void offer_all();
+    void offer(std::uint32_t tip);
+    bool holds_reflex_corner(std::uint32_t a, std::uint32_t tip, std::uint32_t b) const;
+    double facing(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+    std::span<const std::uint32_t> rest();
+
+    std::span<const Vec3d> points_;
+    std::uint32_t left_ = 0, start_ = 0;  ///< places that are left, and one of them
+    Vec3d normal_{0.0};
+    std::vector<std::uint32_t> prev_, next_, round_, reflex_, rest_;
+    bool test_reflex_ = false;
+    std::vector<Ear> ears_;  ///< a heap; those of earlier rounds are out of date
+};
+
+}  // namespace tetrakis::detail
