@@ -42,8 +42,8 @@ struct TessellateOptions {
     SchemeChoice scheme = SchemeKind::catmull_clark;  ///< see scheme_support()
     RuleOptions rules{};                              ///< choices that the scheme's rules offer
     EstimatorKind estimator = EstimatorKind::measured;
-    /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refine to max_triangles
-    /// only.
+    /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refine to max_triangles, or
+    /// until no distance is above rounding.
     std::optional<double> tolerance{};
     bool tolerance_is_absolute = false;  ///< else relative to the diagonal of the control mesh's bounding_box()
     /// 0: no limit; else the best mesh within it, largest errors first. The coarsest mesh, which has all corners of the

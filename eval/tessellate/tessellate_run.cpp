@@ -70,10 +70,10 @@ double tolerance_length(const ControlMesh& mesh, const TessellateOptions& option
 
 double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& options, double tolerance,
                            std::vector<std::string>& warnings) {
-    if (!options.tolerance) return tolerance;
     const bool certified = options.estimator == EstimatorKind::certified;
     // Every bound adds the rounding of points: half of the tolerance is left for the surface.
     const double least = 2 * surface_rounding(mesh, averaging_steps(options.scheme.info(), options.rules));
+    if (!options.tolerance) return least;  // more triangles would not be closer: the number wanted is not spent on them
     if (certified && !(tolerance > least))
         throw Error(
             ErrorCode::invalid_input,

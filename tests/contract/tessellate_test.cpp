@@ -273,6 +273,22 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
         }
 }
 
+TEST_CASE("a number of triangles is not spent on what is flat already") {
+    for (const std::string name : {"catmull-clark", "loop", "sqrt3", "doo-sabin", "kobbelt"})
+        for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
+            const SchemeInfo& scheme = *find_scheme(name);
+            if (estimator == EstimatorKind::certified && !scheme_support(scheme).certified) continue;
+            CAPTURE(name);
+            const ControlMesh square = mesh_for(scheme, "v 0 0 3\nv 1 0 3\nv 1 1 3\nv 0 1 3\nf 1 2 3 4\n");
+            const Tessellation result = tessellate(
+                square,
+                {.scheme = scheme, .estimator = estimator, .tolerance = {}, .max_triangles = 5000, .measure = true});
+            CHECK(result.mesh.triangles.size() <= 18);
+            REQUIRE(result.measured_error);
+            CHECK(result.measured_error->hausdorff < 1e-13);
+        }
+}
+
 TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls as it grows") {
     for (const char* name : k_schemes) {
         const SchemeInfo& scheme = *find_scheme(name);
