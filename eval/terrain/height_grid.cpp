@@ -24,11 +24,8 @@ constexpr float k_missing = std::numeric_limits<float>::quiet_NaN();
 
 void make_room(HeightGrid& grid, const std::filesystem::path& path, const RunContext& context) {
     const std::uint64_t count = std::uint64_t{grid.columns} * grid.rows, bytes = count * sizeof(float);
-    if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
-        throw Error(ErrorCode::memory_limit,
-                    fmt::format("{} x {} heights take {} MiB, and the limit is {} MiB", grid.columns, grid.rows,
-                                bytes >> 20, context.max_memory_bytes >> 20),
-                    path);
+    detail::check_memory(fmt::format("{} x {} heights need", grid.columns, grid.rows), bytes, context.max_memory_bytes,
+                         "allow more", path);
     detail::resize_large(grid.heights, static_cast<std::size_t>(count));
 }
 

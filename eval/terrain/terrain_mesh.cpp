@@ -232,12 +232,8 @@ class TerrainRefinement {
     void check_memory() const {
         const std::uint64_t bytes =
             forest_.memory_bytes() + vertices_.capacity() * sizeof(GridVertex) + grid_.heights.size() * sizeof(float);
-        if (context_.max_memory_bytes != 0 && bytes > context_.max_memory_bytes)
-            throw Error(
-                ErrorCode::memory_limit,
-                fmt::format("{} triangles before merging take {} MiB with the grid, and the limit is {} MiB; use "
-                            "a larger error",
-                            forest_.leaf_count(), bytes >> 20, context_.max_memory_bytes >> 20));
+        detail::check_memory(fmt::format("{} triangles before merging and the grid need", forest_.leaf_count()), bytes,
+                             context_.max_memory_bytes, "use a larger error");
     }
 
     /// Splits a leaf; the heights of new vertices are left to the caller.

@@ -1,5 +1,6 @@
 #include "measure.hpp"
 
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../distance/limit_samples.hpp"
 #include "../distance/local_maximum.hpp"
@@ -33,12 +34,8 @@ int reference_bits(std::size_t pieces, int deepest_lattice_level) {
 }
 
 void check_reference_memory(std::uint64_t triangles, const RunContext& context) {
-    const std::uint64_t bytes = triangles * k_reference_bytes;
-    if (context.max_memory_bytes == 0 || bytes <= context.max_memory_bytes) return;
-    throw Error(ErrorCode::memory_limit,
-                "measuring the result against a mesh of " + std::to_string(triangles) + " triangles needs about " +
-                    std::to_string(bytes >> 20) + " MiB, and the limit is " +
-                    std::to_string(context.max_memory_bytes >> 20) + " MiB; use a larger limit, or do not measure");
+    detail::check_memory("measuring the result against a mesh of " + std::to_string(triangles) + " triangles needs",
+                         triangles * k_reference_bytes, context.max_memory_bytes, "allow more, or do not measure");
 }
 
 template <class Family>

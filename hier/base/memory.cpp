@@ -1,5 +1,8 @@
 #include "memory.hpp"
 
+#include "error.hpp"
+
+#include <fmt/format.h>
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/scalable_allocator.h>
 
@@ -8,6 +11,7 @@
 #include <cassert>
 #include <cstdlib>
 #include <mutex>
+#include <string>
 
 #if defined(__linux__)
 #    include <sys/mman.h>
@@ -196,7 +200,20 @@ void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
     return grow_small(data, bytes);
 }
 
+std::string in_units(std::uint64_t bytes) {
+    constexpr int k_kib = 10, k_mib = 20;
+    return bytes >> k_mib != 0 ? fmt::format("{} MiB", bytes >> k_mib) : fmt::format("{} KiB", bytes >> k_kib);
+}
+
 }  // namespace
+
+void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limit, std::string_view advice,
+                  const std::filesystem::path& file) {
+    if (limit == 0 || bytes <= limit) return;
+    throw Error(ErrorCode::memory_limit,
+                fmt::format("{} about {}, and the limit is {}; {}", what, in_units(bytes), in_units(limit), advice),
+                file);
+}
 
 void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
     assert(bytes >= old_bytes);

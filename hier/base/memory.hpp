@@ -4,8 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <new>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -25,6 +27,13 @@ std::size_t default_freed_memory();
 std::uint64_t peak_memory_bytes();
 
 namespace detail {
+
+/// @param what    is too large, with its verb: "3 levels need"
+/// @param limit   in bytes; 0: none
+/// @param advice  what to do then
+/// @throws Error  memory_limit: so many bytes are more than the limit
+void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limit, std::string_view advice,
+                  const std::filesystem::path& file = {});
 
 /// Memory of working arrays. Blocks from 1 MiB on are mappings of their own, on huge pages where the system has them,
 /// and are kept when they are freed; oneTBB's allocator cuts smaller ones from such mappings. Contents stay as a block

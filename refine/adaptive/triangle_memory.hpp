@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 
 #include <cstdint>
 #include <string>
@@ -13,10 +13,8 @@ namespace tetrakis::detail {
 /// @throws Error     memory_limit: they take more than the limit
 inline void check_triangle_memory(std::uint64_t triangles, std::uint64_t bytes, std::uint64_t limit) {
     if (limit == 0 || bytes <= limit) return;
-    throw Error(ErrorCode::memory_limit, "more than " + std::to_string(triangles) + " triangles are needed, about " +
-                                             std::to_string(bytes >> 20) + " MiB, and the limit is " +
-                                             std::to_string(limit >> 20) +
-                                             " MiB; use a larger tolerance or a larger limit");
+    check_memory("more than " + std::to_string(triangles) + " triangles are wanted, which need", bytes, limit,
+                 "use a larger tolerance, or allow more");
 }
 
 }  // namespace tetrakis::detail

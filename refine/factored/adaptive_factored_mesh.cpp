@@ -1,6 +1,7 @@
 #include "adaptive_factored_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
@@ -262,13 +263,9 @@ int AdaptiveFactoredMesh::max_half_steps() const { return state_->half_steps(k_m
 void AdaptiveFactoredMesh::refine(std::span<const LeafId> leaves) {
     // A leaf with its triangle, site, and the cells around its points; closures seldom split more than was asked for.
     constexpr std::uint64_t k_per_leaf = 600;
-    const std::uint64_t limit = state_->context.max_memory_bytes;
-    const std::uint64_t bytes = k_per_leaf * (state_->forest->leaf_count() + 2 * std::uint64_t{leaves.size()});
-    if (limit != 0 && bytes > limit)
-        throw Error(ErrorCode::memory_limit,
-                    "the next half-step needs about " + std::to_string(bytes >> 20) + " MiB, but the limit is " +
-                        std::to_string(limit >> 20) +
-                        " MiB; ask for fewer half-steps or a smaller radius, or raise --max-memory");
+    detail::check_memory(
+        "the next half-step needs", k_per_leaf * (state_->forest->leaf_count() + 2 * std::uint64_t{leaves.size()}),
+        state_->context.max_memory_bytes, "ask for fewer half-steps or a smaller radius, or allow more");
     std::vector<LeafId> created;
     state_->forest->refine(state_->with_leaves_beyond(leaves), created);
 }

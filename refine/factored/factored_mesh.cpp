@@ -4,6 +4,7 @@
 #include "factored_steps.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../uniform/refine.hpp"
 
 #include <string>
@@ -108,10 +109,8 @@ PolygonMesh FactoredMesh::mesh(std::vector<std::uint32_t>* numbers) const {
 PolygonMesh FactoredMesh::active_mesh() const { return state_->warned(state_->steps->active_mesh()); }
 
 void detail::FactoredSteps::check_memory(std::uint64_t bytes, std::string_view which) const {
-    if (max_memory_bytes_ == 0 || bytes <= max_memory_bytes_) return;
-    throw Error(ErrorCode::memory_limit, std::string(which) + " needs about " + std::to_string(bytes >> 20) +
-                                             " MiB, but the limit is " + std::to_string(max_memory_bytes_ >> 20) +
-                                             " MiB; ask for fewer half-steps or raise --max-memory");
+    detail::check_memory(std::string(which) + " needs", bytes, max_memory_bytes_,
+                         "ask for fewer half-steps or allow more");
 }
 
 void detail::FactoredSteps::refuse_count(std::uint64_t elements, int bits, std::string_view which) {

@@ -1,6 +1,7 @@
 #include "rule_refiner.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../../schemes/rules/four_eight.hpp"
@@ -124,16 +125,11 @@ void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme
                         mesh.data().source);
     }
     const std::uint64_t bytes = beside + halfedges * (mesh.has_uvs() ? k_bytes_with_charts : k_bytes_per_halfedge) +
-                                static_cast<std::uint64_t>(levels) * bytes_of_large_rings(mesh, scheme),
-                        limit = context.max_memory_bytes;
-    if (limit == 0 || bytes <= limit) return;
-    throw Error(ErrorCode::memory_limit,
-                std::to_string(asked) + " levels, up to " + std::to_string(halfedges) + " face corners" +
-                    (levels < asked ? " in the first " + std::to_string(levels) + " of them, need at least about "
-                                    : std::string(", need about ")) +
-                    std::to_string(bytes >> 20) + " MiB, and the limit is " + std::to_string(limit >> 20) +
-                    " MiB; ask for fewer levels",
-                mesh.data().source);
+                                static_cast<std::uint64_t>(levels) * bytes_of_large_rings(mesh, scheme);
+    detail::check_memory(std::to_string(asked) + " levels, up to " + std::to_string(halfedges) + " face corners" +
+                             (levels < asked ? " in the first " + std::to_string(levels) + " of them" : std::string()) +
+                             ", need",
+                         bytes, context.max_memory_bytes, "ask for fewer levels", mesh.data().source);
 }
 
 RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options)
@@ -305,13 +301,8 @@ std::uint64_t RuleRefiner::State::bytes_with(const StencilTable& table) const {
 }
 
 void RuleRefiner::State::check_memory(const std::string& what, std::uint64_t bytes) const {
-    const std::uint64_t limit = options.context.max_memory_bytes;
-    if (limit == 0 || bytes <= limit) return;
-    throw Error(ErrorCode::memory_limit,
-                what + " need about " + std::to_string(bytes >> 20) +
-                    " MiB together with the levels, and the limit is " + std::to_string(limit >> 20) +
-                    " MiB; ask for fewer levels",
-                source);
+    detail::check_memory(what + ", together with the levels, need", bytes, options.context.max_memory_bytes,
+                         "ask for fewer levels", source);
 }
 
 StencilTable RuleRefiner::State::composed(const StencilTable& coarse, const StencilTable& fine) const {

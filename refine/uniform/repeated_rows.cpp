@@ -154,12 +154,10 @@ LastLevel last_level(const ControlMesh& mesh, const RootKind& roots, int levels,
 }
 
 void check_memory(const ControlMesh& mesh, int levels, const LastLevel& last, const RunContext& context) {
-    if (context.max_memory_bytes == 0 || last.bytes <= static_cast<double>(context.max_memory_bytes)) return;
-    throw Error(ErrorCode::memory_limit,
-                fmt::format("{} levels, {:.0f} vertices, need about {:.0f} MiB, and the limit is {} MiB; ask for fewer "
-                            "levels",
-                            levels, last.points, std::ceil(last.bytes / (1 << 20)), context.max_memory_bytes >> 20),
-                mesh.data().source);
+    constexpr double k_most = 0x1p63;
+    detail::check_memory(fmt::format("{} levels, {:.0f} vertices, need", levels, last.points),
+                         static_cast<std::uint64_t>(std::min(last.bytes, k_most)), context.max_memory_bytes,
+                         "ask for fewer levels", mesh.data().source);
 }
 
 }  // namespace
