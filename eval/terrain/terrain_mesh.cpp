@@ -263,14 +263,15 @@ class TerrainRefinement {
         std::vector<LeafId> across{};   ///< first leaves of diamonds that reach beyond the block
     };
     /// The leaves around a point: the smallest block of one of them, and by how many bits block numbers are to be
-    /// shifted until all are in one.
+    /// shifted until all are in one. Merging does not add to them: both children of a leaf are in the same block, or
+    /// are a block each.
     struct Star {
         static constexpr std::uint32_t k_none = 0xFFFF'FFFF;
         std::uint32_t block = k_none;
         int shift = 0;
-        void add(const Star& other) {
-            if (block == k_none) block = other.block;
-            shift = std::max({shift, other.shift, static_cast<int>(std::bit_width(block ^ other.block))});
+        void add(std::uint32_t number) {
+            if (block == k_none) block = number;
+            shift = std::max(shift, static_cast<int>(std::bit_width(block ^ number)));
         }
     };
     std::vector<Block> make_blocks() {
@@ -288,7 +289,7 @@ class TerrainRefinement {
                                                           : leaf.path << (depth - leaf.depth),
                                 number = (std::uint64_t{forest_.root(leaves[i]).value} << depth) + path;
             if (blocks.empty() || number != blocks.back().number) blocks.push_back({number});
-            for (const PointId p : leaf.vertex) stars_[p.value].add({static_cast<std::uint32_t>(number)});
+            for (const PointId p : leaf.vertex) stars_[p.value].add(static_cast<std::uint32_t>(number));
             blocks.back().slots.push_back(leaves[i]);
         }
         return blocks;
@@ -331,8 +332,6 @@ class TerrainRefinement {
                 if (!std::ranges::all_of(corners, [&](PointId p) { return is_inside(p, block.number); }))
                     block.across.push_back(leaf);
                 else if ((pass == first || changed_since(pass - 1, diamond)) && fit_corners(diamond, pass)) {
-                    // A merged leaf is in the block of its first child, which was not around all of its corners.
-                    for (const PointId p : corners) stars_[p.value].add(stars_[diamond.midpoint.value]);
                     forest_.fold_diamond(diamond);
                     block.merged.push_back(diamond);
                 }
@@ -471,7 +470,7 @@ class TerrainRefinement {
     // By the forest's points:
     detail::PoolVector<GridVertex> vertices_;
     detail::PoolVector<std::uint8_t> changed_;  // in which pass the leaves around it did, or its height
-    detail::PoolVector<Star> stars_;            // while leaves are merged
+    detail::PoolVector<Star> stars_;            // when merging begins
     int block_shift_ = 0;  // from the numbers of the smallest blocks to those of the blocks that are looked at
 };
 
