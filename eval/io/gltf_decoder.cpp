@@ -152,10 +152,8 @@ class GltfDecoder {
                     return scaled(get(std::uint16_t{}));
                 case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
                     return static_cast<double>(get(std::uint32_t{}));
-                case TINYGLTF_COMPONENT_TYPE_FLOAT:
+                default:  // FLOAT: numbers() lets no other through
                     return static_cast<double>(get(float{}));
-                default:
-                    return get(double{});
             }
         }
     };
@@ -169,7 +167,10 @@ class GltfDecoder {
         const int component_size =
             tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
         const int found = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
-        if (component_size <= 0 || found != components)
+        // tinygltf knows more types than glTF has.
+        const bool allowed = accessor.componentType != TINYGLTF_COMPONENT_TYPE_INT &&
+                             accessor.componentType != TINYGLTF_COMPONENT_TYPE_DOUBLE;
+        if (component_size <= 0 || !allowed || found != components)
             reject(fmt::format("accessor {} has the wrong type for a {}", index, what));
         const auto element = static_cast<std::uint64_t>(component_size * components);
         const std::uint64_t stride = view.byteStride == 0 ? element : view.byteStride;
@@ -180,12 +181,17 @@ class GltfDecoder {
             (accessor.count > 0 && (available - accessor.byteOffset < element ||
                                     accessor.count - 1 > (available - accessor.byteOffset - element) / stride)))
             reject(fmt::format("accessor {} exceeds its buffer view", index));
-        return {buffer.data.data() + view.byteOffset + accessor.byteOffset,
-                accessor.count,
-                stride,
-                accessor.componentType,
-                components,
-                accessor.normalized};
+        const Numbers result{buffer.data.data() + view.byteOffset + accessor.byteOffset,
+                             accessor.count,
+                             stride,
+                             accessor.componentType,
+                             components,
+                             accessor.normalized};
+        for (std::uint64_t i = 0; i < result.count; ++i)
+            for (int c = 0; c < components; ++c)
+                if (!std::isfinite(result(i, c)))
+                    reject(fmt::format("{} {} of accessor {} is not finite", what, i, index));
+        return result;
     }
 
     // Vertices that were already added with the same transform: primitives often share them.

@@ -487,6 +487,22 @@ TEST_CASE("[bad-input] glTF files with accessors that reach beyond their data ar
     CHECK(message_of(gltf(good, R"({"mesh":0,"children":[0]})")).find("is its own ancestor") != std::string::npos);
     CHECK(message_of(gltf(R"({"bufferView":0,"componentType":5126,"count":9,"type":"SCALAR"})", node)) ==
           ": accessor 0 has the wrong type for a position");
+    // INT and DOUBLE, which glTF does not have.
+    for (const char* type : {"5124", "5130"})
+        CHECK(message_of(gltf(
+                  R"({"bufferView":0,"componentType":)" + std::string(type) + R"(,"count":1,"type":"VEC3"})", node)) ==
+              ": accessor 0 has the wrong type for a position");
+    std::string text = slurp(gltf(good + R"(,{"bufferView":1,"componentType":5126,"count":3,"type":"VEC3"})", node));
+    const auto insert = [&](const std::string& after, const std::string& more) {
+        text.insert(text.find(after) + after.size(), more);
+    };
+    insert(R"("POSITION":0)", R"(,"NORMAL":1)");
+    insert(R"("byteLength":36})", R"(,{"buffer":1,"byteLength":36})");
+    std::string nans;
+    for (int i = 0; i < 12; ++i) nans += "////";
+    insert("AAAAgD8AAAAA\"}", R"(,{"byteLength":36,"uri":"data:application/octet-stream;base64,)" + nans + R"("})");
+    spill(dir / "nan.gltf", text);
+    CHECK(message_of(dir / "nan.gltf") == ": normal 0 of accessor 1 is not finite");
 }
 
 TEST_CASE("[bad-input] a failed write leaves the directory as it was and says why") {
