@@ -50,7 +50,8 @@ void append_bytes(std::string& out, const T& value) {
     out.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
-/// A name that cannot break a line-based format: control characters become '_', the empty name a word.
+/// A name that cannot break a line-based format: control characters and a '\' at the end become '_', the empty name a
+/// word.
 std::string printable_name(std::string_view name);
 
 }  // namespace tetrakis::detail

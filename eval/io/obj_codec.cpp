@@ -222,6 +222,7 @@ std::string printable_name(std::string_view name) {
     std::string result(name.empty() ? "unnamed" : name);
     for (char& c : result)
         if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '_';
+    if (result.back() == '\\') result.back() = '_';  // it would join the next line to this one
     return result;
 }
 

@@ -232,6 +232,25 @@ TEST_CASE("a GLB keeps the rules of its format") {
     CHECK(triangles == mesh.triangles.size());
 }
 
+TEST_CASE("a name that ends in a backslash does not join lines") {
+    const ScratchDir dir;
+    TriangleMesh mesh = shapes::octahedron();
+    mesh.groups = {"lower", "upper\\"};
+    mesh.materials = {"red\\", "blue"};
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        mesh.triangle_group.push_back(t / 4);
+        mesh.triangle_material.push_back(t % 2);
+    }
+    for (const char* name : {"a.obj", "a.ply"}) {
+        CAPTURE(name);
+        write_mesh(dir / name, mesh);
+        const TriangleMesh back = read_triangle_mesh(dir / name);
+        CHECK(back.triangles.size() == mesh.triangles.size());
+        CHECK(back.groups == std::vector<std::string>{"lower", "upper_"});
+        CHECK(back.materials == std::vector<std::string>{"red_", "blue"});
+    }
+}
+
 TEST_CASE("polygons are written as polygons, and cut into triangles for GLB") {
     const ScratchDir dir;
     PolygonMesh mesh;  // a quad whose diagonals differ, and a 200-gon beside it
