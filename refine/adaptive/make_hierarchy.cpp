@@ -73,10 +73,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     if (scheme.refinement == Refinement::honeycomb)
         throw Error(ErrorCode::unsupported, "there is no hierarchy for " + std::string(scheme.name) +
                                                 ": its vertices are no sites of corner cells or triangles");
-    RuleOptions rules = options.rules;
-    if (mesh.crease_method() == CreaseMethod::chaikin && detail::has_plain_rules(mesh, scheme, rules))
-        rules.chaikin_creases = true;
-    const auto source = by_rows(mesh, scheme, rules, options);
+    const auto source = by_rows(mesh, scheme, detail::with_crease_method(mesh, scheme, options.rules), options);
     return Hierarchy(triangles ? triangle_family(mesh, source) : bisection_family(mesh, source), scheme, options.rules);
 }
 

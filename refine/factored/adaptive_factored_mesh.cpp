@@ -9,6 +9,7 @@
 #include "../points/row_points.hpp"
 #include "../points/vertex_links.hpp"
 #include "../points/written_positions.hpp"
+#include "../uniform/refine.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -111,7 +112,8 @@ struct AdaptiveFactoredMesh::State {
             roots = vertex_roots(control, info);
             cells = cell_mesh(roots);
         }
-        points = detail::row_points(control, info, {}, dual ? &roots : nullptr, run, false);
+        const RuleOptions rules = detail::with_crease_method(control, info, {});
+        points = detail::row_points(control, info, rules, dual ? &roots : nullptr, run, false);
         forest.emplace(dual ? cells : control);
     }
 

@@ -57,6 +57,12 @@ bool detail::has_plain_rules(const ControlMesh& mesh, const SchemeInfo& scheme, 
     return !mesh.has_corner_angles() && has_plain_rules(scheme, rules);
 }
 
+RuleOptions detail::with_crease_method(const ControlMesh& mesh, const SchemeInfo& scheme, RuleOptions rules) {
+    if (mesh.crease_method() == CreaseMethod::chaikin && has_plain_rules(mesh, scheme, rules))
+        rules.chaikin_creases = true;
+    return rules;
+}
+
 void detail::warn_of_ignored_tags(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
                                   std::vector<std::string>& warnings) {
     if (mesh.crease_method() == CreaseMethod::chaikin && !rules.chaikin_creases && !scheme.is_linear() &&
@@ -341,10 +347,10 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         without.normals = false;
         return refine_general(mesh, scheme, levels, without, stencils, keep);
     }
-    if (mesh.crease_method() == CreaseMethod::chaikin && !options.rules.chaikin_creases &&
-        detail::has_plain_rules(mesh, scheme, options.rules)) {
+    if (const RuleOptions rules = detail::with_crease_method(mesh, scheme, options.rules);
+        rules.chaikin_creases != options.rules.chaikin_creases) {
         RefineOptions chaikin = options;
-        chaikin.rules.chaikin_creases = true;
+        chaikin.rules = rules;
         return refine_general(mesh, scheme, levels, chaikin, stencils, keep);
     }
     detail::check_attributes(mesh, options.attributes);

@@ -58,6 +58,8 @@ namespace detail {
 bool has_plain_rules(const SchemeInfo& scheme, const RuleOptions& rules);
 /// And on this mesh, whose corners may have angles of their own.
 bool has_plain_rules(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
+/// The rules, with Chaikin's for semi-sharp creases where the mesh asks for it and the scheme has it.
+RuleOptions with_crease_method(const ControlMesh& mesh, const SchemeInfo& scheme, RuleOptions rules);
 
 /// A warning, if the mesh has creases and the scheme no rule for them.
 std::optional<std::string> ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);

@@ -150,6 +150,15 @@ TEST_CASE("[inv6] Catmull-Clark's half-steps adapt: each vertex has the point of
     }
 }
 
+TEST_CASE("[inv6] half-steps adapt with semi-sharp creases by Chaikin's method, too") {
+    for (const std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        ControlMeshData data = test::random_mesh_data(seed, test::random_options(seed));
+        data.crease_method = CreaseMethod::chaikin;
+        check_random(ControlMesh::build(std::move(data)), FactoredScheme::catmull_clark, seed);
+    }
+}
+
 TEST_CASE("[inv6] dual half-steps adapt: each vertex has the point of its finest half-step") {
     check_random(test::prism(5), FactoredScheme::doo_sabin, 1);
     check_random(test::double_fan(3), FactoredScheme::doo_sabin, 1);
