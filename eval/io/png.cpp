@@ -3,7 +3,11 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
 
+#include <fmt/format.h>
+
+#include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <new>
 #include <string>
 
@@ -27,6 +31,11 @@ std::string encode_png(const Image& image) {
         image.rgb.size() !=
             std::size_t{3} * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
         throw Error(ErrorCode::invalid_input, "a picture without pixels cannot be written");
+    // stb counts the bytes in an int, with one more for each row.
+    if ((3 * std::int64_t{image.width} + 1) * image.height > std::numeric_limits<int>::max())
+        throw Error(
+            ErrorCode::unsupported,
+            fmt::format("a PNG of {} x {} pixels would be beyond 2 GiB; make it smaller", image.width, image.height));
     std::string bytes;
     const auto collect = [](void* out, void* data, int size) {
         static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));

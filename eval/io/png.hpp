@@ -15,12 +15,12 @@ struct Image {
     std::vector<std::uint8_t> rgb;  ///< 3 * width * height
 };
 
-/// Writes a PNG; it appears whole or not at all. @throws Error io; invalid_input: a picture without pixels
+/// Writes a PNG; it appears whole or not at all. @throws Error io; as encode_png()
 void write_png(const std::filesystem::path& path, const Image& image);
 /// The same into a file that the caller commits.
 void write_png(AtomicFile& file, const Image& image);
 
-/// The bytes of a PNG. @throws Error invalid_input: a picture without pixels
+/// The bytes of a PNG. @throws Error invalid_input: a picture without pixels; unsupported: of more than 2 GiB
 std::string encode_png(const Image& image);
 
 }  // namespace tetrakis

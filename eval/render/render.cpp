@@ -354,7 +354,7 @@ class Renderer {
 
 void check(const TriangleMesh& mesh, const RenderOptions& options) {
     const auto reject = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
-    constexpr int k_largest_side = 32768, k_most_supersampling = 16, k_most_occlusion = 4096;
+    constexpr int k_largest_side = 16384, k_most_supersampling = 16, k_most_occlusion = 4096;
     if (mesh.triangles.empty()) reject("the mesh to draw has no triangles");
     if (options.width < 1 || options.height < 1 || options.width > k_largest_side || options.height > k_largest_side)
         reject(fmt::format("a picture of {} x {} pixels; sides must be 1 to {}", options.width, options.height,
