@@ -84,7 +84,7 @@ struct Fan {
     std::size_t first;  ///< triangle; the others follow
     std::size_t corners;
 };
-/// Cuts such faces again, by their shapes: a fan covers more than a concave face.
+/// Cuts such faces again, by their shapes: the fan of a concave face may reach outside of it.
 /// @param arrays  of triangles' corners: vertices, texture coordinates, normals
 void cut_fans(std::span<const Fan> fans, std::span<const Vec3d> positions,
               std::initializer_list<std::vector<std::array<std::uint32_t, 3>>*> arrays);

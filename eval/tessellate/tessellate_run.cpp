@@ -73,7 +73,7 @@ double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& opt
     const bool certified = options.estimator == EstimatorKind::certified;
     // Every bound adds the rounding of points: half of the tolerance is left for the surface.
     const double least = 2 * surface_rounding(mesh, averaging_steps(options.scheme.info(), options.rules));
-    if (!options.tolerance) return least;  // more triangles would not be closer: the number wanted is not spent on them
+    if (!options.tolerance) return least;  // below it, more triangles would not bring the mesh closer
     if (certified && !(tolerance > least))
         throw Error(
             ErrorCode::invalid_input,

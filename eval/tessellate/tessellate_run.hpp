@@ -78,7 +78,7 @@ double tolerance_length(const ControlMesh& mesh, const TessellateOptions& option
 
 /// What the estimator aims at. What is certified includes the rounding of the floats that are written: the certified
 /// estimator must do with the rest of the tolerance.
-/// @param tolerance  as a length; without one what rounding hides is the aim
+/// @param tolerance  as a length; where the options have none, rounding is the aim
 /// @param warnings   receives one where rounding leaves nothing of the tolerance
 /// @throws Error     invalid_input: the certified estimator with a tolerance below twice surface_rounding()
 double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& options, double tolerance,

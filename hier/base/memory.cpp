@@ -200,6 +200,7 @@ void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
     return grow_small(data, bytes);
 }
 
+/// As messages have it: rounded down, in KiB below a MiB.
 std::string in_units(std::uint64_t bytes) {
     constexpr int k_kib = 10, k_mib = 20;
     return bytes >> k_mib != 0 ? fmt::format("{} MiB", bytes >> k_mib) : fmt::format("{} KiB", bytes >> k_kib);

@@ -28,10 +28,11 @@ std::uint64_t peak_memory_bytes();
 
 namespace detail {
 
-/// @param what    is too large, with its verb: "3 levels need"
+/// Refuses work that needs more memory than allowed.
+/// @param what    the work with its verb, as the message begins: "3 levels need"
 /// @param limit   in bytes; 0: none
-/// @param advice  what to do then
-/// @throws Error  memory_limit: so many bytes are more than the limit
+/// @param advice  what the user can do about it
+/// @throws Error  memory_limit: `bytes` is more than the limit
 void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limit, std::string_view advice,
                   const std::filesystem::path& file = {});
 

@@ -15,10 +15,10 @@ class FaceCutter {
   public:
     /// Corners are named by their places in `points`, of which there are at least three.
     /// @param is_free   is_free(a, b): whether there may be a diagonal between two places
-    /// @param triangle  triangle(a, tip, b) is called for each triangle, counter-clockwise as the face; all but the
-    /// last
-    ///                  one have the diagonal a-b
-    /// @return  the places, in order, of what is left where no diagonal is free; else nothing. Until the next call
+    /// @param triangle  triangle(a, tip, b) is called for each triangle, counter-clockwise as the face; a-b is a
+    ///                  diagonal, but for the last triangle
+    /// @return  places of the polygon that remains where no diagonal is free, in order; else none. They stay until the
+    ///          next call
     template <class IsFree, class Triangle>
     std::span<const std::uint32_t> cut(std::span<const Vec3d> points, const IsFree& is_free, const Triangle& triangle) {
         if (points.size() == 3) {

@@ -37,8 +37,8 @@ class PositionRefiner {
 
     /// Positions (on the limit surface where the options say so) and unit limit normals for other control positions:
     /// byte for byte those of refine() of a control mesh that has them, its tags being the same.
-    /// @param control    as many as the control mesh has vertices; not looked at: what is not finite gives points that
-    ///                   are not
+    /// @param control    as many as the control mesh has vertices; they are not checked: a position that is not finite
+    ///                   makes all points around it so
     /// @param positions  as many as mesh() has, in its order, to be written
     /// @param normals    as many as mesh() has, to be written; or empty: none
     /// @throws Error     invalid_input: a span of the wrong length, so for normals that the options did not ask for;
