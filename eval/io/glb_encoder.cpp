@@ -8,7 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
+#include <utility>
 
 namespace tetrakis {
 
@@ -85,25 +86,22 @@ std::uint64_t triangle_count(const MeshView& mesh, std::uint64_t f) {
 
 TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split) {
     TriangleList list;
-    const std::uint64_t materials = std::max<std::uint64_t>(1, mesh.materials.size());
-    const std::uint64_t groups = std::max<std::uint64_t>(1, mesh.groups.size());
-    const auto bucket = [&](std::uint64_t f) {
-        return (mesh.face_group.empty() ? 0 : mesh.face_group[f]) * materials +
-               (mesh.face_material.empty() ? 0 : mesh.face_material[f]);
+    const auto group_material = [&](std::uint64_t f) {
+        return std::pair(mesh.face_group.empty() ? 0 : mesh.face_group[f],
+                         mesh.face_material.empty() ? 0 : mesh.face_material[f]);
     };
-    std::vector<std::uint64_t> place(groups * materials + 1, 0);
-    for (std::uint64_t f = 0; f < mesh.face_count(); ++f) place[bucket(f) + 1] += 3 * triangle_count(mesh, f);
-    for (std::size_t b = 1; b < place.size(); ++b) {
-        if (place[b] > 0)
-            list.primitives.push_back({static_cast<std::uint32_t>((b - 1) / materials),
-                                       static_cast<std::uint32_t>((b - 1) % materials), place[b - 1], place[b]});
-        place[b] += place[b - 1];
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint64_t> place;  // counts, then where the next index goes
+    for (std::uint64_t f = 0; f < mesh.face_count(); ++f) place[group_material(f)] += 3 * triangle_count(mesh, f);
+    std::uint64_t index_count = 0;
+    for (auto& [key, count] : place) {
+        list.primitives.push_back({key.first, key.second, index_count, count});
+        index_count += std::exchange(count, index_count);
     }
-    list.indices.resize(place.back());
+    list.indices.resize(index_count);
     FaceCutter cutter;
     std::vector<Vec3d> points;
     for (std::uint64_t f = 0; f < mesh.face_count(); ++f) {
-        std::uint64_t& at = place[bucket(f)];
+        std::uint64_t& at = place[group_material(f)];
         const std::uint64_t begin = mesh.face_begin(f);
         points.clear();
         for (std::uint64_t c = begin; c < mesh.face_end(f); ++c) points.push_back(mesh.positions[mesh.corners[c]]);
@@ -119,8 +117,8 @@ TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split
 }
 
 Vec3f unit_normal(const Vec3d& n) {
-    const double length = glm::length(n);
-    return length > 0 ? Vec3f(n / length) : Vec3f(0, 0, 1);  // glTF requires unit length
+    const Vec3d unit = unit_or_zero(n);
+    return unit != Vec3d(0) ? Vec3f(unit) : Vec3f(0, 0, 1);  // glTF requires unit length
 }
 
 class GlbEncoder {
@@ -133,8 +131,12 @@ class GlbEncoder {
           origin_(glb_origin(whole)) {
         const Box3d box = bounding_box(mesh.positions);
         const Vec3d reach = glm::max(glm::abs(box.lower - origin_), glm::abs(box.upper - origin_));
-        if (!box.empty() && !(std::max({reach.x, reach.y, reach.z}) < std::numeric_limits<float>::max()))
+        if (!box.empty() && !fits_float(std::max({reach.x, reach.y, reach.z})))
             throw Error(ErrorCode::unsupported, "the coordinates exceed the floats of GLB; write .obj or .ply");
+        for (const Vec2d& uv : mesh.uvs)
+            if (!fits_float(uv.x) || !fits_float(uv.y))
+                throw Error(ErrorCode::unsupported,
+                            "the texture coordinates exceed the floats of GLB; write .obj or .ply");
     }
 
     void write(AtomicFile& file) {

@@ -21,8 +21,9 @@ struct GpuMesh {
 /// Vertices with several normals or UVs (creases, seams) get a copy for each; copies come after all vertices. Their
 /// positions are equal to the bit, so no crack opens.
 /// @param origin  subtracted before rounding to float: choose one near models that are far from zero (glb_origin())
-/// @throws Error  invalid_input: the mesh contradicts itself; unsupported: 2^32 - 1 positions or more
-/// Cost: O(V + T), one thread.
+/// @throws Error  invalid_input: the mesh contradicts itself, or floats cannot hold a coordinate of it less the origin;
+///                unsupported: 2^32 - 1 positions or more
+/// Cost: O(V + T) times the normals and UVs that a vertex has, one thread.
 GpuMesh gpu_mesh(const TriangleMesh& mesh, const Vec3d& origin = Vec3d(0));
 
 }  // namespace tetrakis

@@ -4,12 +4,16 @@
 #include "../../refine/rules/polygon_mesh.hpp"
 #include "../surface/triangle_mesh.hpp"
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace tetrakis::detail {
+
+inline bool fits_float(double x) { return std::abs(x) <= double{std::numeric_limits<float>::max()}; }
 
 /// What the writers see: triangle and polygon meshes alike, nothing copied.
 struct MeshView {

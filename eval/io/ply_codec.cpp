@@ -74,6 +74,15 @@ class PlyDecoder {
                         path_);
     }
 
+    // The last role is that of `property`.
+    void reject_second(const std::vector<Role>& roles, const PlyElement& element, const PlyProperty& property) const {
+        if (roles.back() != Role::skip && std::count(roles.begin(), roles.end(), roles.back()) > 1)
+            throw Error(ErrorCode::invalid_input,
+                        fmt::format("the element {} has a second property for what {} says; remove one", element.name,
+                                    property.name),
+                        path_);
+    }
+
     void skip(const PlyProperty& property) {
         const std::uint64_t count = property.is_list ? values_.list_count(property) : 1;
         for (std::uint64_t i = 0; i < count; ++i) (void)values_.next(property.type);
@@ -90,6 +99,7 @@ class PlyDecoder {
         bool has[static_cast<int>(Role::group) + 1] = {};
         for (const PlyProperty& property : element.properties) {
             roles.push_back(property.is_list ? Role::skip : vertex_role(property.name));
+            reject_second(roles, element, property);
             has[static_cast<int>(roles.back())] = true;
         }
         const auto all_of = [&](std::initializer_list<Role> wanted) {
@@ -125,7 +135,10 @@ class PlyDecoder {
     void faces(const PlyElement& element) {
         check_count(element);
         std::vector<Role> roles;
-        for (const PlyProperty& property : element.properties) roles.push_back(face_role(property.name));
+        for (const PlyProperty& property : element.properties) {
+            roles.push_back(face_role(property.name));
+            reject_second(roles, element, property);
+        }
         if (std::find(roles.begin(), roles.end(), Role::corners) == roles.end())
             throw Error(ErrorCode::invalid_input, "the faces have no list vertex_indices", path_);
         std::vector<double> texcoords;

@@ -88,13 +88,17 @@ class RaySearch {
 
 }  // namespace
 
+bool Surface::is_ray(const Vec3d& origin, const Vec3d& direction, double farthest) {
+    constexpr double k_shortest = 1e-100, k_longest = 1e100;
+    const double length = glm::length(direction);
+    return std::isfinite(origin.x + origin.y + origin.z) && length >= k_shortest && length <= k_longest &&
+           !std::isnan(farthest);
+}
+
 std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     // Corners are the middles of larger triangles.
     const SurfaceUse use(*this);
-    const auto is_finite = [](const Vec3d& v) {
-        return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-    };
-    if (!is_finite(origin) || !is_finite(direction)) return {};
+    if (!is_ray(origin, direction, farthest)) return {};
     RaySearch finest(*this, origin, direction, farthest, max_depth());
     finest.search();
     if (finest.result() || finest.known_depth() == max_depth()) return finest.result();

@@ -69,9 +69,9 @@ class Surface {
     virtual void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const = 0;
 
     /// Where a ray meets the finest triangles first, of what is known, from either side. Nothing if it does not, or
-    /// only at a t larger than `farthest`; nothing either for numbers that are not finite. Some hundreds of bounds for
-    /// a steep ray, thousands for one along the surface.
-    /// @param direction  of any length but zero
+    /// only at a t larger than `farthest`; nothing either for an origin or direction that is not finite. Some hundreds
+    /// of bounds for a steep ray, thousands for one along the surface.
+    /// @param direction  of a length from 1e-100 to 1e100
     virtual std::optional<SurfaceHit> hit(const Vec3d& origin, const Vec3d& direction,
                                           double farthest = std::numeric_limits<double>::infinity()) const;
 
@@ -82,6 +82,9 @@ class Surface {
     virtual void end_use(std::uint64_t /*use*/) const {}
 
   protected:
+    /// Whether hit() can follow a ray.
+    static bool is_ray(const Vec3d& origin, const Vec3d& direction, double farthest);
+
     Surface() = default;
     Surface(const Surface&) = default;
     Surface(Surface&&) = default;

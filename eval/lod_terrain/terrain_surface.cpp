@@ -284,8 +284,7 @@ void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t si
 }
 
 std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
-    for (int axis = 0; axis < 3; ++axis)
-        if (!std::isfinite(origin[axis]) || !std::isfinite(direction[axis])) return {};
+    if (!is_ray(origin, direction, farthest)) return {};
     RaySearch ray{origin, direction, farthest};
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
     search(ray, {0, 0}, 1 << top, 0, 0);

@@ -1,5 +1,8 @@
 #include "render.hpp"
 
+#include "../../hier/base/error.hpp"
+
+#include <fmt/format.h>
 #include <glm/trigonometric.hpp>
 
 #include <cmath>
@@ -16,6 +19,10 @@ Vec3d unit_or(const Vec3d& v, const Vec3d& fallback) {
 }  // namespace
 
 Camera fit_camera(std::span<const Vec3d> points, double aspect, const ViewDirection& view) {
+    if (!(view.margin >= 0 && view.margin < 1))
+        throw Error(
+            ErrorCode::invalid_input,
+            fmt::format("a margin of {}; it is a share of the picture, 0 or more and less than 1", view.margin));
     const Vec3d up = unit_or(view.up, Vec3d(0, 1, 0));
     const Vec3d front_axis = std::abs(up.z) > 0.9 ? Vec3d(0, -1, 0) : Vec3d(0, 0, 1);
     const Vec3d front = glm::normalize(front_axis - glm::dot(front_axis, up) * up);

@@ -20,13 +20,25 @@
 
 namespace tetrakis {
 
+namespace {
+
+// The font has ASCII's printable characters alone, and reads beyond its table for others. Its functions take what they
+// could write to.
+std::string printable(std::string text) {
+    for (char& c : text)
+        if (c != '\n' && (c < ' ' || c > '~')) c = '?';
+    return text;
+}
+
+}  // namespace
+
 std::vector<TextRectangle> text_rectangles(const std::string& text) {
     struct Vertex {
         float x, y, z;
         unsigned char colour[4];
     };
     constexpr std::size_t k_quads_per_glyph = 18;
-    std::string copy = text;  // the font's functions take what they could write to
+    std::string copy = printable(text);
     std::vector<Vertex> corners(4 * k_quads_per_glyph * (text.size() + 1));
     const int quads = stb_easy_font_print(0, 0, copy.data(), nullptr, corners.data(),
                                           static_cast<int>(corners.size() * sizeof(Vertex)));
@@ -39,7 +51,7 @@ std::vector<TextRectangle> text_rectangles(const std::string& text) {
 }
 
 int text_width(const std::string& text) {
-    std::string copy = text;
+    std::string copy = printable(text);
     return stb_easy_font_width(copy.data());
 }
 

@@ -128,7 +128,10 @@ class Renderer {
     Camera fitted_camera(double aspect) const {
         const bool legend = !options_.triangle_values.empty() && options_.legend && aspect > 1;
         const double strip = legend ? k_legend_strip : 0;
-        Camera camera = fit_camera(mesh_.positions, aspect * (1 - strip), options_.view);
+        std::vector<Vec3d> points;
+        for (const auto& triangle : mesh_.triangles)
+            for (const std::uint32_t v : triangle) points.push_back(mesh_.positions[v]);
+        Camera camera = fit_camera(points, aspect * (1 - strip), options_.view);
         const Vec3d look = camera.target - camera.eye;
         const Vec3d right = glm::cross(look, camera.up);
         if (strip > 0 && glm::length(right) > 0) {
@@ -363,6 +366,15 @@ void check(const TriangleMesh& mesh, const RenderOptions& options) {
         reject(fmt::format("supersampling must be 1 to {}", k_most_supersampling));
     if (options.occlusion_samples < 0 || options.occlusion_samples > k_most_occlusion)
         reject(fmt::format("occlusion samples must be 0 to {}", k_most_occlusion));
+    for (const double number :
+         {options.crease_degrees, options.wire_pixels, options.lowest_value, options.highest_value.value_or(0),
+          options.view.azimuth_degrees, options.view.elevation_degrees})
+        if (!std::isfinite(number)) reject("an angle, a line width or an end of the values' range is not finite");
+    for (const Vec3f& colour : {options.wire_colour, options.surface_colour, options.back_colour,
+                                options.background_top, options.background_bottom})
+        for (int c = 0; c < 3; ++c)
+            if (!(colour[c] >= 0 && colour[c] <= 1))
+                reject(fmt::format("colour ({}, {}, {}); each part must be 0 to 1", colour.r, colour.g, colour.b));
     if (!options.triangle_values.empty() && options.triangle_values.size() != mesh.triangles.size())
         reject(fmt::format("{} values for {} triangles", options.triangle_values.size(), mesh.triangles.size()));
     if (!mesh.triangle_normals.empty() && mesh.triangle_normals.size() != mesh.triangles.size())

@@ -27,7 +27,9 @@ struct ViewDirection {
     double vertical_fov_degrees = 28;
 };
 
-/// The closest camera that sees all points, the projected model in the middle. @param aspect  width / height
+/// The closest camera that sees all points, the projected model in the middle.
+/// @param aspect  width / height
+/// @throws Error  invalid_input: a margin that is not in [0, 1)
 Camera fit_camera(std::span<const Vec3d> points, double aspect, const ViewDirection& view = {});
 
 enum class Shading { smooth, flat };

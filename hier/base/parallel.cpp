@@ -94,9 +94,10 @@ bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1;
 
 void run_in_arena(int threads, WorkCall call, const void* work) {
     constexpr int k_most_threads = 1024;
-    if (threads > k_most_threads)
-        throw Error(ErrorCode::invalid_input, fmt::format("{} threads; {} are the most", threads, k_most_threads));
-    if (threads <= 0) return call(work);
+    if (threads < 0 || threads > k_most_threads)
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("{} threads; 0 (one a processor) to {} are possible", threads, k_most_threads));
+    if (threads == 0) return call(work);
     if (threads == 1) {
         if (one_thread()) return call(work);
         // To make an arena takes longer than small meshes do: each thread keeps one. It has room for one entry only.

@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -17,10 +18,13 @@ using Vec3d = glm::dvec3;
 using Vec3f = glm::vec3;
 using Vec2d = glm::dvec2;
 
-/// The vector at length 1, or the zero vector where it has no length.
+/// The vector at length 1, however long or short it is; the zero vector where it has no length, or no finite one.
 inline Vec3d unit_or_zero(const Vec3d& v) {
+    constexpr double k_long = 1e150, k_short = 1e-150;  // the squares of both are far from where doubles end
     const double length = glm::length(v);
-    return length > 0 ? v / length : Vec3d(0);
+    if (length > k_short && length < k_long) return v / length;
+    const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    return largest > 0 && std::isfinite(largest) ? glm::normalize(v / largest) : Vec3d(0);
 }
 
 /// The mean of unit vectors at length 1, from their sum; the zero vector where they cancel each other to rounding.

@@ -286,6 +286,7 @@ class Prescan {
 
     Numbers numbers(ObjWords& words, const char* what, std::size_t least, std::size_t most) {
         Numbers result;
+        result.plain = words.remainder().find_first_of("\v\f") == std::string_view::npos;
         for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
             const auto value = obj_number(word);
             if (!value)

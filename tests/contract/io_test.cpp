@@ -1,3 +1,4 @@
+#include "../../eval/io/gpu_mesh.hpp"
 #include "../../eval/io/mesh_reader.hpp"
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../hier/obj/obj_reader.hpp"
@@ -230,6 +231,34 @@ TEST_CASE("a GLB keeps the rules of its format") {
         }
     }
     CHECK(triangles == mesh.triangles.size());
+    // Numbers that floats do not hold: directions are those of the mesh all the same.
+    for (const double length : {1e200, 1e-200, 1e-310}) {
+        TriangleMesh far = shapes::octahedron();
+        for (const Vec3d& p : far.positions) far.normals.push_back(length * p);
+        write_mesh(dir / "far.glb", far);
+        const TriangleMesh back = read_triangle_mesh(dir / "far.glb");
+        REQUIRE(back.normals.size() == far.normals.size());
+        for (std::size_t v = 0; v < back.normals.size(); ++v)
+            CHECK(glm::distance(back.normals[v], glm::normalize(far.positions[v])) < 1e-6);
+        CHECK(glm::distance(Vec3d(gpu_mesh(far).normals[1]), glm::normalize(far.positions[1])) < 1e-6);
+    }
+    mesh.uvs[0].x = 1e300;
+    CHECK(test::error_of([&] { write_mesh(dir / "far.glb", mesh); }).code() == ErrorCode::unsupported);
+    CHECK(test::error_of([&] { (void)gpu_mesh(mesh); }).code() == ErrorCode::invalid_input);
+    CHECK(test::error_of([&] { (void)gpu_mesh(shapes::octahedron(), Vec3d(1e300)); }).code() ==
+          ErrorCode::invalid_input);
+}
+
+TEST_CASE("a GLB of as many groups as materials takes little memory") {
+    const ScratchDir dir;
+    TriangleMesh mesh = shapes::octahedron();
+    mesh.groups.resize(100'000, "g");
+    mesh.materials.resize(100'000, "m");
+    mesh.triangle_group.assign(mesh.triangles.size(), 99'999);
+    mesh.triangle_material.assign(mesh.triangles.size(), 99'999);
+    mesh.triangle_material[3] = 7;
+    write_mesh(dir / "many.glb", mesh);  // a table of all pairs would be 80 GB
+    CHECK(read_triangle_mesh(dir / "many.glb").triangles.size() == mesh.triangles.size());
 }
 
 TEST_CASE("a name that ends in a backslash does not join lines") {
@@ -435,6 +464,16 @@ TEST_CASE("[bad-input] faults of PLY files are named, and absurd counts allocate
               .find(":4: a property has an") == 0);
     CHECK(message_of_text(dir, "bad.ply", "ply\nelement vertex 1\nproperty list float int x\n")
               .find(":3: the count of a list") == 0);
+    CHECK(message_of_text(dir, "bad.ply",
+                          head + vertex + "property float u\nproperty float s\nproperty float v\n" + face +
+                              "0 0 0 0 0 0\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2\n")
+              .find("second property for what s says") != std::string::npos);
+    CHECK(message_of_text(dir, "bad.ply",
+                          head + vertex +
+                              "element face 1\nproperty list uchar int vertex_index\nproperty list uchar int "
+                              "vertex_indices\nend_header\n" +
+                              points + "3 0 1 2 3 0 1 2\n")
+              .find("second property for what vertex_indices says") != std::string::npos);
     CHECK(message_of_text(dir, "bad.ply", "plx\n").find(":1: this is no PLY file") == 0);
     CHECK(message_of_text(dir, "bad.ply", "ply\nformat binary_middle_endian 1.0\n").find(":2: the format is none of") ==
           0);

@@ -105,6 +105,14 @@ TEST_CASE("an OBJ file with every kind of line is read as written") {
     CHECK(mesh.has_uvs());
 }
 
+TEST_CASE("any white space stands between the numbers of OBJ") {
+    const ControlMeshData data = parse_obj(
+        "v 0\v0 0\nv 1\f0\t0\nv 0 1 0\nvt\v0.25\v0.5\nvt 0.75 \f0.5\nvn 0\v0\f1\nf 1/1/1\v2/2/1 3/2/1\n", "blanks.obj");
+    CHECK(data.positions[1] == Vec3d(1, 0, 0));
+    CHECK(data.uvs == std::vector<Vec2d>{{0.25, 0.5}, {0.75, 0.5}});
+    CHECK(data.normals == std::vector<Vec3d>{{0, 0, 1}});
+}
+
 TEST_CASE("every tag of an OBJ file has its effect on the control mesh") {
     const ControlMesh mesh = ControlMesh::build(
         parse_obj("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\nv 2 2 0\n"

@@ -132,6 +132,18 @@ TEST_CASE("[bad-input] pictures that cannot be drawn") {
     CHECK(refused(good, with([](auto& o) { o.camera->eye = o.camera->target; })));
     CHECK(refused(good, with([](auto& o) { o.camera->up = Vec3d(0); })));
     CHECK(refused(good, with([](auto& o) { o.camera->vertical_fov_degrees = 180; })));
+    for (const double margin : {1.0, 1.5, -0.1, double{NAN}})
+        CHECK(refused(good, with([&](auto& o) {
+                          o.camera.reset();
+                          o.view.margin = margin;
+                      })));
+    CHECK(refused(good, with([](auto& o) { o.surface_colour.g = NAN; })));
+    CHECK(refused(good, with([](auto& o) { o.background_top.b = 1.5f; })));
+    CHECK(refused(good, with([](auto& o) { o.wire_pixels = NAN; })));
+    CHECK(refused(good, with([](auto& o) { o.highest_value = INFINITY; })));
+    RunContext negative;
+    negative.threads = -1;
+    CHECK(test::error_of([&] { render(good, plain(20, 20), negative); }).code() == ErrorCode::invalid_input);
     TriangleMesh dangling = good;
     dangling.triangles[0][0] = 77;
     CHECK(refused(dangling, plain(20, 20)));
@@ -140,10 +152,22 @@ TEST_CASE("[bad-input] pictures that cannot be drawn") {
     options.camera->eye = {0, 5, 0};
     options.camera->target = {0, 0, 0};
     CHECK(render(good, options).rgb.size() == 1200);
+    options.camera.reset();
+    const Image fitted = render(good, options);
+    TriangleMesh unused = good;  // a vertex of no triangle is not looked at
+    unused.positions.emplace_back(1000, 0, 0);
+    CHECK(render(unused, options).rgb == fitted.rgb);
+    // The legend's font has printable ASCII alone.
+    const std::vector<float> values(good.triangles.size(), 1);
+    options.triangle_values = values;
+    options.legend_title = "a\tb";
+    const Image odd = render(good, options);
+    options.legend_title = "a?b";
+    CHECK(render(good, options).rgb == odd.rgb);
+    options.triangle_values = {};
     TriangleMesh point;
     point.positions = {{1, 1, 1}};
     point.triangles = {{0, 0, 0}};
-    options.camera.reset();
     CHECK(render(point, options).rgb.size() == 1200);
 }
 

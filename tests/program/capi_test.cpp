@@ -94,6 +94,10 @@ TEST_CASE("capi: a view is the C++ one's, byte for byte") {
     REQUIRE(tetrakis_surface_hit(c_surface, from.data(), down.data(), 1e9, &t, nullptr) == 1);
     CHECK(t == doctest::Approx(100 - height));
     CHECK(tetrakis_surface_hit(c_surface, from.data(), down.data(), 1, &t, nullptr) == 0);
+    CHECK(tetrakis_surface_hit(c_surface, from.data(), down.data(), NAN, &t, nullptr) == 0);
+    for (const double length : {1e-200, 1e200})
+        CHECK(tetrakis_surface_hit(c_surface, from.data(), std::array{0.0, 0.0, -length}.data(), INFINITY, &t,
+                                   nullptr) == 0);
     CHECK(tetrakis_planet_at(c_surface, down.data(), &height, nullptr) == 0);
     CHECK(tetrakis_surface_revision(c_surface) == 0);
     tetrakis_tile_statistics statistics = TETRAKIS_TILE_STATISTICS;
@@ -224,10 +228,10 @@ TEST_CASE("capi: a planet of six faces is the C++ one") {
 }
 
 TEST_CASE("capi: procedural planes and balls, of the fractal and of one's own functions") {
-    const lod::ProceduralHeights fractal = lod::fractal_heights(3, 40, 6, 11);
+    const lod::ProceduralHeights fractal = lod::fractal_heights(3, 40, 3, 11);
     tetrakis_procedural_heights heights = TETRAKIS_PROCEDURAL_HEIGHTS, own = heights;
     tetrakis_surface *plane = nullptr, *ball = nullptr, *none = nullptr;
-    REQUIRE(tetrakis_make_fractal_heights(3, 40, 6, 11, &heights) == TETRAKIS_OK);
+    REQUIRE(tetrakis_make_fractal_heights(3, 40, 3, 11, &heights) == TETRAKIS_OK);
     REQUIRE(tetrakis_make_procedural_plane(1000, 1, &heights, &plane) == TETRAKIS_OK);
     check_same(lod::ProceduralSurface::plane(1000, 1, fractal), plane, 1000);
     REQUIRE(tetrakis_make_procedural_ball(500, 1, &heights, &ball) == TETRAKIS_OK);

@@ -1,6 +1,6 @@
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/surface.hpp"
-#include "peers/moving_target.hpp"
+#include "peers/quadtree_peers.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -3,11 +3,8 @@
 #include "bench_models.hpp"
 #include "peers/uniform_peers.hpp"
 
-#include "../../hier/base/memory.hpp"
-#include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../hier/obj/obj_reader.hpp"
-#include "../../refine/rules/rule_refiner.hpp"
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 
@@ -31,7 +28,6 @@ struct Case {
     const SchemeInfo* scheme;
     int levels, threads;
     bool limit = false;
-    bool positions_only = false;  ///< by the rules
 
     bool triangles() const { return scheme->family == MeshFamily::triangles; }
     RefineOptions options() const {
@@ -83,26 +79,6 @@ void full_refinement(benchmark::State& state, Case c) {
     count(state, vertices);
 }
 
-/// The same in fresh memory.
-void full_cold_refinement(benchmark::State& state, Case c) {
-    keep_freed_memory(0);
-    full_refinement(state, c);
-    keep_freed_memory(default_freed_memory());
-}
-
-/// As `full_refinement`, from flat arrays, i.e. with the control mesh's half-edges and checks.
-void from_arrays(benchmark::State& state, Case c) {
-    const ControlMeshData& data = mesh_of(c).data();
-    std::uint64_t vertices = 0;
-    for (auto _ : state) {
-        const RefineOptions options = c.options();
-        const ControlMesh mesh = ControlMesh::build(data, options.context);
-        vertices = refine(mesh, *c.scheme, c.levels, options).positions.size();
-        benchmark::ClobberMemory();
-    }
-    count(state, vertices);
-}
-
 /// Positions only, again, in buffers that are kept.
 void positions_refinement(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(c);
@@ -115,11 +91,10 @@ void positions_refinement(benchmark::State& state, Case c) {
     count(state, positions.size());
 }
 
-template <class T>
 void far(benchmark::State& state, Case c) {
     const UniformTask task = task_of(c);
     std::uint64_t vertices = 0;
-    for (auto _ : state) vertices = far_uniform<T>(task);
+    for (auto _ : state) vertices = far_uniform(task);
     count(state, vertices);
 }
 
@@ -149,23 +124,6 @@ void in_place(benchmark::State& state, const Case& c, Make make, std::string_vie
     if (vertices != 0) count(state, vertices);
 }
 
-/// Any scheme by its rules: from the control mesh to the last level, or positions only, again.
-void by_rules(benchmark::State& state, Case c) {
-    const ControlMesh& mesh = mesh_of(c);
-    const RefineOptions options = c.options();
-    const auto make = [&] {
-        return with_threads(options.context, [&] { return RuleRefiner(mesh, *c.scheme, c.levels, options); });
-    };
-    RuleRefiner refiner = make();
-    std::vector<Vec3d> positions(refiner.vertex_count());
-    for (auto _ : state) {
-        if (!c.positions_only) refiner = make();
-        refiner.refine(mesh.positions(), positions);
-        benchmark::ClobberMemory();
-    }
-    count(state, positions.size());
-}
-
 constexpr BenchModel k_dense{"spot-quads", "data/models/spot-quads.obj", SchemeKind::catmull_clark};
 constexpr std::pair<const char*, const char*> k_usual_schemes[] = {{"cc", "catmull-clark"}, {"loop", "loop"}};
 
@@ -191,16 +149,13 @@ void register_all() {
             for (int levels = 3; levels <= 6; ++levels) {
                 for (const bool limit : {false, true}) {
                     const Case one{model, find_scheme(scheme), levels, 1, limit};
-                    add(label, "full_cold", one, full_cold_refinement);
                     add(label, "full", one, full_refinement);
                     add(label, "positions", one, positions_refinement);
                     add(label, "positions", {model, one.scheme, levels, 2, limit}, positions_refinement);
-                    add(label, "far_double", one, far<double>);
-                    add(label, "far_float", one, far<float>);
+                    add(label, "far_double", one, far);
                 }
                 const Case c{model, find_scheme(scheme), levels, 1};
-                add(label, "full_cold", {model, c.scheme, levels, 2}, full_cold_refinement);
-                add(label, "from_arrays", c, from_arrays);
+                add(label, "full", {model, c.scheme, levels, 2}, full_refinement);
                 add(label, "stencils", c, stencils);
 #ifdef TETRAKIS_BENCH_CGAL
                 add(label, "cgal", c, by_peer(cgal_uniform));
@@ -209,16 +164,6 @@ void register_all() {
                 add(label, "openmesh", c, by_peer(openmesh_uniform));
 #endif
             }
-}
-
-/// How the time of a vertex grows from 8 to 129 million of them, 6 GB, with two threads.
-void register_large() {
-    for (const auto& [label, scheme] : k_usual_schemes)
-        for (const int levels : {7, 9}) {
-            const Case c{find_bench_model("suzanne"), find_scheme(scheme), levels, 2};
-            add(label, "full_cold", c, full_cold_refinement);
-            add(label, "positions", c, positions_refinement);
-        }
 }
 
 void register_schemes() {
@@ -244,16 +189,6 @@ void register_schemes() {
         add_peer("sqrt3", 4, "openmesh", openmesh_uniform);
 #endif
     }
-    for (const SchemeInfo& scheme : scheme_table())
-        for (const bool positions_only : {false, true})
-            for (const int threads : {1, 2})
-                add(scheme.name, positions_only ? "rules_positions" : "rules_full",
-                    {.model = find_bench_model("pawn"),
-                     .scheme = &scheme,
-                     .levels = scheme.refinement == Refinement::sqrt3 ? 3 : 4,  // about 200 000 points each
-                     .threads = threads,
-                     .positions_only = positions_only},
-                    by_rules);
 }
 
 }  // namespace
@@ -263,7 +198,6 @@ void register_schemes() {
 int main(int argc, char** argv) {
     benchmark::Initialize(&argc, argv);
     tetrakis::bench::register_all();
-    tetrakis::bench::register_large();
     tetrakis::bench::register_schemes();
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();

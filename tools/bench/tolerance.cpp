@@ -5,7 +5,8 @@
 //   bench_tolerance [--samples=N] [--benchmark_filter='rook/0.001/.*'] [--benchmark_format=json] ...
 #include "../../eval/tessellate/tessellate.hpp"
 #include "bench_models.hpp"
-#include "peers/peer_search.hpp"
+#include "limit_judge.hpp"
+#include "peers/peer_osd.hpp"
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -24,6 +25,69 @@ namespace tetrakis::bench {
 namespace {
 
 std::uint64_t judge_samples = 200'000;
+
+constexpr std::uint64_t k_most_triangles = 5'000'000;
+constexpr double k_greatest_factor = 256;
+constexpr double k_factor_precision = 1.01;
+
+/// Points and triangles of a peer's mesh for the judge.
+std::pair<std::vector<Vec3d>, std::vector<std::array<std::uint32_t, 3>>> in_double(const PeerMesh& mesh) {
+    std::pair<std::vector<Vec3d>, std::vector<std::array<std::uint32_t, 3>>> result;
+    for (const auto& p : mesh.positions) result.first.emplace_back(p[0], p[1], p[2]);
+    for (const auto& t : mesh.triangles)
+        result.second.push_back(
+            {static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]), static_cast<std::uint32_t>(t[2])});
+    return result;
+}
+
+bool meets(const PeerMesh& mesh, const LimitJudge& judge, double absolute) {
+    auto [points, triangles] = in_double(mesh);
+    const NearestTriangle nearest(std::move(points), std::move(triangles));
+    return judge.limit_to_mesh(nearest, absolute) <= absolute;
+}
+
+/// The smallest smooth level at which Bfr's own surface is off by less than a quarter of the tolerance.
+BfrLevels levels_for(const ControlMeshData& data, SchemeKind scheme, double tolerance) {
+    for (int smooth = 2; smooth < 10; ++smooth)
+        if (bfr_own_error(data, scheme, BfrLevels::of(smooth)) < tolerance / 4) return BfrLevels::of(smooth);
+    return k_judge_levels;
+}
+
+/// Makes a peer's mesh, with normals. Keeps the control mesh's data. Empty where the tolerance cannot be met within 5
+/// million triangles.
+using PeerWork = std::function<PeerMesh()>;
+
+/// With the least of the rates 1, 2, 3, 4, 6, 8, 12, 16, 24, 32 that meets the tolerance.
+/// @param tolerance  from limit to mesh, relative to the limit's diagonal
+PeerWork best_uniform_rate(const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge, double tolerance) {
+    const double absolute = tolerance * judge.diagonal();
+    const PeerOptions options{scheme, levels_for(data, scheme, absolute), true};
+    for (const int rate : {1, 2, 3, 4, 6, 8, 12, 16, 24, 32}) {
+        const PeerMesh mesh = bfr_uniform(data, options, rate);
+        if (mesh.triangles.size() > k_most_triangles) break;
+        if (meets(mesh, judge, absolute)) return [&data, options, rate] { return bfr_uniform(data, options, rate); };
+    }
+    return {};
+}
+
+/// With rates per edge, and the least factor k (to one per cent) with which they meet the tolerance.
+PeerWork best_adaptive_rates(const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge,
+                             double tolerance) {
+    const double absolute = tolerance * judge.diagonal();
+    const PeerOptions options{scheme, levels_for(data, scheme, absolute), true};
+    double low = 0, high = 0.25;  // the factor: not met, met
+    for (;; low = high, high *= 2) {
+        const PeerMesh mesh = bfr_adaptive(data, options, absolute, high);
+        if (high > k_greatest_factor || mesh.triangles.size() > k_most_triangles) return {};
+        if (meets(mesh, judge, absolute)) break;
+    }
+    low = std::max(low, high / 4);
+    while (high / low > k_factor_precision) {
+        const double middle = std::sqrt(low * high);
+        (meets(bfr_adaptive(data, options, absolute, middle), judge, absolute) ? high : low) = middle;
+    }
+    return [&data, options, absolute, high] { return bfr_adaptive(data, options, absolute, high); };
+}
 
 /// A mesh as the judge sees it; errors relative to the tolerance.
 struct Judged {

@@ -209,7 +209,7 @@ TETRAKIS_API void tetrakis_free_surface(tetrakis_surface* surface);
 TETRAKIS_API int tetrakis_surface_at(const tetrakis_surface* surface, double x, double y, double* height,
                                      double normal[3]);
 /* 1, and where a ray meets the full-resolution surface first: origin + t * direction, t up to `farthest`; 0: nowhere.
- * normal: of the triangle there, of length one; may be NULL. Any thread. */
+ * direction: of a length from 1e-100 to 1e100. normal: of the triangle there, of length one; may be NULL. Any thread. */
 TETRAKIS_API int tetrakis_surface_hit(const tetrakis_surface* surface, const double origin[3],
                                       const double direction[3], double farthest, double* t, double normal[3]);
 

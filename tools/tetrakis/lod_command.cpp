@@ -363,7 +363,7 @@ void add_lod_command(CommandLine program) {
     CommandLine command = program.command(
         "lod", "Flies over heights, a planet, a control mesh or a fractal with view-dependent LOD, frame by frame",
         "x runs east, y north, z up, as `tetrakis terrain` has them. Exit code 4: the budget did not reach --pixels.\n"
-        "Example:\n  tetrakis lod data/island.png --scale 0.1 --spacing 40 --pixels 0.5 --frames 60 --images 1 -o "
+        "Example:\n  tetrakis lod data/island.png --scale 0.1 --spacing 40 --pixels 0.5 --frames 12 --images 1 -o "
         "island");
     options->input.add(command);
     CommandLine way = command.at_most_one("camera", "At most one of these; default: --fly");

@@ -1,5 +1,4 @@
-#include "moving_target.hpp"
-#include "quadtree_pattern.hpp"
+#include "quadtree_peers.hpp"
 
 #include <mpi.h>
 #include <p4est_bits.h>
@@ -7,38 +6,12 @@
 #include <p4est_ghost.h>
 #include <p4est_mesh.h>
 
-#include <vector>
-
 namespace tetrakis::bench {
 
 namespace {
 
-static_assert(std::int64_t{P4EST_ROOT_LEN} % k_cube_edge == 0);
-constexpr std::int64_t k_units = P4EST_ROOT_LEN / k_cube_edge;  // of p4est, in one of ours
-
-struct Asked {
-    CubePattern pattern;
-    std::vector<FramePattern> wanted;  // per tree
-};
-
-// Each tree is a face of the cube; its corners are in the order of the Z-curve.
-std::vector<SquareFrame> tree_frames(const p4est_connectivity_t& cube) {
-    std::vector<SquareFrame> frames;
-    for (p4est_topidx_t t = 0; t < cube.num_trees; ++t) {
-        const auto corner = [&](int k) {
-            const double* p = cube.vertices + 3 * cube.tree_to_vertex[4 * t + k];
-            return CubePoint{static_cast<std::int64_t>(p[0]), static_cast<std::int64_t>(p[1]),
-                             static_cast<std::int64_t>(p[2])};
-        };
-        frames.push_back(face_frame(corner(0), corner(1), corner(2)));
-    }
-    return frames;
-}
-
-int wants(p4est_t* forest, p4est_topidx_t tree, p4est_quadrant_t* q) {
-    const Asked& asked = *static_cast<const Asked*>(forest->user_pointer);
-    return q->level < asked.pattern.level &&
-           asked.wanted[static_cast<std::size_t>(tree)].wants(q->x / k_units, q->y / k_units, k_cube_edge >> q->level);
+int is_coarser(p4est_t* forest, p4est_topidx_t, p4est_quadrant_t* q) {
+    return q->level < *static_cast<const int*>(forest->user_pointer);
 }
 
 /// MPI, from the first use to the end of the program.
@@ -58,14 +31,12 @@ void start_session() { static const Session session; }
 
 }  // namespace
 
-QuadtreeRun run_p4est(const CubePattern& pattern, bool neighbours) {
+QuadtreeRun run_p4est(int level, bool neighbours) {
     start_session();
     p4est_connectivity_t* cube = p4est_connectivity_new_cubed();
-    Asked asked{pattern, {}};
-    for (const SquareFrame& frame : tree_frames(*cube)) asked.wanted.push_back(pattern.in(frame));
     const double start = MPI_Wtime();
-    p4est_t* forest = p4est_new_ext(MPI_COMM_WORLD, cube, 0, 0, 1, 0, nullptr, &asked);
-    p4est_refine(forest, 1, wants, nullptr);
+    p4est_t* forest = p4est_new_ext(MPI_COMM_WORLD, cube, 0, 0, 1, 0, nullptr, &level);
+    p4est_refine(forest, 1, is_coarser, nullptr);
     p4est_balance(forest, P4EST_CONNECT_FACE, nullptr);
     p4est_ghost_t* ghost = neighbours ? p4est_ghost_new(forest, P4EST_CONNECT_FACE) : nullptr;
     p4est_mesh_t* mesh = neighbours ? p4est_mesh_new(forest, ghost, P4EST_CONNECT_FACE) : nullptr;

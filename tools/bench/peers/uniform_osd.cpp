@@ -14,11 +14,10 @@ namespace osd = OpenSubdiv;
 
 namespace {
 
-template <class T>
 struct Point {
-    T x = 0, y = 0, z = 0;
+    double x = 0, y = 0, z = 0;
     void Clear(void* = nullptr) { x = y = z = 0; }
-    void AddWithWeight(const Point& other, T w) {
+    void AddWithWeight(const Point& other, double w) {
         x += w * other.x;
         y += w * other.y;
         z += w * other.z;
@@ -27,17 +26,16 @@ struct Point {
 
 }  // namespace
 
-template <class T>
 std::uint64_t far_uniform(const UniformTask& task) {
     const auto refiner = make_refiner(task.data, task.scheme);
     osd::Far::TopologyRefiner::UniformOptions options(task.levels);
     options.fullTopologyInLastLevel = task.limit;
     refiner->RefineUniform(options);
-    const osd::Far::PrimvarRefinerReal<T> primvars(*refiner);
-    std::vector<Point<T>> points(task.data.positions.size()), finer;
+    const osd::Far::PrimvarRefinerReal<double> primvars(*refiner);
+    std::vector<Point> points(task.data.positions.size()), finer;
     for (std::size_t v = 0; v < points.size(); ++v) {
         const Vec3d& p = task.data.positions[v];
-        points[v] = {static_cast<T>(p.x), static_cast<T>(p.y), static_cast<T>(p.z)};
+        points[v] = {p.x, p.y, p.z};
     }
     for (int level = 1; level <= task.levels; ++level) {
         finer.resize(static_cast<std::size_t>(refiner->GetLevel(level).GetNumVertices()));
@@ -45,12 +43,10 @@ std::uint64_t far_uniform(const UniformTask& task) {
         std::swap(points, finer);
     }
     if (!task.limit) return points.size();
-    std::vector<Point<T>> limits(points.size()), du(points.size()), dv(points.size());
+    std::vector<Point> limits(points.size()), du(points.size()), dv(points.size());
     primvars.Limit(points, limits, du, dv);
     return limits.size();
 }
-template std::uint64_t far_uniform<float>(const UniformTask& task);
-template std::uint64_t far_uniform<double>(const UniformTask& task);
 
 std::function<std::uint64_t()> stencil_evaluation(const UniformTask& task) {
     struct Table {

@@ -22,7 +22,6 @@ struct UniformTask {
 // Each call does the peer's whole job from flat arrays and returns the number of vertices of the last level.
 
 /// OpenSubdiv Far: topology and positions of all levels.
-template <class T>
 std::uint64_t far_uniform(const UniformTask& task);
 /// OpenSubdiv's stencil tables, made here; the function returned applies them (CpuEvaluator, float).
 std::function<std::uint64_t()> stencil_evaluation(const UniformTask& task);

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <memory>
 
-// The same moving target for views and for p4est.
+// What p4est does of the same: quadtrees on a cube, and a moving target.
 namespace tetrakis::bench {
 
 inline constexpr int k_finest_level = 12;  // of a quadtree on the unit square
@@ -25,6 +25,16 @@ struct MovingTarget {
 };
 
 #ifdef TETRAKIS_BENCH_P4EST
+/// What one run of p4est took and made.
+struct QuadtreeRun {
+    double seconds = 0;
+    std::int64_t squares = 0;
+};
+
+/// p4est on one rank: all faces of a cube refined to the level, balanced across sides.
+/// @param neighbours  find the leaves across sides, too (as p4est_mesh)
+QuadtreeRun run_p4est(int level, bool neighbours);
+
 /// A quadtree on one rank, with squares as large as they are far from the target, balanced across sides.
 class MovingTargetP4est {
   public:
