@@ -161,7 +161,7 @@ TEST_CASE("[slow] lod: after every frame of a walk over any surface the mesh is 
     }
 }
 
-TEST_CASE("lod: on every surface vertices come and go on their edges, and move no more than is promised") {
+TEST_CASE("[slow] lod: on every surface vertices come and go on their edges, and move no more than is promised") {
     for (const Example& example : examples()) {
         CAPTURE(example.name);
         lod::View view(*example.surface);

@@ -260,7 +260,7 @@ void check_dual_sites(const SiteChoice& choice, std::uint64_t seed_count, int le
 
 TEST_SUITE_BEGIN("refine");
 
-TEST_CASE("[inv1] primal schemes: each vertex of an adaptive mesh is where uniform refinement has its site") {
+TEST_CASE("[slow] [inv1] primal schemes: each vertex of an adaptive mesh is where uniform refinement has its site") {
     for (const SiteChoice& choice : primal_choices()) {
         Compared compared;
         for (const std::uint64_t seed : {2, 3, 4, 7}) {  // plane, tori, sphere; each boundary rule
