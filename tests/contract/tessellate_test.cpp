@@ -32,7 +32,7 @@ using test::same_bytes;
 namespace {
 
 constexpr double k_rounding = 1 + 1e-9;
-constexpr std::uint64_t k_samples = 20'000;
+constexpr std::uint64_t k_samples = 8'000;
 
 const char* const k_schemes[] = {"catmull-clark", "loop",  "doo-sabin", "midedge",    "4-8",      "kobbelt",
                                  "butterfly",     "sqrt3", "biquartic", "tuned-loop", "bilinear", "honeycomb"};
