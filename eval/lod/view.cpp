@@ -6,7 +6,6 @@
 #include "../../hier/forest/corner_cell.hpp"
 #include "candidates.hpp"
 #include "dirty_slots.hpp"
-#include "error_buckets.hpp"
 #include "eye.hpp"
 #include "odometers.hpp"
 #include "packed_vertex.hpp"

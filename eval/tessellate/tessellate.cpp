@@ -6,7 +6,6 @@
 #include "../triangles/mesh_sliding.hpp"
 #include "../triangles/point_triangle.hpp"
 #include "exported_mesh.hpp"
-#include "fan_error.hpp"
 #include "leaf_estimator.hpp"
 #include "measure.hpp"
 #include "patch_batches.hpp"

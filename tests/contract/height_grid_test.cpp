@@ -3,7 +3,6 @@
 #include "../../hier/base/error.hpp"
 
 #include "../kit/input_helpers.hpp"
-#include "../kit/png_chunks.hpp"
 #include "../kit/scratch_dir.hpp"
 
 #include <doctest/doctest.h>

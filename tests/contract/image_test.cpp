@@ -4,7 +4,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
 
-#include "../kit/png_chunks.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/scratch_dir.hpp"
 
 #include <doctest/doctest.h>

@@ -4,8 +4,8 @@
 #include "../../hier/obj/obj_reader.hpp"
 
 #include "../kit/input_helpers.hpp"
+#include "../kit/meshes.hpp"
 #include "../kit/scratch_dir.hpp"
-#include "../kit/shapes.hpp"
 
 #include <doctest/doctest.h>
 #include <sys/resource.h>

@@ -4,9 +4,8 @@
 #include "../../eval/lod_terrain/terrain_surface.hpp"
 #include "../../hier/base/error.hpp"
 
-#include "../kit/height_grids.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/lod_views.hpp"
+#include "../kit/judged_terrain.hpp"
 #include "../kit/lod_walks.hpp"
 #include "../kit/surface_topology.hpp"
 

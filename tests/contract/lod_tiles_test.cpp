@@ -5,9 +5,8 @@
 #include "../../eval/terrain/height_source.hpp"
 #include "../../hier/base/error.hpp"
 
-#include "../kit/height_grids.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/lod_views.hpp"
+#include "../kit/judged_terrain.hpp"
 #include "../kit/lod_walks.hpp"
 #include "../kit/scratch_dir.hpp"
 #include "../kit/surface_topology.hpp"

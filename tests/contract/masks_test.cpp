@@ -1,6 +1,6 @@
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
-#include "../kit/scheme_variants.hpp"
+#include "../kit/scheme_meshes.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../refine/uniform/refine.hpp"

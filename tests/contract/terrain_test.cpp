@@ -2,7 +2,6 @@
 #include "../../eval/terrain/terrain_mesh.hpp"
 #include "../../hier/base/error.hpp"
 
-#include "../kit/height_grids.hpp"
 #include "../kit/input_helpers.hpp"
 #include "../kit/judged_terrain.hpp"
 #include "../kit/surface_topology.hpp"

@@ -5,7 +5,7 @@
 
 #include "../../eval/surface/local_frame.hpp"
 #include "../../eval/tessellate/exported_mesh.hpp"
-#include "../../eval/tessellate/fan_error.hpp"
+#include "../../eval/tessellate/leaf_estimator.hpp"
 
 #include <doctest/doctest.h>
 

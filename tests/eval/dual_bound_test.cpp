@@ -1,4 +1,4 @@
-#include "../kit/dual_mesh.hpp"
+#include "../kit/random_mesh.hpp"
 
 #include "../../eval/bounds/dual_bound.hpp"
 #include "../../eval/triangles/point_triangle.hpp"

@@ -1,6 +1,6 @@
-#include "../kit/dual_mesh.hpp"
 #include "../kit/hierarchy_helpers.hpp"
 #include "../kit/input_helpers.hpp"
+#include "../kit/random_mesh.hpp"
 #include "../kit/scheme_meshes.hpp"
 
 #include "../../eval/distance/hausdorff.hpp"

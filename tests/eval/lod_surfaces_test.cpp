@@ -13,12 +13,11 @@
 #include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/uniform/refine.hpp"
 
-#include "../kit/dual_mesh.hpp"
-#include "../kit/height_grids.hpp"
 #include "../kit/input_helpers.hpp"
+#include "../kit/judged_terrain.hpp"
 #include "../kit/lod_examples.hpp"
-#include "../kit/lod_morphs.hpp"
-#include "../kit/lod_views.hpp"
+#include "../kit/lod_walks.hpp"
+#include "../kit/random_mesh.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include <doctest/doctest.h>

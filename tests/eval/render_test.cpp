@@ -2,7 +2,7 @@
 
 #include "../../eval/tessellate/shading_normals.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/shapes.hpp"
+#include "../kit/meshes.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,9 +1,9 @@
 #include "../../eval/tessellate/tessellate.hpp"
 
 #include "../kit/input_helpers.hpp"
+#include "../kit/meshes.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
-#include "../kit/shapes.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include "../../eval/distance/triangle_bvh.hpp"

@@ -1,14 +1,121 @@
 #pragma once
 
-#include "process.hpp"
 #include "scratch_dir.hpp"
 
 #include <doctest/doctest.h>
-
-#include <filesystem>
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 #include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
+
+/// A program that has run: its exit code (128 + n where signal n ended it) and what it printed.
+struct ProcessResult {
+    int code = -1;
+    std::string out, err;
+};
+
+/// A running program with its own standard output and error.
+class Process {
+  public:
+    /// @param arguments  the program first
+    explicit Process(const std::vector<std::string>& arguments, const std::string& directory = ".") {
+        std::vector<char*> argv;
+        for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+        argv.push_back(nullptr);
+        const std::string out = (scratch_ / "out").string(), err = (scratch_ / "err").string();
+        int starting[2];  // its end that the program would write to is closed as it starts
+        if (::pipe2(starting, O_CLOEXEC) != 0) throw std::runtime_error("cannot make a pipe");
+        id_ = ::fork();
+        if (id_ != 0) ::close(starting[1]);
+        if (id_ > 0) {
+            // Until then its signal handlers are those of the tests.
+            char none;
+            while (::read(starting[0], &none, 1) < 0 && errno == EINTR) {
+            }
+        }
+        if (id_ != 0) ::close(starting[0]);
+        if (id_ < 0) throw std::runtime_error("cannot fork");
+        if (id_ > 0) return;
+        std::signal(SIGINT, SIG_DFL);
+        const int null = ::open("/dev/null", O_RDONLY);
+        const int o = ::open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+        const int e = ::open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+        if (::dup2(null, 0) < 0 || ::dup2(o, 1) < 0 || ::dup2(e, 2) < 0 || ::chdir(directory.c_str()) != 0)
+            ::_exit(126);
+        ::execv(argv[0], argv.data());
+        ::_exit(127);
+    }
+    ~Process() {
+        if (id_ > 0) {
+            ::kill(id_, SIGKILL);
+            ::waitpid(id_, nullptr, 0);
+        }
+    }
+    Process(const Process&) = delete;
+    Process& operator=(const Process&) = delete;
+
+    /// Waits until the program has a handler for the signal. False when it ended before.
+    bool wait_for_handler(int signal) const {
+        for (;;) {
+            std::ifstream status("/proc/" + std::to_string(id_) + "/status");
+            bool alive = false;
+            for (std::string line; std::getline(status, line);) {
+                if (line.starts_with("State:")) alive = line.find('Z') == std::string::npos;
+                if (line.starts_with("SigCgt:") && (std::stoull(line.substr(7), nullptr, 16) >> (signal - 1) & 1) != 0)
+                    return true;
+            }
+            if (!alive) return false;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+    }
+    /// Waits until the program has computed for a while, of its own time: a busy machine makes no difference. False
+    /// when it ended before.
+    bool wait_for_work() const {
+        const long ticks = ::sysconf(_SC_CLK_TCK) / 5;
+        for (;;) {
+            std::ifstream file("/proc/" + std::to_string(id_) + "/stat");
+            std::string text, state, skipped;
+            std::getline(file, text);
+            std::istringstream words(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+            words >> state;
+            for (int k = 0; k < 10; ++k) words >> skipped;
+            long user = 0, system = 0;
+            if (!(words >> user >> system) || state == "Z") return false;
+            if (user + system >= ticks) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+    }
+    void send(int signal) const { ::kill(id_, signal); }
+
+    ProcessResult wait() {
+        int status = 0;
+        while (::waitpid(id_, &status, 0) < 0 && errno == EINTR) {
+        }
+        id_ = -1;
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(scratch_ / "out"),
+                slurp(scratch_ / "err")};
+    }
+
+  private:
+    ScratchDir scratch_;
+    ::pid_t id_ = -1;
+};
+
+inline ProcessResult run_process(const std::vector<std::string>& arguments, const std::string& directory = ".") {
+    return Process(arguments, directory).wait();
+}
 
 // Runs the program that was built.
 namespace cli {

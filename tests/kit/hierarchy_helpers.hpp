@@ -1,6 +1,5 @@
 #pragma once
 
-#include "dual_mesh.hpp"
 #include "random_mesh.hpp"
 
 #include "../../hier/mesh/triangulate.hpp"

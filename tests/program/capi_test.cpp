@@ -5,7 +5,7 @@
 #include "../../tools/capi/tetrakis_c.h"
 
 #include "../kit/cli.hpp"
-#include "../kit/height_grids.hpp"
+#include "../kit/judged_terrain.hpp"
 #include "../kit/scratch_dir.hpp"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,4 @@
 #include "../kit/cli.hpp"
-#include "../kit/process.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,6 @@
 #include "../../eval/io/mesh_reader.hpp"
 
 #include "../kit/cli.hpp"
-#include "../kit/height_grids.hpp"
 #include "../kit/judged_terrain.hpp"
 
 #include <doctest/doctest.h>

@@ -4,7 +4,6 @@
 
 #include "../kit/cli.hpp"
 #include "../kit/meshes.hpp"
-#include "../kit/process.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,6 @@
 
 #include "../kit/cli.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/process.hpp"
 
 #include <doctest/doctest.h>
 

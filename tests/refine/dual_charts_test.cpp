@@ -1,4 +1,3 @@
-#include "../kit/dual_mesh.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 

@@ -1,5 +1,5 @@
 #include "../kit/meshes.hpp"
-#include "../kit/scheme_variants.hpp"
+#include "../kit/scheme_meshes.hpp"
 
 #include "../../refine/uniform/refine.hpp"
 

@@ -44,7 +44,7 @@ std::map<Site, int> finest_levels(const Hierarchy& h) {
 }
 
 // Faces of the mesh by leaf, as sites.
-std::map<LeafHandle, std::set<std::vector<Site>>> shapes(const Hierarchy& h) {
+std::map<LeafHandle, std::set<std::vector<Site>>> leaf_shapes(const Hierarchy& h) {
     std::map<LeafHandle, std::set<std::vector<Site>>> result;
     const HierarchyMesh out = h.to_mesh({.positions = MeshPositions::finest});
     const auto faces = test::faces_of(out.mesh);
@@ -89,7 +89,7 @@ TEST_CASE("the journal tells the leaves that came and went, the ones reshaped an
                 std::map<Site, int> levels;
                 std::map<LeafHandle, std::set<std::vector<Site>>> shapes;
             };
-            const auto now = [&] { return Then{h.stamp(), leaf_map(h), finest_levels(h), shapes(h)}; };
+            const auto now = [&] { return Then{h.stamp(), leaf_map(h), finest_levels(h), leaf_shapes(h)}; };
             CHECK_THROWS_AS((void)h.changes_since(0), Error);  // never given
             std::vector<Then> history{now()};
             CHECK_THROWS_AS((void)h.changes_since(history[0].stamp + 1), Error);

@@ -2,7 +2,7 @@
 
 #include "console.hpp"
 #include "files.hpp"
-#include "scheme_option.hpp"
+#include "run_options.hpp"
 
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"

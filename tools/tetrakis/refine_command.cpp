@@ -3,7 +3,6 @@
 #include "files.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
-#include "scheme_option.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/io/stencil_writer.hpp"
