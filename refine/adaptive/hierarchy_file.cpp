@@ -4,7 +4,6 @@
 #include "../../hier/base/error.hpp"
 
 #include <array>
-#include <bit>
 #include <cstring>
 #include <string>
 
@@ -13,7 +12,7 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::array<char, 8> k_magic{'t', 'e', 't', 'r', 'a', 'k', 'i', 's'};
-constexpr std::uint32_t k_version = 2;
+constexpr std::uint32_t k_version = 3;
 constexpr std::size_t k_fixed = 40;  // bytes before the names
 constexpr std::size_t k_checksum = 4;
 
@@ -67,23 +66,7 @@ std::uint64_t mesh_fingerprint(const ControlMesh& mesh) {
     const ControlMeshData& data = mesh.data();
     print.array(std::span<const std::uint32_t>(data.face_offsets));
     print.array(std::span<const std::uint32_t>(data.face_vertices));
-    for (const Vec3d& p : data.positions)
-        for (int k = 0; k < 3; ++k) {
-            const auto bits = std::bit_cast<std::uint64_t>(p[k]);
-            print.word(bits ^ bits >> 32);
-            print.word(bits >> 32);
-        }
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(EdgeId(e))));
-    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-        print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(VertexId(v))));
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) print.word(mesh.is_hole(FaceId(f)));
-    for (std::uint32_t h = 0; mesh.has_corner_angles() && h < mesh.halfedge_count(); ++h) {
-        const auto bits = std::bit_cast<std::uint64_t>(mesh.corner_angle(HalfedgeId(h)));
-        print.word(bits ^ bits >> 32);
-    }
-    print.word(static_cast<std::uint64_t>(mesh.boundary_rule()));
-    print.word(static_cast<std::uint64_t>(mesh.crease_method()));
     return print.value();
 }
 
@@ -160,7 +143,8 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
         refuse("it belongs to scheme \"" + shown + "\" or to another family of it, this hierarchy to \"" +
                std::string(header.scheme) + "\"");
     }
-    if (read_number(bytes, 24, 8) != header.mesh_fingerprint) refuse("it belongs to another control mesh");
+    if (read_number(bytes, 24, 8) != header.mesh_fingerprint)
+        refuse("it belongs to a control mesh of other faces or holes");
 
     const std::uint64_t leaf_count = read_number(bytes, 32, 8);
     const std::span<const std::byte> bits = bytes.subspan(k_fixed + text_size, bit_bytes);

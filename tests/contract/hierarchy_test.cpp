@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <map>
@@ -229,6 +230,15 @@ TEST_CASE("hierarchy: saved leaves come back with the same bytes, from memory an
         CHECK(test::same_mesh(with_normals(third), with_normals(h)));
         random_history(third, random, 10);
         test::check_sound(third);
+        // On the same faces with other points: an animated control mesh.
+        ControlMeshData moved_data = mesh.data();
+        for (Vec3d& p : moved_data.positions) p = Vec3d(2 * p.y, p.z + 0.1 * std::sin(5 * p.x), p.x);
+        const ControlMesh moved_mesh = ControlMesh::build(std::move(moved_data));
+        Hierarchy moved = make_hierarchy(moved_mesh, scheme);
+        moved.load(bytes);
+        CHECK(test::nodes_of(moved) == test::nodes_of(h));
+        CHECK(moved.saved() == bytes);
+        test::check_sound(moved);
         // Cut off, they are refused, and nothing changes.
         const HierarchyMesh before = with_normals(third);
         CHECK(code_of([&] { third.load(std::span(bytes).first(bytes.size() - 1)); }) == ErrorCode::invalid_input);
