@@ -1,10 +1,10 @@
 #include "fan_choice.hpp"
 
 #include "../base/error.hpp"
+#include "face_cutter.hpp"
 
 #include <glm/geometric.hpp>
 
-#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -53,92 +53,50 @@ class Joins {
     std::vector<Entry> entries_;
 };
 
-/// Cuts ears off one face after the other.
-class EarCutter {
+/// Cuts one face after the other.
+class FanCutter {
   public:
-    EarCutter(const ControlMesh& mesh, std::span<const Vec3d> positions)
+    FanCutter(const ControlMesh& mesh, std::span<const Vec3d> positions)
         : mesh_(mesh), positions_(positions), joins_(mesh) {}
 
-    /// Appends the n - 2 triangles of a face, n > 3, or nothing.
+    /// Appends the n - 2 triangles of a face, n > 3, that face as it does and share no edge with other triangles but
+    /// once; or nothing.
     bool cut(FaceId f, std::vector<std::array<std::uint8_t, 3>>& triangles) {
-        load(f);
+        const std::uint32_t h = mesh_.face_halfedge(f).value;
+        const auto vertex = [&](std::uint32_t corner) { return mesh_.origin(HalfedgeId(h + corner)); };
+        points_.clear();
+        for (std::uint32_t i = 0; i < mesh_.face_size(f); ++i) points_.push_back(positions_[vertex(i).value]);
+        const auto across = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            return glm::cross(points_[b] - points_[a], points_[c] - points_[a]);
+        };
+        Vec3d normal(0);
+        for (std::uint32_t i = 1; i + 1 < points_.size(); ++i) normal += across(0, i, i + 1);
         const std::size_t first = triangles.size();
+        bool forward = true;
         taken_.clear();
-        while (corners_.size() > 3) {
-            const std::size_t ear = best_ear();
-            if (ear == corners_.size()) {
-                triangles.resize(first);
-                return false;
-            }
-            const auto [before, at, after] = around(ear);
-            triangles.push_back({before, at, after});
-            taken_.emplace_back(vertex(before), vertex(after));
-            corners_.erase(corners_.begin() + static_cast<std::ptrdiff_t>(ear));
-        }
-        if (!(area(corners_[0], corners_[1], corners_[2]) > 0)) {
+        const auto rest = cutter_.cut(
+            points_, [&](std::uint32_t a, std::uint32_t b) { return !joins_.joined(vertex(a), vertex(b)); },
+            [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
+                triangles.push_back(
+                    {static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(tip), static_cast<std::uint8_t>(b)});
+                taken_.emplace_back(vertex(a), vertex(b));
+                forward &= glm::dot(across(a, tip, b), normal) > 0;
+            });
+        if (!rest.empty() || !forward) {
             triangles.resize(first);
             return false;
         }
-        triangles.push_back({corners_[0], corners_[1], corners_[2]});
+        taken_.pop_back();  // of the last triangle
         for (const auto& [a, b] : taken_) joins_.add(a, b);
         return true;
     }
 
   private:
-    void load(FaceId f) {
-        first_ = mesh_.face_halfedge(f);
-        corners_.resize(mesh_.face_size(f));
-        normal_ = Vec3d(0);
-        for (std::size_t i = 0; i < corners_.size(); ++i) corners_[i] = static_cast<std::uint8_t>(i);
-        // Newell: twice the area vector, taken from the first corner against cancellation.
-        const Vec3d origin = point(0);
-        for (std::size_t i = 1; i + 1 < corners_.size(); ++i)
-            normal_ += glm::cross(point(corners_[i]) - origin, point(corners_[i + 1]) - origin);
-    }
-
-    VertexId vertex(std::uint8_t corner) const { return mesh_.origin(HalfedgeId(first_.value + corner)); }
-    const Vec3d& point(std::uint8_t corner) const { return positions_[vertex(corner).value]; }
-    /// Positive for a counter-clockwise triangle, seen against the face's normal.
-    double area(std::uint8_t a, std::uint8_t b, std::uint8_t c) const {
-        return glm::dot(glm::cross(point(b) - point(a), point(c) - point(a)), normal_);
-    }
-    std::array<std::uint8_t, 3> around(std::size_t i) const {
-        const std::size_t n = corners_.size();
-        return {corners_[(i + n - 1) % n], corners_[i], corners_[(i + 1) % n]};
-    }
-
-    /// A triangle that turns the right way, with no other corner in it, at a diagonal that is free.
-    bool is_ear(std::size_t i) const {
-        const auto [before, at, after] = around(i);
-        if (!(area(before, at, after) > 0)) return false;
-        for (std::uint8_t c : corners_) {
-            if (c == before || c == at || c == after) continue;
-            if (area(before, at, c) >= 0 && area(at, after, c) >= 0 && area(after, before, c) >= 0) return false;
-        }
-        return !joins_.joined(vertex(before), vertex(after));
-    }
-
-    std::size_t best_ear() const {
-        std::size_t best = corners_.size();
-        double best_length = 0;
-        for (std::size_t i = 0; i < corners_.size(); ++i) {
-            const auto [before, at, after] = around(i);
-            const Vec3d d = point(after) - point(before);
-            const double length = glm::dot(d, d);
-            if (best != corners_.size() && !(length < best_length)) continue;
-            if (!is_ear(i)) continue;
-            best = i;
-            best_length = length;
-        }
-        return best;
-    }
-
     const ControlMesh& mesh_;
     std::span<const Vec3d> positions_;
     Joins joins_;
-    HalfedgeId first_;
-    Vec3d normal_{0};
-    std::vector<std::uint8_t> corners_;  // those not cut off yet
+    detail::FaceCutter cutter_;
+    std::vector<Vec3d> points_;
     std::vector<std::pair<VertexId, VertexId>> taken_;
 };
 
@@ -166,7 +124,7 @@ FanChoice choose_fans(const ControlMesh& mesh, std::span<const Vec3d> positions,
     fans.accepted.assign(mesh.face_count(), 0);
     fans.offsets.reserve(mesh.face_count() + 1);
     fans.offsets.push_back(0);
-    EarCutter cutter(mesh, positions);
+    FanCutter cutter(mesh, positions);
     for (std::uint32_t i = 0; i < mesh.face_count(); ++i) {
         const FaceId f(i);
         const std::uint32_t n = mesh.face_size(f);
