@@ -243,7 +243,7 @@ std::vector<const DualCells::Point*> add_ends(const VertexForest& forest, const 
                 at_end[key(cell.root, c)] = {leaf, number};
     };
     for (std::uint32_t v = 0; v < faces.leaves.size(); ++v) look(faces.leaves[v], v);
-    for (const DualFaces::OtherSide& side : faces.other_sides) look(side.leaf, side.vertex);
+    for (const DualFaces::LeafOfVertex& side : faces.other_sides) look(side.leaf, side.vertex);
     std::vector<const DualCells::Point*> ends;
     for (const DualCells::Point& point : cells.points()) {
         if (point.is_face()) continue;
@@ -278,7 +278,7 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
         if (forest.level(leaf) <= k_deepest_leaf) leaves.push_back(forest.cell(leaf));
     };
     for (const LeafId leaf : mesh.faces.leaves) add(leaf);
-    for (const DualFaces::OtherSide& side : mesh.faces.other_sides) add(side.leaf);
+    for (const DualFaces::LeafOfVertex& side : mesh.faces.other_sides) add(side.leaf);
     cells_.find(leaves, [&](double done) { report(0.5 * done); });
 
     DualFaces faces = forest.faces(FaceCorners::leaves);

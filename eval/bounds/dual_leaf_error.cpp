@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace tetrakis::detail {
 
@@ -116,81 +115,75 @@ double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, st
     return error;
 }
 
+std::vector<DualFaces::LeafOfVertex> DualTriangles::leaves() const {
+    std::vector<DualFaces::LeafOfVertex> result = faces.other_sides;
+    for (std::uint32_t v = 0; v < vertex_count(); ++v) result.push_back({v, faces.leaves[v]});
+    return result;
+}
+
 void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
                           const std::function<void(double)>& report) {
-    const std::size_t each = std::size_t{1} << (2 * layer.bits);
-    layer.known.resize(forest.leaf_slots(), 0);
-    layer.points.resize(forest.leaf_slots() * each);
+    constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+    layer.place.resize(forest.leaf_slots(), k_none);
     std::vector<LeafId> fresh;
     for (const LeafId leaf : leaves)
-        if (layer.known[leaf.value] == 0) fresh.push_back(leaf);
+        if (layer.place[leaf.value] == k_none) {
+            layer.place[leaf.value] = static_cast<std::uint32_t>(layer.points.size() / layer.each() + fresh.size());
+            fresh.push_back(leaf);
+        }
     constexpr std::size_t k_cells = 1u << 15;  // evaluated between two reports
-    const std::size_t block = k_cells / each;
+    const std::size_t block = k_cells / layer.each();
     std::vector<VertexCell> cells;
-    std::vector<Vec3d> limits;
     for (std::size_t begin = 0; begin < fresh.size(); begin += block) {
         report(static_cast<double>(begin) / static_cast<double>(fresh.size()));
-        const auto some = std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin));
         cells.clear();
-        for (const LeafId leaf : some) add_cells_below(forest.cell(leaf), layer.bits, cells);
-        limits.resize(cells.size());
-        points_->limit_positions(cell_sites(cells), limits);
-        for (std::size_t i = 0; i < some.size(); ++i)
-            std::copy_n(&limits[i * each], each, &layer.points[some[i].value * each]);
+        for (const LeafId leaf : std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin)))
+            add_cells_below(forest.cell(leaf), layer.bits, cells);
+        layer.points.resize(layer.points.size() + cells.size());
+        limits_(cell_sites(cells), std::span(layer.points).last(cells.size()));
     }
-    for (const LeafId leaf : fresh) layer.known[leaf.value] = 1;
 }
 
 void DualLeafErrors::forget_from(std::uint32_t slot) {
     for (Layer* layer : {&own_, &children_, &grandchildren_})
-        if (layer->known.size() > slot)
-            std::fill(layer->known.begin() + static_cast<std::ptrdiff_t>(slot), layer->known.end(), std::uint8_t{0});
+        if (layer->place.size() > slot) layer->place.resize(slot);
 }
 
 std::vector<Vec3d> DualLeafErrors::positions(const VertexForest& forest, const DualTriangles& mesh,
                                              const std::function<void(double)>& report) {
     find(own_, forest, mesh.faces.leaves, report);
     std::vector<Vec3d> positions(mesh.vertex_count());
-    for (std::size_t v = 0; v < positions.size(); ++v) positions[v] = own_.points[mesh.faces.leaves[v].value];
+    for (std::size_t v = 0; v < positions.size(); ++v) positions[v] = own_.of(mesh.faces.leaves[v])[0];
     return positions;
 }
 
 std::vector<double> DualLeafErrors::errors(const VertexForest& forest, const DualTriangles& mesh,
-                                           std::span<const Vec3d> positions, double decide_at,
+                                           std::span<const Vec3d> positions,
+                                           std::span<const DualFaces::LeafOfVertex> asked, double decide_at,
                                            const std::function<void(double)>& report) {
-    // A vertex on a crease has a leaf on each side.
-    std::vector<std::uint32_t> vertex(mesh.vertex_count());
-    std::iota(vertex.begin(), vertex.end(), 0u);
-    std::vector<LeafId> leaves = mesh.faces.leaves;
-    for (const DualFaces::OtherSide& side : mesh.faces.other_sides) {
-        vertex.push_back(side.vertex);
-        leaves.push_back(side.leaf);
-    }
-    std::vector<double> of_leaf(leaves.size(), 0.0), errors(mesh.vertex_count(), 0.0);
-    const auto error_by = [&](const Layer& layer, std::uint32_t i) {
-        const std::size_t each = std::size_t{1} << (2 * layer.bits);
-        return dual_leaf_error(forest, mesh, positions, vertex[i], leaves[i], layer.bits,
-                               std::span(layer.points).subspan(leaves[i].value * each, each), of_leaf[i]);
+    std::vector<double> errors(asked.size(), 0.0);
+    // Raises the errors up to `most` to those by the points of a layer.
+    const auto look = [&](Layer& layer, double most, double from, double to) {
+        std::vector<std::uint32_t> undecided;
+        std::vector<LeafId> leaves;
+        for (std::uint32_t i = 0; i < asked.size(); ++i)
+            if (errors[i] <= most) {
+                undecided.push_back(i);
+                leaves.push_back(asked[i].leaf);
+            }
+        find(layer, forest, leaves, [&](double done) { report(from + (to - from) * done); });
+        constexpr std::uint32_t k_grain = 64;
+        for_each_index(
+            static_cast<std::uint32_t>(undecided.size()),
+            [&](std::uint32_t k) {
+                const auto& [vertex, leaf] = asked[undecided[k]];
+                double& error = errors[undecided[k]];
+                error = dual_leaf_error(forest, mesh, positions, vertex, leaf, layer.bits, layer.of(leaf), error);
+            },
+            k_grain);
     };
-    find(children_, forest, leaves, [&](double done) { report(0.2 * done); });
-    constexpr std::uint32_t k_grain = 64;
-    for_each_index(
-        static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) { of_leaf[i] = error_by(children_, i); },
-        k_grain);
-    const auto raise = [&](std::uint32_t i) { errors[vertex[i]] = std::max(errors[vertex[i]], of_leaf[i]); };
-    for (std::uint32_t i = 0; i < leaves.size(); ++i) raise(i);
-    std::vector<std::uint32_t> undecided;
-    std::vector<LeafId> their;
-    for (std::uint32_t i = 0; i < leaves.size(); ++i)
-        if (errors[vertex[i]] <= decide_at) {
-            undecided.push_back(i);
-            their.push_back(leaves[i]);
-        }
-    find(grandchildren_, forest, their, [&](double done) { report(0.2 + 0.8 * done); });
-    for_each_index(
-        static_cast<std::uint32_t>(undecided.size()),
-        [&](std::uint32_t i) { of_leaf[undecided[i]] = error_by(grandchildren_, undecided[i]); }, k_grain);
-    for (const std::uint32_t i : undecided) raise(i);
+    look(children_, std::numeric_limits<double>::infinity(), 0, 0.2);
+    look(grandchildren_, decide_at, 0.2, 1);
     return errors;
 }
 

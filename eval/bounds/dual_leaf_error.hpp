@@ -2,12 +2,10 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/trees/vertex_forest.hpp"
-#include "../../refine/points/level_source.hpp"
 #include "../surface/triangle_mesh.hpp"
 
 #include <array>
 #include <functional>
-#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,6 +20,8 @@ struct DualTriangles {
     /// Per vertex its neighbours along the mesh's boundary; itself where there is none.
     std::vector<std::array<std::uint32_t, 2>> beside;
 
+    /// Every leaf that is a vertex: on creases one a side.
+    std::vector<DualFaces::LeafOfVertex> leaves() const;
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(faces.cells.size()); }
     std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(faces.control_faces.size()); }
     std::array<std::uint32_t, 3> triangle(std::uint32_t t) const {
@@ -47,32 +47,40 @@ double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, st
 /// from the mesh between the leaves. Each is found when it is first needed, in large batches, and kept.
 class DualLeafErrors {
   public:
-    /// @param points  limit positions of cells, written as sites (cell_site())
-    explicit DualLeafErrors(std::shared_ptr<const LevelSource> points) : points_(std::move(points)) {}
+    static constexpr int k_bits = 2;  ///< levels below a leaf that are looked at
+
+    /// @param limits  limits(sites, points): limit positions of cells, written as sites (cell_site())
+    using Limits = std::function<void(std::span<const Site>, std::span<Vec3d>)>;
+    explicit DualLeafErrors(Limits limits) : limits_(std::move(limits)) {}
 
     /// Limit positions of the mesh's vertices.
     std::vector<Vec3d> positions(const VertexForest& forest, const DualTriangles& mesh,
                                  const std::function<void(double)>& report);
-    /// Per vertex of the mesh, how far the surface over its cell is from the triangles around it, and along the
-    /// boundary from the mesh's: by its children where that is above `decide_at`, else by its grandchildren.
+    /// Per leaf asked for, how far the surface over its cell is from the triangles around it, and along the boundary
+    /// from the mesh's: by its children where that is above `decide_at`, else by its grandchildren.
     std::vector<double> errors(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                               double decide_at, const std::function<void(double)>& report);
+                               std::span<const DualFaces::LeafOfVertex> asked, double decide_at,
+                               const std::function<void(double)>& report);
 
     /// Forgets the points of slots from this number on: a forest is taken back to an earlier state.
     void forget_from(std::uint32_t slot);
 
   private:
-    /// Points of leaves' cells `bits` levels down, row by row, `4^bits` each; by slot.
+    /// Points of leaves' cells `bits` levels down, row by row, `4^bits` each.
     struct Layer {
         int bits = 0;
-        std::vector<std::uint8_t> known;
+        std::vector<std::uint32_t> place;  ///< by slot: which of them
         std::vector<Vec3d> points;
+        std::size_t each() const { return std::size_t{1} << (2 * bits); }
+        std::span<const Vec3d> of(LeafId leaf) const {
+            return std::span(points).subspan(place[leaf.value] * each(), each());
+        }
     };
     void find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
               const std::function<void(double)>& report);
 
-    std::shared_ptr<const LevelSource> points_;
-    Layer own_{0, {}, {}}, children_{1, {}, {}}, grandchildren_{2, {}, {}};
+    Limits limits_;
+    Layer own_{0, {}, {}}, children_{1, {}, {}}, grandchildren_{k_bits, {}, {}};
 };
 
 }  // namespace tetrakis::detail

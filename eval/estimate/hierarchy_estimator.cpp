@@ -37,83 +37,6 @@ void estimate_reached(std::span<const Leaf> leaves, std::span<double> errors, Re
     for (std::size_t i = 0; i < seen.size(); ++i) errors[place[i]] = seen[i] / k_seen;
 }
 
-/// Leaves of vertex quadtrees, with what of the mesh lies around them.
-class DualProbe {
-  public:
-    DualProbe(const Hierarchy& hierarchy, const VertexForest& forest)
-        : hierarchy_(hierarchy), forest_(forest), mesh_(detail::dual_triangles(forest)) {}
-
-    void errors(std::span<const LeafId> leaves, double decide_at, std::span<double> errors) {
-        std::vector<std::uint32_t> vertex_of(forest_.leaf_slots(), k_none);
-        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) vertex_of[mesh_.faces.leaves[v].value] = v;
-        for (const DualFaces::OtherSide& side : mesh_.faces.other_sides) vertex_of[side.leaf.value] = side.vertex;
-        std::vector<Asked> asked;
-        for (std::size_t i = 0; i < leaves.size(); ++i) {
-            errors[i] = 0;
-            const std::uint32_t v = vertex_of[leaves[i].value];
-            if (v != k_none && forest_.roots().hole[forest_.cell(leaves[i]).root] == 0)
-                asked.push_back({v, leaves[i], &errors[i]});
-        }
-        find_positions(asked);
-        look(asked, 1);
-        std::erase_if(asked, [&](const Asked& a) { return *a.error > decide_at; });
-        look(asked, k_most_bits);
-    }
-
-    static constexpr int k_most_bits = 2;  ///< levels below a leaf that are looked at
-
-  private:
-    static constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
-    struct Asked {
-        std::uint32_t vertex;
-        LeafId leaf;  ///< on a crease the side of it that is asked for
-        double* error;
-    };
-
-    std::vector<Vec3d> limits(std::span<const VertexCell> cells) const {
-        std::vector<Vec3d> points(cells.size());
-        hierarchy_.limit_positions(cell_sites(cells), points);
-        return points;
-    }
-    /// Of the vertices that errors are measured by.
-    void find_positions(std::span<const Asked> asked) {
-        std::vector<std::uint8_t> needed(mesh_.vertex_count(), 0);
-        for (const Asked& a : asked) {
-            for (std::uint32_t i = mesh_.around_begin[a.vertex]; i < mesh_.around_begin[a.vertex + std::size_t{1}]; ++i)
-                for (const std::uint32_t v : mesh_.triangle(mesh_.around[i])) needed[v] = 1;
-            for (const std::uint32_t v : mesh_.beside[a.vertex]) needed[v] = 1;
-        }
-        std::vector<VertexCell> cells;
-        for (std::uint32_t v = 0; v < needed.size(); ++v)
-            if (needed[v] != 0) cells.push_back(mesh_.faces.cells[v]);
-        const std::vector<Vec3d> points = limits(cells);
-        positions_.resize(needed.size());
-        for (std::uint32_t v = 0, next = 0; v < needed.size(); ++v)
-            if (needed[v] != 0) positions_[v] = points[next++];
-    }
-    /// Raises the errors to those by the points so many levels down.
-    void look(std::span<const Asked> asked, int bits) const {
-        std::vector<VertexCell> cells;
-        for (const Asked& a : asked) detail::add_cells_below(forest_.cell(a.leaf), bits, cells);
-        const std::vector<Vec3d> points = limits(cells);
-        const std::size_t each = std::size_t{1} << (2 * bits);
-        constexpr std::uint32_t k_grain = 64;
-        for_each_index(
-            static_cast<std::uint32_t>(asked.size()),
-            [&](std::uint32_t i) {
-                const double seen = detail::dual_leaf_error(forest_, mesh_, positions_, asked[i].vertex, asked[i].leaf,
-                                                            bits, std::span(points).subspan(i * each, each));
-                if (!(seen <= *asked[i].error)) *asked[i].error = seen;
-            },
-            k_grain);
-    }
-
-    const Hierarchy& hierarchy_;
-    const VertexForest& forest_;
-    detail::DualTriangles mesh_;
-    std::vector<Vec3d> positions_;  ///< per vertex, where needed
-};
-
 }  // namespace
 
 HierarchyEstimator::HierarchyEstimator(const Hierarchy& hierarchy, double tolerance)
@@ -144,9 +67,26 @@ void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles
 void HierarchyEstimator::estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,
                                            std::span<double> errors) const {
     estimate_reached(
-        leaves, errors, [&](LeafId leaf) { return forest.level(leaf) + DualProbe::k_most_bits <= k_max_level; },
+        leaves, errors,
+        [&](LeafId leaf) {
+            return forest.level(leaf) + detail::DualLeafErrors::k_bits <= k_max_level &&
+                   forest.roots().hole[forest.cell(leaf).root] == 0;
+        },
         [&](std::span<const LeafId> reached, std::span<double> seen) {
-            DualProbe(hierarchy_, forest).errors(reached, decide_at(), seen);
+            const detail::DualTriangles mesh = detail::dual_triangles(forest);
+            // Those that are vertices of the mesh.
+            constexpr std::size_t k_not_asked = ~std::size_t{0};
+            std::vector<std::size_t> place(forest.leaf_slots(), k_not_asked);
+            for (std::size_t i = 0; i < reached.size(); ++i) place[reached[i].value] = i;
+            std::vector<DualFaces::LeafOfVertex> asked = mesh.leaves();
+            std::erase_if(asked, [&](const auto& side) { return place[side.leaf.value] == k_not_asked; });
+            detail::DualLeafErrors surface([&](std::span<const Site> sites, std::span<Vec3d> points) {
+                hierarchy_.limit_positions(sites, points);
+            });
+            const auto no_report = [](double) {};
+            const std::vector<Vec3d> positions = surface.positions(forest, mesh, no_report);
+            const std::vector<double> found = surface.errors(forest, mesh, positions, asked, decide_at(), no_report);
+            for (std::size_t i = 0; i < asked.size(); ++i) seen[place[asked[i].leaf.value]] = found[i];
         });
 }
 

@@ -51,7 +51,9 @@ class DualTessellator final : public TessellationRun {
         : TessellationRun(mesh, options, context),
           forest_(quadtrees_from([&] { return vertex_roots(mesh, options.scheme.info(), options.rules); })),
           points_(row_points(mesh, options.scheme.info(), options.rules, &forest_.roots(), context, true)),
-          leaf_errors_(points_) {
+          leaf_errors_([this](std::span<const Site> sites, std::span<Vec3d> points) {
+              points_->limit_positions(sites, points);
+          }) {
         const std::string_view no_bound = lacks_bound();
         if (DualBound::has(options.scheme.info()) && no_bound.empty())
             bound_.emplace(*points_, options.scheme.info(), forest_.roots(), mesh);
@@ -169,7 +171,12 @@ class DualTessellator final : public TessellationRun {
             certified_ = found.largest;
         } else {
             const double decide_at = budget ? std::numeric_limits<double>::infinity() : aim_;
-            errors_ = leaf_errors_.errors(forest_, triangles_, positions_, decide_at, report);
+            const std::vector<DualFaces::LeafOfVertex> leaves = triangles_.leaves();
+            const std::vector<double> found =
+                leaf_errors_.errors(forest_, triangles_, positions_, leaves, decide_at, report);
+            errors_.assign(triangles_.vertex_count(), 0.0);
+            for (std::size_t i = 0; i < leaves.size(); ++i)
+                errors_[leaves[i].vertex] = std::max(errors_[leaves[i].vertex], found[i]);
         }
         estimate_seconds_ += watch.lap();
     }

@@ -13,8 +13,8 @@ namespace tetrakis {
 /// The mesh that a VertexForest's leaves are the vertices of, in (root, path) order: the same for the same set of
 /// leaves.
 struct DualFaces {
-    /// A leaf that is a vertex on a crease, seen from another side than that of its `leaves` entry.
-    struct OtherSide {
+    /// A leaf that is a vertex.
+    struct LeafOfVertex {
         std::uint32_t vertex;
         LeafId leaf;
     };
@@ -32,10 +32,11 @@ struct DualFaces {
     std::vector<FaceId> control_faces;           ///< per face
     /// Per face whether a quad's diagonal in the 4-8 pattern starts at its first vertex (else at its second).
     std::vector<std::uint8_t> diagonal_at_first;
-    std::vector<VertexCell> cells;       ///< per vertex; on creases, of the side with the lowest root
-    std::vector<LeafId> leaves;          ///< per vertex; likewise
-    std::vector<Corner> corners;         ///< per face corner, where asked for
-    std::vector<OtherSide> other_sides;  ///< in the order of their leaves
+    std::vector<VertexCell> cells;  ///< per vertex; on creases, of the side with the lowest root
+    std::vector<LeafId> leaves;     ///< per vertex; likewise
+    std::vector<Corner> corners;    ///< per face corner, where asked for
+    std::vector<LeafOfVertex>
+        other_sides;  ///< of vertices on creases the leaves on other sides than that of `leaves`, in their order
 };
 
 enum class FaceCorners {
