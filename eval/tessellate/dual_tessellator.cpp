@@ -216,15 +216,15 @@ class DualTessellator final : public TessellationRun {
         for (int i = 0; i < bits; ++i) finer.refine(finer.ordered_leaves(), change);
         DualFaces faces = finer.faces();
         cut_into_triangles(faces);
-        LimitReference reference;
-        reference.mesh.positions.resize(faces.cells.size());
+        TriangleMesh reference;
+        reference.positions.resize(faces.cells.size());
         for_each_block(faces.cells, "measure", 0.5, [&](std::size_t begin, std::span<const Site> sites) {
-            points_->limit_positions(sites, {&reference.mesh.positions[begin], sites.size()});
+            points_->limit_positions(sites, {&reference.positions[begin], sites.size()});
         });
-        reference.mesh.triangles.resize(faces.control_faces.size());
-        for (std::size_t t = 0; t < reference.mesh.triangles.size(); ++t)
-            for (std::size_t k = 0; k < 3; ++k) reference.mesh.triangles[t][k] = faces.face_vertices[3 * t + k];
-        measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
+        reference.triangles.resize(faces.control_faces.size());
+        for (std::size_t t = 0; t < reference.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k) reference.triangles[t][k] = faces.face_vertices[3 * t + k];
+        measure_triangles(reference, result_, options_.measure_samples / 2, context_);
     }
 
     bool repair(int round) override {

@@ -160,10 +160,8 @@ class LatticeTessellator final : public TessellationRun {
     /// Against a denser mesh of limit points over the same leaves. Those that fans hide are leaves like others.
     void measure() override {
         std::vector<CellTriangle> pieces;
-        std::vector<std::uint32_t> owner;  // per piece: its triangle of the output, of a fan the first one
-        const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
         int deepest = 0;
-        for (std::uint32_t t = 0; t < count; ++t) {
+        for (std::uint32_t t = 0; t < result_.mesh.triangles.size(); ++t) {
             const OutputTriangle from = origin(t);
             if (!from.fan.valid()) {
                 pieces.push_back(from.cell);
@@ -173,17 +171,10 @@ class LatticeTessellator final : public TessellationRun {
                 for (std::uint32_t r = 0; r < mesh_.face_size(from.fan); ++r)
                     pieces.push_back(root_triangle(HalfedgeId(h0 + r)));
             }
-            owner.resize(pieces.size(), t);
         }
-        const LimitReference reference =
-            limit_reference<Family>(points_, pieces, owner, reference_bits(pieces.size(), deepest), context_, 0.5);
-        const ReferenceDistances distances =
-            measure_reference(reference, result_.mesh, options_.measure_samples / 2, context_);
-        result_.measured_error = distances.error;
-        // A fan's triangles share what its face is off.
-        for (std::uint32_t t = 0; t < count; ++t)
-            result_.triangle_error[t] = std::max(
-                distances.backward[t], distances.forward[exported_.leaves[t].valid() ? t : t - exported_.part[t]]);
+        measure_triangles(
+            limit_reference<Family>(points_, pieces, reference_bits(pieces.size(), deepest), context_, 0.5), result_,
+            options_.measure_samples / 2, context_);
     }
 
     /// Splits what the measurement found to be off. False when nothing can be done.

@@ -146,11 +146,10 @@ class LevelTessellator final : public TessellationRun {
         const int steps = reference_bits(count, 0);
         check_reference_memory(std::uint64_t{count} << 2 * steps, context_);
         context_.report("measure", 0);
-        LimitReference reference;
-        reference.mesh = make(result_.deepest_level + steps, false).mesh;
-        reference.mesh.uvs.clear();
-        reference.mesh.triangle_uvs.clear();
-        measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
+        TriangleMesh reference = make(result_.deepest_level + steps, false).mesh;
+        reference.uvs.clear();
+        reference.triangle_uvs.clear();
+        measure_triangles(reference, result_, options_.measure_samples / 2, context_);
     }
 
     ControlMesh marked_;

@@ -39,9 +39,8 @@ void check_reference_memory(std::uint64_t triangles, const RunContext& context) 
 }
 
 template <class Family>
-LimitReference limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces,
-                               std::span<const std::uint32_t> owner, int bits, const RunContext& context,
-                               double share) {
+TriangleMesh limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces, int bits,
+                             const RunContext& context, double share) {
     const int n = 1 << bits;
     const auto per_piece = static_cast<std::size_t>(lattice_points(n));
     check_reference_memory(std::uint64_t{pieces.size()} << (2 * bits), context);
@@ -50,9 +49,9 @@ LimitReference limit_reference(const Hierarchy& points, std::span<const CellTria
         static_cast<std::uint32_t>(pieces.size()),
         [&](std::uint32_t p) { put_lattice_sites<Family>(points.mesh(), pieces[p], bits, &sites[p * per_piece]); }, 64);
     const DistinctSites once(sites);
-    LimitReference reference;
-    reference.mesh.positions.resize(once.distinct().size());
-    limit_positions(points, once.distinct(), reference.mesh.positions,
+    TriangleMesh reference;
+    reference.positions.resize(once.distinct().size());
+    limit_positions(points, once.distinct(), reference.positions,
                     [&](double done) { context.report("measure", share * done); });
     for (std::uint32_t p = 0; p < pieces.size(); ++p) {
         const auto vertex = [&](int row, int i) {
@@ -60,52 +59,37 @@ LimitReference limit_reference(const Hierarchy& points, std::span<const CellTria
         };
         for (int row = 0; row < n; ++row)
             for (int i = 0; i <= row; ++i) {
-                reference.mesh.triangles.push_back({vertex(row, i), vertex(row + 1, i), vertex(row + 1, i + 1)});
-                reference.owner.push_back(owner[p]);
+                reference.triangles.push_back({vertex(row, i), vertex(row + 1, i), vertex(row + 1, i + 1)});
                 if (i == row) continue;
-                reference.mesh.triangles.push_back({vertex(row, i), vertex(row + 1, i + 1), vertex(row, i + 1)});
-                reference.owner.push_back(owner[p]);
+                reference.triangles.push_back({vertex(row, i), vertex(row + 1, i + 1), vertex(row, i + 1)});
             }
     }
     return reference;
 }
 
-ReferenceDistances measure_reference(const LimitReference& reference, const TriangleMesh& mesh, std::uint64_t samples,
-                                     const RunContext& context) {
-    ReferenceDistances result;
-    result.forward.assign(mesh.triangles.size(), 0.0f);
-    result.backward.assign(mesh.triangles.size(), 0.0f);
-    if (mesh.triangles.empty() || reference.mesh.triangles.empty()) return result;
-    const SamplingOptions sampling{.samples = samples, .per_triangle = true};
-    MeshComparison comparison = compare(reference.mesh, mesh, sampling, context);
-    for (std::size_t t = 0; t < reference.owner.size(); ++t) {
-        float& largest = result.forward[reference.owner[t]];
-        largest = std::max(largest, comparison.forward.triangle_max[t]);
-    }
-    result.error = comparison.error;
-    result.backward = std::move(comparison.backward.triangle_max);
-    return result;
-}
+template TriangleMesh limit_reference<QuadFamily>(const Hierarchy&, std::span<const CellTriangle>, int,
+                                                  const RunContext&, double);
+template TriangleMesh limit_reference<LoopFamily>(const Hierarchy&, std::span<const CellTriangle>, int,
+                                                  const RunContext&, double);
 
-template LimitReference limit_reference<QuadFamily>(const Hierarchy&, std::span<const CellTriangle>,
-                                                    std::span<const std::uint32_t>, int, const RunContext&, double);
-template LimitReference limit_reference<LoopFamily>(const Hierarchy&, std::span<const CellTriangle>,
-                                                    std::span<const std::uint32_t>, int, const RunContext&, double);
-
-void measure_triangles(LimitReference reference, Tessellation& result, std::uint64_t samples,
+void measure_triangles(const TriangleMesh& reference, Tessellation& result, std::uint64_t samples,
                        const RunContext& context) {
-    const std::vector<Vec3d>& p = reference.mesh.positions;
+    result.measured_error.emplace();
+    if (result.mesh.triangles.empty() || reference.triangles.empty()) return;
     std::vector<Vec3d> centres;
-    centres.reserve(reference.mesh.triangles.size());
-    for (const auto& t : reference.mesh.triangles) centres.push_back((p[t[0]] + p[t[1]] + p[t[2]]) / 3.0);
+    centres.reserve(reference.triangles.size());
+    for (const auto& t : reference.triangles)
+        centres.push_back((reference.positions[t[0]] + reference.positions[t[1]] + reference.positions[t[2]]) / 3.0);
     std::vector<ClosestPoint> nearest(centres.size());
     TriangleBvh(result.mesh, context).closest(centres, nearest, context);
-    reference.owner.clear();
-    for (const ClosestPoint& point : nearest) reference.owner.push_back(point.triangle);
-    const ReferenceDistances distances = measure_reference(reference, result.mesh, samples, context);
+    const MeshComparison distances =
+        compare(reference, result.mesh, {.samples = samples, .per_triangle = true}, context);
     result.measured_error = distances.error;
-    for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
-        result.triangle_error[t] = std::max(distances.forward[t], distances.backward[t]);
+    result.triangle_error = distances.backward.triangle_max;
+    for (std::size_t t = 0; t < nearest.size(); ++t) {
+        float& largest = result.triangle_error[nearest[t].triangle];
+        largest = std::max(largest, distances.forward.triangle_max[t]);
+    }
 }
 
 }  // namespace tetrakis::detail

@@ -14,12 +14,6 @@
 
 namespace tetrakis::detail {
 
-/// A denser mesh of the same surface, with limit points for vertices, to measure a tessellation against.
-struct LimitReference {
-    TriangleMesh mesh;
-    std::vector<std::uint32_t> owner;  ///< per triangle: the tessellation's triangle that stands for it
-};
-
 /// How often pieces are cut in four for a reference: so that it has some ten thousands of triangles or more, and twice
 /// at least (once where there are more than a quarter of a million pieces).
 int reference_bits(std::size_t pieces, int deepest_lattice_level);
@@ -27,26 +21,16 @@ int reference_bits(std::size_t pieces, int deepest_lattice_level);
 /// @throws Error  memory_limit: a reference of so many triangles does not fit
 void check_reference_memory(std::uint64_t triangles, const RunContext& context);
 
-/// The pieces (triangles of a hierarchy that meet edge to edge), each cut in four `bits` times. Reports "measure" from
-/// 0 to `share`.
-/// @param owner  of each piece
+/// A denser mesh of limit points to measure a tessellation against: the pieces (triangles of a hierarchy that meet edge
+/// to edge), each cut in four `bits` times. Reports "measure" from 0 to `share`.
 template <class Family>
-LimitReference limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces,
-                               std::span<const std::uint32_t> owner, int bits, const RunContext& context, double share);
+TriangleMesh limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces, int bits,
+                             const RunContext& context, double share);
 
-/// The distances between a tessellation and its reference, both ways, by so many of compare()'s samples.
-struct ReferenceDistances {
-    MeasuredError error;
-    std::vector<float> forward;   ///< largest from the reference to the mesh, per triangle of the mesh, by owners
-    std::vector<float> backward;  ///< largest from the mesh to the reference, per triangle of the mesh
-};
-ReferenceDistances measure_reference(const LimitReference& reference, const TriangleMesh& mesh, std::uint64_t samples,
-                                     const RunContext& context);
-
-/// The same into a tessellation's measured_error and triangle_error: what a triangle of the reference is off counts for
-/// the triangle that it is nearest to.
-/// @param reference  its owners are found here
-void measure_triangles(LimitReference reference, Tessellation& result, std::uint64_t samples,
+/// The distances between a tessellation and its reference, both ways, by so many of compare()'s samples, into
+/// measured_error and triangle_error: what a triangle of the reference is off counts for the triangle that it is
+/// nearest to.
+void measure_triangles(const TriangleMesh& reference, Tessellation& result, std::uint64_t samples,
                        const RunContext& context);
 
 }  // namespace tetrakis::detail

@@ -184,11 +184,10 @@ class Sqrt3Tessellator final : public TessellationRun {
         ForestChange change;
         for (int i = 0; i < steps; ++i) finer.refine(finer.ordered_leaves(), change);
         context_.report("measure", 0.1);
-        LimitReference reference;
         std::vector<Site> sites;
-        reference.mesh = triangle_mesh(finer, sites, "measure");
+        TriangleMesh reference = triangle_mesh(finer, sites, "measure");
         context_.report("measure", 0.3);
-        measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
+        measure_triangles(reference, result_, options_.measure_samples / 2, context_);
     }
 
     /// Splits the triangles that a measurement found to be off. False when there is nothing to split.
