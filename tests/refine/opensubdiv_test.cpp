@@ -1,3 +1,4 @@
+#include "../kit/osd_refiner.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
@@ -7,10 +8,7 @@
 
 #include <doctest/doctest.h>
 #include <opensubdiv/far/primvarRefiner.h>
-#include <opensubdiv/far/topologyDescriptor.h>
-#include <opensubdiv/far/topologyRefinerFactory.h>
 
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -27,63 +25,6 @@ struct FarPoint {
     void AddWithWeight(const FarPoint& other, double w) { p += w * other.p; }
 };
 
-const std::map<FaceVaryingRule, Sdc::Options::FVarLinearInterpolation> k_far_rule = {
-    {FaceVaryingRule::smooth_all, Sdc::Options::FVAR_LINEAR_NONE},
-    {FaceVaryingRule::corners_only, Sdc::Options::FVAR_LINEAR_CORNERS_ONLY},
-    {FaceVaryingRule::corners_plus1, Sdc::Options::FVAR_LINEAR_CORNERS_PLUS1},
-    {FaceVaryingRule::corners_plus2, Sdc::Options::FVAR_LINEAR_CORNERS_PLUS2},
-    {FaceVaryingRule::boundaries, Sdc::Options::FVAR_LINEAR_BOUNDARIES},
-    {FaceVaryingRule::linear_all, Sdc::Options::FVAR_LINEAR_ALL}};
-
-std::unique_ptr<Far::TopologyRefiner> far_refiner(const ControlMeshData& data, SchemeKind scheme) {
-    Sdc::Options options;
-    options.SetFVarLinearInterpolation(k_far_rule.at(data.face_varying_rule));
-    options.SetVtxBoundaryInterpolation(data.boundary_rule == BoundaryRule::none ? Sdc::Options::VTX_BOUNDARY_NONE
-                                        : data.boundary_rule == BoundaryRule::edge_and_corner
-                                            ? Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER
-                                            : Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
-    options.SetCreasingMethod(data.crease_method == CreaseMethod::chaikin ? Sdc::Options::CREASE_CHAIKIN
-                                                                          : Sdc::Options::CREASE_UNIFORM);
-    std::vector<int> sizes, vertices(data.face_vertices.begin(), data.face_vertices.end()), pairs, corners;
-    std::vector<int> holes(data.holes.begin(), data.holes.end());
-    std::vector<float> pair_sharpness, corner_sharpness;
-    for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
-        sizes.push_back(static_cast<int>(data.face_offsets[f + 1] - data.face_offsets[f]));
-    for (const auto& crease : data.creases) {
-        pairs.push_back(static_cast<int>(crease.a));
-        pairs.push_back(static_cast<int>(crease.b));
-        pair_sharpness.push_back(crease.sharpness);
-    }
-    for (const auto& corner : data.corners) {
-        corners.push_back(static_cast<int>(corner.vertex));
-        corner_sharpness.push_back(corner.sharpness);
-    }
-    Far::TopologyDescriptor d;
-    d.numVertices = static_cast<int>(data.positions.size());
-    d.numFaces = static_cast<int>(sizes.size());
-    d.numVertsPerFace = sizes.data();
-    d.vertIndicesPerFace = vertices.data();
-    d.numCreases = static_cast<int>(pair_sharpness.size());
-    d.creaseVertexIndexPairs = pairs.data();
-    d.creaseWeights = pair_sharpness.data();
-    d.numCorners = static_cast<int>(corners.size());
-    d.cornerVertexIndices = corners.data();
-    d.cornerWeights = corner_sharpness.data();
-    d.numHoles = static_cast<int>(holes.size());
-    d.holeIndices = holes.data();
-    std::vector<int> face_uvs(data.face_uvs.begin(), data.face_uvs.end());
-    Far::TopologyDescriptor::FVarChannel channel;
-    channel.numValues = static_cast<int>(data.uvs.size());
-    channel.valueIndices = face_uvs.data();
-    if (!face_uvs.empty()) {
-        d.numFVarChannels = 1;
-        d.fvarChannels = &channel;
-    }
-    using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
-    const auto type = scheme == SchemeKind::loop ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK;
-    return std::unique_ptr<Far::TopologyRefiner>(Factory::Create(d, Factory::Options(type, options)));
-}
-
 // The figure of the issue, relative to the bounding box; measured: 1e-15.
 constexpr double k_tolerance = 1e-13;
 
@@ -92,7 +33,8 @@ struct FarLevel {
     std::unique_ptr<Far::TopologyRefiner> refiner;
     std::vector<FarPoint> points, uvs;
 
-    FarLevel(const ControlMesh& mesh, SchemeKind scheme, int levels) : refiner(far_refiner(mesh.data(), scheme)) {
+    FarLevel(const ControlMesh& mesh, SchemeKind scheme, int levels)
+        : refiner(test::osd_refiner(mesh.data(), scheme, true)) {
         REQUIRE(refiner != nullptr);
         Far::TopologyRefiner::UniformOptions uniform(levels);
         uniform.fullTopologyInLastLevel = true;

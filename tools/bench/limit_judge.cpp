@@ -1,5 +1,6 @@
 #include "limit_judge.hpp"
 
+#include "../../tests/kit/osd_refiner.hpp"
 #include "peers/peer_osd.hpp"
 
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
@@ -83,7 +84,7 @@ struct LimitJudge::Surfaces {
 LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint64_t samples)
     : surfaces_(std::make_unique<Surfaces>()) {
     Surfaces& s = *surfaces_;
-    s.refiner = make_refiner(data, scheme);
+    s.refiner = test::osd_refiner(data, scheme, false);
     Bfr::RefinerSurfaceFactory<>::Options options;
     options.SetApproxLevelSmooth(k_judge_levels.smooth);
     options.SetApproxLevelSharp(k_judge_levels.sharp);

@@ -10,13 +10,6 @@
 #include <memory>
 #include <vector>
 
-namespace tetrakis::bench {
-
-/// OpenSubdiv's own representation of a control mesh, tags and rules included; unrefined, as Bfr takes it.
-std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> make_refiner(const ControlMeshData& data, SchemeKind scheme);
-
-}  // namespace tetrakis::bench
-
 /// Tessellations by OpenSubdiv's Bfr, in float on one thread: what this library is compared with.
 namespace tetrakis::bench {
 

@@ -1,5 +1,5 @@
 #include "../../../schemes/core/stencil_table.hpp"
-#include "peer_osd.hpp"
+#include "../../../tests/kit/osd_refiner.hpp"
 #include "uniform_peers.hpp"
 
 #include <opensubdiv/far/primvarRefiner.h>
@@ -27,7 +27,7 @@ struct Point {
 }  // namespace
 
 std::uint64_t far_uniform(const UniformTask& task) {
-    const auto refiner = make_refiner(task.data, task.scheme);
+    const auto refiner = test::osd_refiner(task.data, task.scheme, false);
     osd::Far::TopologyRefiner::UniformOptions options(task.levels);
     options.fullTopologyInLastLevel = task.limit;
     refiner->RefineUniform(options);
@@ -54,7 +54,7 @@ std::function<std::uint64_t()> stencil_evaluation(const UniformTask& task) {
         std::vector<float> from, to;
     };
     auto table = std::make_shared<Table>();
-    const auto refiner = make_refiner(task.data, task.scheme);
+    const auto refiner = test::osd_refiner(task.data, task.scheme, false);
     refiner->RefineUniform(osd::Far::TopologyRefiner::UniformOptions(task.levels));
     osd::Far::StencilTableFactory::Options options;
     options.generateIntermediateLevels = false;
