@@ -30,15 +30,15 @@ class FactoredAveraging final : public FactoredFaces {
 
     int half_steps_per_level() const override { return 2 + rules_.averaging_steps; }
 
-    void half_step(FactoredTrace* trace) override {
+    void half_step() override {
         check_halfedge_memory(halfedges(), done_ >= 2, k_next);
         if (rules_.averaging_steps == 0 && done_ == 2) take_split();
         if (done_ == 0)
-            rest_centres(trace);
+            rest_centres();
         else if (done_ == 1)
-            insert_midpoints(trace);
+            insert_midpoints();
         else
-            average(done_ - 2, trace);
+            average(done_ - 2);
         ++done_;
         if (rules_.averaging_steps == 0 && done_ == 2) own_ = polygons(split_polygons(mesh_), places());
         if (done_ > 2 && !run_) done_ = 0;
@@ -98,18 +98,18 @@ class FactoredAveraging final : public FactoredFaces {
         done_ = 0;
     }
 
-    void average(int averaging, FactoredTrace* trace) {
+    void average(int averaging) {
         if (averaging == 0) start();
         run_->made = run_->level.made(averaging, run_->made);
-        set_points(averaging, run_->made, trace, false);
+        set_points(averaging, run_->made, false);
         // From here on copies go their own ways.
         if (averaging == 0)
             for (std::size_t v = 0; v < run_->at_vertex.size(); ++v)
                 if (run_->level.is_copy(static_cast<int>(v))) run_->at_vertex[v] = k_no_number;
         if (averaging + 1 == rules_.averaging_steps)
-            finish(trace);
+            finish();
         else
-            set_points(averaging + 1, run_->level.made(averaging + 1, run_->made), trace, true);
+            set_points(averaging + 1, run_->level.made(averaging + 1, run_->made), true);
     }
 
     /// All that can fail, before anything changes.
@@ -133,7 +133,7 @@ class FactoredAveraging final : public FactoredFaces {
     }
 
     /// The points of an averaging, or where they will be, for those that rest: only where they are in the mesh.
-    void set_points(int averaging, const std::vector<char>& made, FactoredTrace* trace, bool rest) {
+    void set_points(int averaging, const std::vector<char>& made, bool rest) {
         const bool to_quads = averaging % 2 == 0;
         const bool sharp = !rest && !to_quads && run_->level.has_sharp_rules();
         std::vector<std::uint32_t>& to = to_quads ? run_->at_quad : run_->at_vertex;
@@ -143,48 +143,46 @@ class FactoredAveraging final : public FactoredFaces {
             const auto around = run_->level.around(averaging, i);
             if (rest && around.size() < 3) continue;
             if (to[i] == k_no_number) to[i] = add({});
-            const Reader read(positions_, trace, to[i]);
             const auto mean = [&] {
                 Vec3d sum(0);
-                for (const int p : around) sum += read(from[p]);
+                for (const int p : around) sum += positions_[from[p]];
                 return sum / static_cast<double>(around.size());
             };
-            positions_[to[i]] = sharp && !run_->level.is_copy(i) ? blended(i, trace, mean) : mean();
+            positions_[to[i]] = sharp && !run_->level.is_copy(i) ? blended(i, mean) : mean();
         }
     }
 
     /// Two averagings: Catmull-Clark's rules, from the mesh as the averagings found it.
     template <class Mean>
-    Vec3d blended(int v, FactoredTrace* trace, Mean&& mean) const {
+    Vec3d blended(int v, Mean&& mean) const {
         const AveragingLevel& level = run_->level;
         const RuleMesh& mesh = level.mesh();
-        const Reader read(run_->split, trace, run_->at_vertex[v]);
         const int edge = level.place(v) - mesh.vertex_count();
         if (edge >= mesh.edge_count()) return mean();
         Vec3d point(0);
         if (edge >= 0) {
             const double crease = uniform_crease_weight(mesh.sharpness(mesh.edge_halfedge(edge)));
-            if (crease != 0) point += crease * read(run_->at_vertex[v]);
+            if (crease != 0) point += crease * run_->split[run_->at_vertex[v]];
             if (crease != 1) point += (1 - crease) * mean();
             return point;
         }
         const RuleMesh::Ring ring = mesh.ring(v);
         const VertexBlend blend = uniform_vertex_blend(ring.sharpness, mesh.vertex_sharpness(v));
-        if (blend.corner != 0) point += blend.corner * read(run_->at_vertex[v]);
+        if (blend.corner != 0) point += blend.corner * run_->split[run_->at_vertex[v]];
         if (blend.crease.weight != 0) {
             // 3/4 and twice 1/8, through the midpoints.
-            point += blend.crease.weight * 0.5 * read(run_->at_vertex[v]);
+            point += blend.crease.weight * 0.5 * run_->split[run_->at_vertex[v]];
             for (const int i : {blend.crease.a, blend.crease.b}) {
                 const int h = i < ring.faces() ? ring.halfedge[i] : mesh.prev(ring.halfedge[i - 1]);
                 const int midpoint = level.vertex_at(mesh.vertex_count() + mesh.edge(h));
-                point += blend.crease.weight * 0.25 * read(run_->at_vertex[midpoint]);
+                point += blend.crease.weight * 0.25 * run_->split[run_->at_vertex[midpoint]];
             }
         }
         if (blend.smooth != 0) point += blend.smooth * mean();
         return point;
     }
 
-    void finish(FactoredTrace* trace) {
+    void finish() {
         const bool dual = rules_.averaging_steps % 2 == 1;
         const AveragingLevel::End& end = run_->end;
         const std::vector<std::uint32_t>& points = dual ? run_->at_quad : run_->at_vertex;
@@ -198,7 +196,7 @@ class FactoredAveraging final : public FactoredFaces {
         midpoint_.clear();
         whole_ = !dual;
         run_.reset();
-        rest_centres(trace);
+        rest_centres();
         own_ = FactoredFaces::active_mesh();
     }
 

@@ -30,12 +30,12 @@ class FactoredDual final : public FactoredFaces {
         put_centres();
     }
 
-    void half_step(FactoredTrace* trace) override {
+    void half_step() override {
         check_halfedge_memory(halfedges(), !midpoint_.empty(), k_next);
         if (midpoint_.empty())
-            insert_midpoints(trace);
+            insert_midpoints();
         else
-            insert_corners(trace);
+            insert_corners();
         set_states();
     }
 
@@ -55,7 +55,7 @@ class FactoredDual final : public FactoredFaces {
     static constexpr std::uint64_t k_growth_at_creases = 6;
 
     // Second half-step.
-    void insert_corners(FactoredTrace* trace) {
+    void insert_corners() {
         check_halfedge_count(halfedges(), k_growth_at_creases, k_next);
         check_halfedge_count(positions_.size(), 1, k_next);  // they are kept
         const auto first = static_cast<std::uint32_t>(positions_.size());
@@ -64,16 +64,12 @@ class FactoredDual final : public FactoredFaces {
             return StencilRow{};
         };
         const RuleStep step = split_vertices(
-            mesh_, nullptr, [&](int h) { return row(corner(h, trace)); },
+            mesh_, nullptr, [&](int h) { return row(corner(h)); },
             [&](int h, int near) {
-                const Reader read(positions_, trace, positions_.size());
                 // 3/4 and 1/4 of the ends.
-                return row(0.5 * (read(vertex_[near]) + read(midpoint_[mesh_.edge(h)])));
+                return row(0.5 * (positions_[vertex_[near]] + positions_[midpoint_[mesh_.edge(h)]]));
             },
-            [&](int v) {
-                const Reader read(positions_, trace, positions_.size());
-                return row(read(vertex_[v]));
-            });
+            [&](int v) { return row(positions_[vertex_[v]]); });
         std::vector<std::uint32_t> centres = next_centres(step.mesh);
         mesh_ = step.mesh;
         centre_ = std::move(centres);
@@ -81,21 +77,20 @@ class FactoredDual final : public FactoredFaces {
         vertex_.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < vertex_.size(); ++v) vertex_[v] = first + static_cast<std::uint32_t>(v);
         whole_ = false;
-        rest_centres(trace);
+        rest_centres();
     }
 
     /// The new point at the origin of h, through the centre of its face.
-    Vec3d corner(int h, FactoredTrace* trace) {
+    Vec3d corner(int h) {
         const int f = mesh_.face(h), k = mesh_.face_size(f);
         if (static_cast<int>(masks_.size()) <= k) masks_.resize(k + 1);
         FactoredCornerMask& mask = masks_[k];
         if (mask.midpoint.empty()) mask = mask_(k);
-        const Reader read(positions_, trace, positions_.size());
         Vec3d point(0);
-        if (mask.corner != 0) point += mask.corner * read(vertex_[mesh_.origin(h)]);
-        if (mask.centre != 0) point += mask.centre * read(centre_[f]);
+        if (mask.corner != 0) point += mask.corner * positions_[vertex_[mesh_.origin(h)]];
+        if (mask.centre != 0) point += mask.centre * positions_[centre_[f]];
         for (int i = 0, at = h; i < k; ++i, at = mesh_.next(at))
-            if (mask.midpoint[i] != 0) point += mask.midpoint[i] * read(midpoint_[mesh_.edge(at)]);
+            if (mask.midpoint[i] != 0) point += mask.midpoint[i] * positions_[midpoint_[mesh_.edge(at)]];
         return point;
     }
 

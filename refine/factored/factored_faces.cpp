@@ -26,7 +26,7 @@ FactoredFaces::FactoredFaces(const ControlMesh& control) {
 void FactoredFaces::put_centres() {
     centre_.resize(mesh_.face_count());
     for (std::uint32_t& c : centre_) c = add({});
-    rest_centres(nullptr);
+    rest_centres();
     set_states();
 }
 
@@ -91,21 +91,19 @@ PolygonMesh FactoredFaces::polygons(std::span<const std::array<std::uint32_t, 3>
 PolygonMesh FactoredFaces::mesh(std::vector<std::uint32_t>* numbers) const { return polygons(triangles(), numbers); }
 PolygonMesh FactoredFaces::active_mesh() const { return polygons(mesh_, vertex_); }
 
-void FactoredFaces::insert_midpoints(FactoredTrace* trace) {
+void FactoredFaces::insert_midpoints() {
     positions_.reserve(positions_.size() + static_cast<std::size_t>(mesh_.edge_count()));
     midpoint_.resize(mesh_.edge_count());
     for (int e = 0; e < mesh_.edge_count(); ++e) {
         const int h = mesh_.edge_halfedge(e);
-        const Reader read(positions_, trace, positions_.size());
-        midpoint_[e] = add(0.5 * (read(vertex_[mesh_.origin(h)]) + read(vertex_[mesh_.target(h)])));
+        midpoint_[e] = add(0.5 * (positions_[vertex_[mesh_.origin(h)]] + positions_[vertex_[mesh_.target(h)]]));
     }
 }
 
-void FactoredFaces::rest_centres(FactoredTrace* trace) {
+void FactoredFaces::rest_centres() {
     for (int f = 0; f < mesh_.face_count(); ++f) {
-        const Reader read(positions_, trace, centre_[f]);
         Vec3d sum(0);
-        for (const int v : mesh_.corners(f)) sum += read(vertex_[v]);
+        for (const int v : mesh_.corners(f)) sum += positions_[vertex_[v]];
         positions_[centre_[f]] = sum / static_cast<double>(mesh_.face_size(f));
     }
 }

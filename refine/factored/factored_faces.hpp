@@ -22,22 +22,6 @@ class FactoredFaces : public FactoredSteps {
     /// Numbers of the split's points: at vertices, edges and faces.
     std::vector<std::uint32_t> places() const;
 
-    /// What a rule sees: all reads of rules pass here.
-    class Reader {
-      public:
-        Reader(const std::vector<Vec3d>& points, FactoredTrace* trace, std::size_t computed)
-            : points_(points), trace_(trace), computed_(static_cast<std::uint32_t>(computed)) {}
-        const Vec3d& operator()(std::uint32_t v) const {
-            if (trace_ != nullptr) trace_->reads.emplace_back(computed_, v);
-            return points_[v];
-        }
-
-      private:
-        const std::vector<Vec3d>& points_;
-        FactoredTrace* trace_;
-        std::uint32_t computed_;
-    };
-
     std::uint64_t halfedges() const { return static_cast<std::uint64_t>(mesh_.halfedge_count()); }
     /// A step makes four half-edges of one, and more at creases and boundaries.
     static constexpr std::uint64_t k_growth = 4;
@@ -60,9 +44,9 @@ class FactoredFaces : public FactoredSteps {
     PolygonMesh polygons(std::span<const std::array<std::uint32_t, 3>> triangles,
                          std::vector<std::uint32_t>* numbers) const;
 
-    void insert_midpoints(FactoredTrace* trace);
+    void insert_midpoints();
     /// Centres rest at the mean of the corners around them.
-    void rest_centres(FactoredTrace* trace);
+    void rest_centres();
     void set_states();
 
     static constexpr std::uint32_t k_most_halfedges = 0x7FFF'FFFF;  // RuleMesh counts with int

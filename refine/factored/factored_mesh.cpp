@@ -88,8 +88,8 @@ FactoredMesh::~FactoredMesh() = default;
 FactoredMesh::FactoredMesh(FactoredMesh&&) noexcept = default;
 FactoredMesh& FactoredMesh::operator=(FactoredMesh&&) noexcept = default;
 
-void FactoredMesh::half_step(FactoredTrace* trace) {
-    state_->steps->half_step(trace);
+void FactoredMesh::half_step() {
+    state_->steps->half_step();
     ++state_->half_steps;
 }
 void FactoredMesh::check_half_steps(int count) const { state_->steps->check_half_steps(count); }

@@ -11,7 +11,6 @@
 #include <optional>
 #include <span>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace tetrakis {
@@ -38,11 +37,6 @@ enum class FactoredVertex : std::uint8_t {
     inactive,  ///< the centre of a block: it rests at the mean of the block's corners, and no point depends on it but
                ///< through that mean
     unused,    ///< no triangle has it
-};
-
-/// Which positions each rule of a half-step read: (vertex that was computed, vertex that was read).
-struct FactoredTrace {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> reads;
 };
 
 /// A scheme in binary steps (Velho; refine/README.md): each half-step cuts the blocks of a 4-8 mesh at their
@@ -93,10 +87,9 @@ class FactoredMesh {
     FactoredMesh& operator=(FactoredMesh&&) noexcept;
 
     /// One more half-step. Cost: O(triangles), primal schemes in parallel; the same bytes for any number of threads.
-    /// @param trace   receives what each rule reads (the work is then serial)
     /// @throws Error  unsupported: more elements than can be counted; memory_limit; invalid_input: AveragingBoundary::
     ///                recede would use up the whole mesh in this level; the mesh is then as it was
-    void half_step(FactoredTrace* trace = nullptr);
+    void half_step();
     /// Whether so many more will find room, before any of them is made: by the counts that follow from those of now.
     /// Where creases and boundaries add elements, half_step() may find a little more; where a boundary recedes, only
     /// the next half-step is looked at.

@@ -5,7 +5,6 @@
 #include "factored_faces.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -31,18 +30,18 @@ class FactoredPrimal final : public FactoredFaces {
             start_.push_back(static_cast<int>(mesh.vertex_halfedge(VertexId(v)).value));
         if (four_eight_ && !mesh_.all_faces_have(4)) {
             // The tetrakis mesh: centres are there, nothing has moved.
-            std::vector<Vec3d> next = with_centres(nullptr);
+            std::vector<Vec3d> next = with_centres();
             std::copy(positions_.begin(), positions_.end(), next.begin());
             take_centred(std::move(next));
         }
     }
 
-    void half_step(FactoredTrace* trace) override {
+    void half_step() override {
         check_counts(counts(), centred(), k_next);
         if (!centred())
-            insert_centres(trace);
+            insert_centres();
         else
-            insert_edge_points(trace);
+            insert_edge_points();
     }
     void check_half_steps(int count) const override {
         Counts at = counts();
@@ -138,12 +137,9 @@ class FactoredPrimal final : public FactoredFaces {
         if (!data.face_group.empty()) result.face_group.push_back(data.face_group[root]);
     }
 
-    /// Calls body(i) for i in [0, count): in parallel, without a trace.
     template <class Body>
-    static void each(int count, const FactoredTrace* trace, const Body& body) {
-        for_each_index(
-            static_cast<std::uint32_t>(count), [&](std::uint32_t i) { body(static_cast<int>(i)); },
-            trace != nullptr ? std::numeric_limits<std::uint32_t>::max() : k_default_grain);
+    static void each(int count, const Body& body) {
+        for_each_index(static_cast<std::uint32_t>(count), [&](std::uint32_t i) { body(static_cast<int>(i)); });
     }
     /// Calls edge(half-edge of it, neighbour) and face(face) for what is around a vertex, from start_ on.
     template <class Edge, class Face>
@@ -165,20 +161,19 @@ class FactoredPrimal final : public FactoredFaces {
     }
 
     /// Room for the next positions, with those of the faces.
-    std::vector<Vec3d> with_centres(FactoredTrace* trace) const {
+    std::vector<Vec3d> with_centres() const {
         const int V = mesh_.vertex_count();
         std::vector<Vec3d> next(static_cast<std::size_t>(V + mesh_.face_count()));
-        each(mesh_.face_count(), trace, [&](int f) {
-            const Reader read(positions_, trace, static_cast<std::size_t>(V + f));
+        each(mesh_.face_count(), [&](int f) {
             const std::span<const int> v = mesh_.corners(f);
             Vec3d& point = next[static_cast<std::size_t>(V + f)];
             if (v.size() == 4) {
-                point =
-                    0.25 * ((read(vertex_[v[0]]) + read(vertex_[v[1]])) + (read(vertex_[v[2]]) + read(vertex_[v[3]])));
+                point = 0.25 * ((positions_[vertex_[v[0]]] + positions_[vertex_[v[1]]]) +
+                                (positions_[vertex_[v[2]]] + positions_[vertex_[v[3]]]));
                 return;
             }
             Vec3d sum(0);
-            for (const int corner : v) sum += read(vertex_[corner]);
+            for (const int corner : v) sum += positions_[vertex_[corner]];
             point = sum / static_cast<double>(v.size());
         });
         return next;
@@ -190,21 +185,20 @@ class FactoredPrimal final : public FactoredFaces {
     }
 
     // First half-step.
-    void insert_centres(FactoredTrace* trace) {
-        std::vector<Vec3d> next = with_centres(trace);
+    void insert_centres() {
+        std::vector<Vec3d> next = with_centres();
         const HalfSharpness halves(mesh_, chaikin_);
-        each(mesh_.vertex_count(), trace, [&](int v) {
+        each(mesh_.vertex_count(), [&](int v) {
             Vec3d& point = next[vertex_[v]];
             if (mesh_.first(v) == RuleMesh::none)
                 point = positions_[vertex_[v]];
             else
-                point = four_eight_ ? waiting_corner(v, trace) : corner(v, halves, next, trace);
+                point = four_eight_ ? waiting_corner(v) : corner(v, halves, next);
         });
         take_centred(std::move(next));
     }
     /// Catmull-Clark's corner rule from old neighbours and new centres.
-    Vec3d corner(int v, const HalfSharpness& halves, const std::vector<Vec3d>& next, FactoredTrace* trace) const {
-        const Reader read(positions_, trace, vertex_[v]), read_next(next, trace, vertex_[v]);
+    Vec3d corner(int v, const HalfSharpness& halves, const std::vector<Vec3d>& next) const {
         const auto smooth = [&] {
             const auto first = static_cast<std::uint32_t>(mesh_.vertex_count());
             Vec3d edges(0), faces(0);
@@ -212,105 +206,102 @@ class FactoredPrimal final : public FactoredFaces {
             around(
                 v,
                 [&](int, int neighbour) {
-                    edges += read(vertex_[neighbour]);
+                    edges += positions_[vertex_[neighbour]];
                     ++n;
                 },
-                [&](int f) { faces += read_next(first + static_cast<std::uint32_t>(f)); });
+                [&](int f) { faces += next[first + static_cast<std::uint32_t>(f)]; });
             const RingMask m = CatmullClark::vertex_mask(n);
-            return m.vertex * read(vertex_[v]) + m.edge * edges + m.face * faces;
+            return m.vertex * positions_[vertex_[v]] + m.edge * edges + m.face * faces;
         };
         if (rule(v) == VertexRule::smooth) return smooth();
         const RuleMesh::Ring ring = mesh_.ring(v);
         const float s = mesh_.vertex_sharpness(v);
         const VertexBlend blend = vertex_blend(ring.sharpness, s, halves.around(ring), child_sharpness(s));
-        Vec3d point = (blend.corner + blend.crease.weight * k_crease_vertex_mask.vertex) * read(vertex_[v]);
+        Vec3d point = (blend.corner + blend.crease.weight * k_crease_vertex_mask.vertex) * positions_[vertex_[v]];
         if (blend.crease.weight > 0)
             point += blend.crease.weight * k_crease_vertex_mask.neighbour *
-                     (read(vertex_[ring.neighbour[blend.crease.a]]) + read(vertex_[ring.neighbour[blend.crease.b]]));
+                     (positions_[vertex_[ring.neighbour[blend.crease.a]]] +
+                      positions_[vertex_[ring.neighbour[blend.crease.b]]]);
         if (blend.smooth > 0) point += blend.smooth * smooth();
         return point;
     }
     /// 4-8's vertex rule along the sides of the faces; crease vertices wait for the half-step that cuts creases.
-    Vec3d waiting_corner(int v, FactoredTrace* trace) const {
-        const Reader read(positions_, trace, vertex_[v]);
+    Vec3d waiting_corner(int v) const {
         const VertexRule rule = this->rule(v);
-        if (rule == VertexRule::crease || rule == VertexRule::corner) return read(vertex_[v]);
+        if (rule == VertexRule::crease || rule == VertexRule::corner) return positions_[vertex_[v]];
         Vec3d edges(0);
         int n = 0;
         around(
             v,
             [&](int, int neighbour) {
-                edges += read(vertex_[neighbour]);
+                edges += positions_[vertex_[neighbour]];
                 ++n;
             },
             [](int) {});
-        return 0.5 * read(vertex_[v]) + (0.5 / n) * edges;
+        return 0.5 * positions_[vertex_[v]] + (0.5 / n) * edges;
     }
 
     // Second half-step.
-    void insert_edge_points(FactoredTrace* trace) {
+    void insert_edge_points() {
         const int V = mesh_.vertex_count(), F = mesh_.face_count(), E = mesh_.edge_count();
         const HalfSharpness halves(mesh_, chaikin_);
         std::vector<Vec3d> next(static_cast<std::size_t>(V) + F + E);
         if (four_eight_) {
-            each(V, trace, [&](int v) { next[vertex_[v]] = four_eight_vertex(v, trace); });
-            each(F, trace, [&](int f) { next[centre_[f]] = four_eight_centre(f, trace); });
+            each(V, [&](int v) { next[vertex_[v]] = four_eight_vertex(v); });
+            each(F, [&](int f) { next[centre_[f]] = four_eight_centre(f); });
         } else {
             std::copy(positions_.begin(), positions_.end(), next.begin());
         }
         midpoint_.resize(static_cast<std::size_t>(E));
-        each(E, trace, [&](int e) {
+        each(E, [&](int e) {
             const int h = edge_halfedge_[e];
             const auto number = static_cast<std::uint32_t>(V + F + e);
             midpoint_[mesh_.edge(h)] = number;
-            next[number] = four_eight_ ? four_eight_edge(h, number, trace) : edge_point(h, halves, number, trace);
+            next[number] = four_eight_ ? four_eight_edge(h) : edge_point(h, halves);
         });
         positions_ = std::move(next);
         previous_ = {};
         take_split(halves);
     }
     /// Catmull-Clark's edge rule: the ends as they were, the centres on either side.
-    Vec3d edge_point(int h, const HalfSharpness& halves, std::uint32_t number, FactoredTrace* trace) const {
-        const Reader read(positions_, trace, number), read_previous(previous_, trace, number);
-        const Vec3d ends = read_previous(vertex_[mesh_.origin(h)]) + read_previous(vertex_[mesh_.target(h)]);
+    Vec3d edge_point(int h, const HalfSharpness& halves) const {
+        const Vec3d ends = previous_[vertex_[mesh_.origin(h)]] + previous_[vertex_[mesh_.target(h)]];
         const int t = mesh_.twin(h);
         if (t == RuleMesh::none) return 0.5 * ends;
         const double crease = halves.crease_weight(h);
         if (crease == 1) return 0.5 * ends;
-        const Vec3d smooth = 0.25 * (ends + (read(centre_[mesh_.face(h)]) + read(centre_[mesh_.face(t)])));
+        const Vec3d smooth = 0.25 * (ends + (positions_[centre_[mesh_.face(h)]] + positions_[centre_[mesh_.face(t)]]));
         return crease == 0 ? smooth : crease * 0.5 * ends + (1 - crease) * smooth;
     }
-    Vec3d four_eight_vertex(int v, FactoredTrace* trace) const {
+    Vec3d four_eight_vertex(int v) const {
         if (mesh_.first(v) == RuleMesh::none) return positions_[vertex_[v]];
-        const Reader read(positions_, trace, vertex_[v]), read_previous(previous_, trace, vertex_[v]);
         const VertexRule rule = this->rule(v);
-        if (rule == VertexRule::corner) return read(vertex_[v]);
+        if (rule == VertexRule::corner) return positions_[vertex_[v]];
         if (rule == VertexRule::crease) {
             Vec3d along(0);
-            for (const int neighbour : mesh_.sharp_neighbours(v)) along += read_previous(vertex_[neighbour]);
-            return k_crease_vertex_mask.vertex * read_previous(vertex_[v]) + k_crease_vertex_mask.neighbour * along;
+            for (const int neighbour : mesh_.sharp_neighbours(v)) along += previous_[vertex_[neighbour]];
+            return k_crease_vertex_mask.vertex * previous_[vertex_[v]] + k_crease_vertex_mask.neighbour * along;
         }
         Vec3d faces(0);
         int n = 0;
         around(
             v, [](int, int) {},
             [&](int f) {
-                faces += read(centre_[f]);
+                faces += positions_[centre_[f]];
                 ++n;
             });
-        return 0.5 * read(vertex_[v]) + (0.5 / n) * faces;
+        return 0.5 * positions_[vertex_[v]] + (0.5 / n) * faces;
     }
-    Vec3d four_eight_centre(int f, FactoredTrace* trace) const {
-        const Reader read(positions_, trace, centre_[f]);
+    Vec3d four_eight_centre(int f) const {
         Vec3d sum(0);
-        for (const int v : mesh_.corners(f)) sum += read(vertex_[v]);
-        return 0.5 * read(centre_[f]) + (0.5 / mesh_.face_size(f)) * sum;
+        for (const int v : mesh_.corners(f)) sum += positions_[vertex_[v]];
+        return 0.5 * positions_[centre_[f]] + (0.5 / mesh_.face_size(f)) * sum;
     }
-    Vec3d four_eight_edge(int h, std::uint32_t number, FactoredTrace* trace) const {
-        const Reader read(positions_, trace, number), read_previous(previous_, trace, number);
+    Vec3d four_eight_edge(int h) const {
         const std::uint32_t u = vertex_[mesh_.origin(h)], w = vertex_[mesh_.target(h)];
-        if (mesh_.sharp(h)) return 0.5 * (read_previous(u) + read_previous(w));
-        return 0.25 * ((read(u) + read(w)) + (read(centre_[mesh_.face(h)]) + read(centre_[mesh_.face(mesh_.twin(h))])));
+        if (mesh_.sharp(h)) return 0.5 * (previous_[u] + previous_[w]);
+        return 0.25 * ((positions_[u] + positions_[w]) +
+                       (positions_[centre_[mesh_.face(h)]] + positions_[centre_[mesh_.face(mesh_.twin(h))]]));
     }
     /// The split mesh is the next level's.
     void take_split(const HalfSharpness& halves) {

@@ -8,13 +8,12 @@
 
 namespace tetrakis::detail {
 
-/// A family of factored schemes behind FactoredMesh. Rules read positions through the family's accessor alone, which
-/// writes the trace.
+/// A family of factored schemes behind FactoredMesh.
 class FactoredSteps {
   public:
     virtual ~FactoredSteps() = default;
 
-    virtual void half_step(FactoredTrace* trace) = 0;
+    virtual void half_step() = 0;
     virtual int half_steps_per_level() const { return 2; }
     /// What half_step() would throw for want of room in one of the next `count`, as far as counts tell.
     virtual void check_half_steps(int count) const = 0;
