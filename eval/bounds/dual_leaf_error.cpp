@@ -127,20 +127,20 @@ void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<co
     layer.place.resize(forest.leaf_slots(), k_none);
     std::vector<LeafId> fresh;
     for (const LeafId leaf : leaves)
-        if (layer.place[leaf.value] == k_none) {
-            layer.place[leaf.value] = static_cast<std::uint32_t>(layer.points.size() / layer.each() + fresh.size());
-            fresh.push_back(leaf);
-        }
+        if (layer.place[leaf.value] == k_none) fresh.push_back(leaf);
     constexpr std::size_t k_cells = 1u << 15;  // evaluated between two reports
     const std::size_t block = k_cells / layer.each();
     std::vector<VertexCell> cells;
     for (std::size_t begin = 0; begin < fresh.size(); begin += block) {
         report(static_cast<double>(begin) / static_cast<double>(fresh.size()));
         cells.clear();
-        for (const LeafId leaf : std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin)))
-            add_cells_below(forest.cell(leaf), layer.bits, cells);
-        layer.points.resize(layer.points.size() + cells.size());
-        limits_(cell_sites(cells), std::span(layer.points).last(cells.size()));
+        const auto some = std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin));
+        for (const LeafId leaf : some) add_cells_below(forest.cell(leaf), layer.bits, cells);
+        const std::size_t known = layer.points.size();
+        layer.points.resize(known + cells.size());
+        limits_(cell_sites(cells), std::span(layer.points).subspan(known));
+        for (std::size_t i = 0; i < some.size(); ++i)
+            layer.place[some[i].value] = static_cast<std::uint32_t>(known / layer.each() + i);
     }
 }
 

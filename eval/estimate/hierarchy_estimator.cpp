@@ -74,19 +74,24 @@ void HierarchyEstimator::estimate_vertices(const VertexForest& forest, std::span
         },
         [&](std::span<const LeafId> reached, std::span<double> seen) {
             const detail::DualTriangles mesh = detail::dual_triangles(forest);
-            // Those that are vertices of the mesh.
-            constexpr std::size_t k_not_asked = ~std::size_t{0};
-            std::vector<std::size_t> place(forest.leaf_slots(), k_not_asked);
-            for (std::size_t i = 0; i < reached.size(); ++i) place[reached[i].value] = i;
-            std::vector<DualFaces::LeafOfVertex> asked = mesh.leaves();
-            std::erase_if(asked, [&](const auto& side) { return place[side.leaf.value] == k_not_asked; });
+            constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+            std::vector<std::uint32_t> vertex_of(forest.leaf_slots(), k_none);
+            for (const auto& [vertex, leaf] : mesh.leaves()) vertex_of[leaf.value] = vertex;
+            std::vector<DualFaces::LeafOfVertex> asked;
+            std::vector<std::size_t> place;
+            for (std::size_t i = 0; i < reached.size(); ++i) {
+                const std::uint32_t vertex = vertex_of[reached[i].value];
+                if (vertex == k_none) continue;
+                asked.push_back({vertex, reached[i]});
+                place.push_back(i);
+            }
             detail::DualLeafErrors surface([&](std::span<const Site> sites, std::span<Vec3d> points) {
                 hierarchy_.limit_positions(sites, points);
             });
             const auto no_report = [](double) {};
             const std::vector<Vec3d> positions = surface.positions(forest, mesh, no_report);
             const std::vector<double> found = surface.errors(forest, mesh, positions, asked, decide_at(), no_report);
-            for (std::size_t i = 0; i < asked.size(); ++i) seen[place[asked[i].leaf.value]] = found[i];
+            for (std::size_t i = 0; i < asked.size(); ++i) seen[place[i]] = found[i];
         });
 }
 

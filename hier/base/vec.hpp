@@ -23,6 +23,7 @@ inline Vec3d unit_or_zero(const Vec3d& v) {
     constexpr double k_long = 1e150, k_short = 1e-150;  // the squares of both are far from where doubles end
     const double length = glm::length(v);
     if (length > k_short && length < k_long) return v / length;
+    if (std::isnan(length)) return Vec3d(0);
     const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     return largest > 0 && std::isfinite(largest) ? glm::normalize(v / largest) : Vec3d(0);
 }

@@ -215,17 +215,17 @@ class Hierarchy {
     /// The journal keeps this many leaves of changes at most; the oldest are forgotten first.
     void limit_journal(std::size_t entries);
 
-    // Files: the leaves, two bits or less each (sqrt3: three), with checksum; the faces and holes of the mesh are only
-    // named by their own, the scheme and its rules by name. So leaves can be carried over to a control mesh whose
-    // points have moved.
+    // Files: the leaves, two bits or less each (sqrt3: three), with checksum; the control mesh's faces, holes, creases
+    // and corners are only named by their own, the scheme and its rules by name. So leaves can be carried over to a
+    // control mesh whose points have moved.
 
     std::vector<std::byte> saved() const;
     /// @throws Error  io
     void save(const std::filesystem::path& path) const;
     /// Replaces the leaves by saved ones; all handles are stale then, and the journal starts anew.
     /// @throws Error  invalid_input: no such file format or version, cut off, a wrong checksum, of other faces,
-    ///                holes, scheme, family or RuleOptions, or no conforming set of leaves; io (the path cannot be
-    ///                read)
+    ///                holes, creases, corners, scheme, family or RuleOptions, or no conforming set of leaves; io (the
+    ///                path cannot be read)
     void load(std::span<const std::byte> bytes);
     void load(const std::filesystem::path& path);
 

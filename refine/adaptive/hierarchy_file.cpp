@@ -4,6 +4,7 @@
 #include "../../hier/base/error.hpp"
 
 #include <array>
+#include <bit>
 #include <cstring>
 #include <string>
 
@@ -67,6 +68,10 @@ std::uint64_t mesh_fingerprint(const ControlMesh& mesh) {
     print.array(std::span<const std::uint32_t>(data.face_offsets));
     print.array(std::span<const std::uint32_t>(data.face_vertices));
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) print.word(mesh.is_hole(FaceId(f)));
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(EdgeId(e))));
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+        print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(VertexId(v))));
     return print.value();
 }
 
@@ -144,7 +149,7 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
                std::string(header.scheme) + "\"");
     }
     if (read_number(bytes, 24, 8) != header.mesh_fingerprint)
-        refuse("it belongs to a control mesh of other faces or holes");
+        refuse("it belongs to a control mesh of other faces, holes or tags");
 
     const std::uint64_t leaf_count = read_number(bytes, 32, 8);
     const std::span<const std::byte> bits = bytes.subspan(k_fixed + text_size, bit_bytes);

@@ -18,7 +18,7 @@ struct HierarchyFileHeader {
     std::uint64_t mesh_fingerprint = 0;
 };
 
-/// Of faces and holes: what leaves are numbered by. Points and tags may be others when they come back.
+/// Of faces, holes, creases and corners: what leaves are numbered by. Points may be others when they come back.
 std::uint64_t mesh_fingerprint(const ControlMesh& mesh);
 
 /// Leaves as bits: per root, its tree in preorder, 1 for a split node, 0 for a leaf. A file is: 8 bytes of magic; a

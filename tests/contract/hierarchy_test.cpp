@@ -239,6 +239,17 @@ TEST_CASE("hierarchy: saved leaves come back with the same bytes, from memory an
         CHECK(test::nodes_of(moved) == test::nodes_of(h));
         CHECK(moved.saved() == bytes);
         test::check_sound(moved);
+        // With one more crease, by which dual schemes and sqrt3 number their roots, no.
+        for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) {
+            const HalfedgeId halfedge = mesh.edge_halfedge(EdgeId(e));
+            if (mesh.sharpness(EdgeId(e)) != 0 || !mesh.twin(halfedge).valid()) continue;
+            ControlMeshData creased_data = mesh.data();
+            creased_data.creases.push_back({mesh.origin(halfedge).value, mesh.target(halfedge).value, 2});
+            const ControlMesh creased_mesh = ControlMesh::build(std::move(creased_data));
+            Hierarchy creased = make_hierarchy(creased_mesh, scheme);
+            CHECK(code_of([&] { creased.load(bytes); }) == ErrorCode::invalid_input);
+            break;
+        }
         // Cut off, they are refused, and nothing changes.
         const HierarchyMesh before = with_normals(third);
         CHECK(code_of([&] { third.load(std::span(bytes).first(bytes.size() - 1)); }) == ErrorCode::invalid_input);

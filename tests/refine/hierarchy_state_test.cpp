@@ -225,7 +225,7 @@ TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothi
         CHECK(!h.check());
         // Another mesh, another scheme.
         const ControlMesh other_mesh = test::hierarchy_mesh(scheme, 2);
-        refused(make_hierarchy(other_mesh, scheme).saved(), "other faces or holes");
+        refused(make_hierarchy(other_mesh, scheme).saved(), "other faces, holes or tags");
         const std::string_view sibling = scheme == "loop" ? "midpoint" : "bilinear";
         refused(make_hierarchy(mesh, sibling).saved(), sibling);
         // Files.
