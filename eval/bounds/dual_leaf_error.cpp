@@ -144,11 +144,6 @@ void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<co
     }
 }
 
-void DualLeafErrors::forget_from(std::uint32_t slot) {
-    for (Layer* layer : {&own_, &children_, &grandchildren_})
-        if (layer->place.size() > slot) layer->place.resize(slot);
-}
-
 std::vector<Vec3d> DualLeafErrors::positions(const VertexForest& forest, const DualTriangles& mesh,
                                              const std::function<void(double)>& report) {
     find(own_, forest, mesh.faces.leaves, report);

@@ -62,9 +62,6 @@ class DualLeafErrors {
                                std::span<const DualFaces::LeafOfVertex> asked, double decide_at,
                                const std::function<void(double)>& report);
 
-    /// Forgets the points of slots from this number on: a forest is taken back to an earlier state.
-    void forget_from(std::uint32_t slot);
-
   private:
     /// Points of leaves' cells `bits` levels down, row by row, `4^bits` each.
     struct Layer {

@@ -147,7 +147,6 @@ class DualTessellator final : public TessellationRun {
             DualTriangles next = dual_triangles(forest_);
             if (next.triangle_count() > budget) {  // closure took more than there was: fewer at a time
                 forest_ = before;
-                leaf_errors_.forget_from(forest_.leaf_slots());
                 most /= 2;
                 if (most == 0) return;
                 continue;

@@ -76,6 +76,18 @@ std::size_t split_vertices(const TriangleMesh& mesh) {
 
 }  // namespace
 
+TEST_CASE("a direction of any length has length one, and none where there is no finite one") {
+    for (const double length : {1.0, 1e-310, 1e-200, 1e200, 1e307})
+        CHECK(glm::distance(unit_or_zero(length * Vec3d(2, -1, 2)), Vec3d(2, -1, 2) / 3.0) < 1e-12);
+    for (const double bad : {double{NAN}, double{INFINITY}})
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3d v(1, 2, 3);
+            v[axis] = bad;
+            CHECK(unit_or_zero(v) == Vec3d(0));
+        }
+    CHECK(unit_or_zero(Vec3d(0)) == Vec3d(0));
+}
+
 TEST_CASE("beside a crease each side has the limit normal of the surface that ends there") {
     struct Case {
         const char* scheme;

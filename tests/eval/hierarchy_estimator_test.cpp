@@ -7,6 +7,7 @@
 #include "../../eval/estimate/hierarchy_estimator.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/base/error.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
@@ -127,6 +128,17 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
         context.progress = [](std::string_view, double) { return false; };
         CHECK(code_of([&] { cancelled.to_mesh({.context = context}); }) == ErrorCode::cancelled);
     }
+}
+
+TEST_CASE("a leaf that is asked for twice has its error twice") {
+    const ControlMesh mesh = test::mesh_for("doo-sabin", test::k_closed);
+    const Hierarchy h = make_hierarchy(mesh, "doo-sabin");
+    const VertexForest forest(vertex_roots(mesh, *find_scheme("doo-sabin"), {}));
+    const std::vector<LeafId> leaves{LeafId(0), LeafId(1), LeafId(0)};
+    std::vector<double> errors(leaves.size());
+    HierarchyEstimator(h, 0.0).estimate_vertices(forest, leaves, errors);
+    CHECK(errors[0] > 0);
+    CHECK(errors[0] == errors[2]);
 }
 
 TEST_CASE("coarsening by an estimator undoes what a tolerance does not need, and keeps what it does") {
