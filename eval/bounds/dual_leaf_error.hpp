@@ -49,7 +49,7 @@ class DualLeafErrors {
   public:
     static constexpr int k_bits = 2;  ///< levels below a leaf that are looked at
 
-    /// @param limits  limits(sites, points): limit positions of cells, written as sites (cell_site())
+    /// limits(sites, points) finds the limit positions of cells, written as sites (cell_site()).
     using Limits = std::function<void(std::span<const Site>, std::span<Vec3d>)>;
     explicit DualLeafErrors(Limits limits) : limits_(std::move(limits)) {}
 

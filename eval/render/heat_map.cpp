@@ -22,8 +22,8 @@ namespace tetrakis {
 
 namespace {
 
-// The font has ASCII's printable characters alone, and reads beyond its table for others. Its functions take what they
-// could write to.
+// A copy that stb_easy_font may be given: its table has ASCII's printable characters alone, and its functions take
+// pointers to char that is not const.
 std::string printable(std::string text) {
     for (char& c : text)
         if (c != '\n' && (c < ' ' || c > '~')) c = '?';
