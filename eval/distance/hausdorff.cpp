@@ -6,6 +6,7 @@
 #include "mesh_sampling.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 
@@ -61,7 +62,10 @@ class Sampler {
     DirectedDistance run(const RunContext& context) {
         DirectedDistance result;
         result.area = plan_.area;
-        if (options_.per_triangle) result.triangle_max.assign(mesh_.triangles.size(), 0.0f);
+        if (options_.per_triangle) {
+            result.triangle_max.assign(mesh_.triangles.size(), 0.0f);
+            nearest_max_.assign(to_.triangle_count(), 0.0f);
+        }
         std::vector<Worst> worst;
         sample_vertices(result, worst, context);
         sample_triangles(result, worst, context);
@@ -70,11 +74,23 @@ class Sampler {
             result.mean /= plan_.area;
             result.rms = std::sqrt(result.rms / plan_.area);
         }
+        result.nearest_max = std::move(nearest_max_);
         return result;
     }
 
   private:
     static constexpr std::uint32_t k_vertex_grain = 1024;
+
+    double distance_of(const Vec3d& point, CoherentClosest& walker) {
+        const ClosestPoint nearest = walker.closest(point);
+        if (options_.per_triangle) {
+            const std::atomic_ref largest(nearest_max_[nearest.triangle]);
+            const float here = detail::round_up(nearest.distance);
+            for (float known = largest; known < here && !largest.compare_exchange_weak(known, here);) {
+            }
+        }
+        return nearest.distance;
+    }
 
     void sample_vertices(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
         // A triangle and corner for each vertex, so that the worst vertex is known as a point of a triangle.
@@ -82,7 +98,7 @@ class Sampler {
         for (std::size_t t = mesh_.triangles.size(); t-- > 0;)
             for (int k = 0; k < 3; ++k) corner_of[mesh_.triangles[t][k]] = 3 * t + k;
         const auto count = static_cast<std::uint32_t>(mesh_.positions.size());
-        std::vector<float> distance_of(options_.per_triangle ? count : 0);
+        std::vector<float> vertex_distance(options_.per_triangle ? count : 0);
         const std::uint32_t blocks = (count + k_vertex_grain - 1) / k_vertex_grain;
         std::vector<BlockResult> results(blocks);
         for_each_reported(blocks, 1, context, "measure", 0, 0.2, [&](std::uint32_t b) {
@@ -90,8 +106,8 @@ class Sampler {
             BlockResult& out = results[b];
             for (std::uint32_t v = b * k_vertex_grain; v < std::min(count, (b + 1) * k_vertex_grain); ++v) {
                 if (corner_of[v] == k_unused) continue;
-                const double distance = walker.closest(mesh_.positions[v]).distance;
-                if (!distance_of.empty()) distance_of[v] = detail::round_up(distance);
+                const double distance = distance_of(mesh_.positions[v], walker);
+                if (!vertex_distance.empty()) vertex_distance[v] = detail::round_up(distance);
                 ++out.samples;
                 out.worst.offer(distance, static_cast<std::uint32_t>(corner_of[v] / 3),
                                 on_side(static_cast<int>(corner_of[v] % 3), 0), mesh_.positions[v]);
@@ -101,10 +117,10 @@ class Sampler {
             result.samples += block.samples;
             if (block.samples > 0) worst.push_back(block.worst);
         }
-        if (!distance_of.empty())
+        if (!vertex_distance.empty())
             for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
                 for (const std::uint32_t v : mesh_.triangles[t])
-                    result.triangle_max[t] = std::max(result.triangle_max[t], distance_of[v]);
+                    result.triangle_max[t] = std::max(result.triangle_max[t], vertex_distance[v]);
     }
 
     void sample_triangles(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
@@ -124,7 +140,7 @@ class Sampler {
         }
     }
 
-    BlockResult sample_block(const SampleBlock& block) const {
+    BlockResult sample_block(const SampleBlock& block) {
         BlockResult out;
         CoherentClosest walker(to_);
         if (options_.per_triangle) out.triangle_max.assign(block.end_triangle - block.first_triangle, 0.0f);
@@ -137,7 +153,7 @@ class Sampler {
             double largest = 0;
             const auto measure = [&](const Vec2d& uv) {
                 const Vec3d point = corners.at(uv);
-                const double distance = walker.closest(point).distance;
+                const double distance = distance_of(point, walker);
                 ++out.samples;
                 largest = std::max(largest, distance);
                 out.worst.offer(distance, t, uv, point);
@@ -148,7 +164,7 @@ class Sampler {
                 out.sum += weight * distance;
                 out.sum_of_squares += weight * distance * distance;
             }
-            if (first == 0) {
+            if (first == 0 && options_.edges) {
                 const std::uint32_t on_edge = detail::edge_sample_count(rows);
                 const auto& corner = mesh_.triangles[t];
                 for (int side = 0; side < 3; ++side) {
@@ -162,7 +178,7 @@ class Sampler {
     }
 
     // Climbs in the plane of the triangle, from the worst sample of each of the worst blocks.
-    void climb(DirectedDistance& result, std::vector<Worst>& worst) const {
+    void climb(DirectedDistance& result, std::vector<Worst>& worst) {
         std::stable_sort(worst.begin(), worst.end(),
                          [](const Worst& l, const Worst& r) { return l.distance > r.distance; });
         const std::size_t climbs = std::min<std::size_t>(options_.climbs, worst.size());
@@ -182,7 +198,7 @@ class Sampler {
             }
     }
 
-    std::uint64_t climb_from(Worst& top) const {
+    std::uint64_t climb_from(Worst& top) {
         const Corners corners(mesh_, top.triangle);
         CoherentClosest walker(to_);
         std::uint64_t tried = 0;
@@ -191,7 +207,7 @@ class Sampler {
         const std::uint32_t triangle = top.triangle;
         const auto distance = [&](const Vec2d& uv) {
             const Vec3d point = corners.at(uv);
-            const double found = walker.closest(point).distance;
+            const double found = distance_of(point, walker);
             top.offer(found, triangle, uv, point);
             ++tried;
             return found;
@@ -205,6 +221,7 @@ class Sampler {
     const TriangleBvh& to_;
     SamplingOptions options_;
     detail::SamplingPlan plan_;
+    std::vector<float> nearest_max_;
 };
 
 void check_mesh(const TriangleMesh& mesh, const char* which) {
@@ -224,7 +241,8 @@ void check_mesh(const TriangleMesh& mesh, const char* which) {
         }
 }
 
-/// Joins two directions into one measured error.
+}  // namespace
+
 MeasuredError measured_error(const DirectedDistance& forward, const DirectedDistance& backward) {
     MeasuredError error;
     error.forward = forward.max;
@@ -240,8 +258,6 @@ MeasuredError measured_error(const DirectedDistance& forward, const DirectedDist
     }
     return error;
 }
-
-}  // namespace
 
 DirectedDistance directed_distance(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options,
                                    const RunContext& context) {

@@ -15,10 +15,6 @@ namespace tetrakis {
 
 namespace {
 
-/// What is seen is at least this share of the error: the surface may be a little farther between the points, 4 % on
-/// coarse leaves of the models of the tests. Nothing is measured and split afterwards, as tessellate() does.
-constexpr double k_seen = 0.94;
-
 /// Errors of those leaves that later levels have points of; none for the others.
 /// @param reaches   reaches(leaf): whether they have
 /// @param estimate  estimate(leaves, errors)
@@ -34,13 +30,13 @@ void estimate_reached(std::span<const Leaf> leaves, std::span<double> errors, Re
     }
     std::vector<double> seen(reached.size());
     estimate(std::span<const Leaf>(reached), std::span<double>(seen));
-    for (std::size_t i = 0; i < seen.size(); ++i) errors[place[i]] = seen[i] / k_seen;
+    for (std::size_t i = 0; i < seen.size(); ++i) errors[place[i]] = seen[i] / detail::k_seen;
 }
 
 }  // namespace
 
 HierarchyEstimator::HierarchyEstimator(const Hierarchy& hierarchy, double tolerance)
-    : hierarchy_(hierarchy), aim_(k_seen * tolerance) {}
+    : hierarchy_(hierarchy), aim_(detail::k_seen * tolerance) {}
 
 void HierarchyEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
     estimate_reached(

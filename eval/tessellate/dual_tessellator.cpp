@@ -229,7 +229,7 @@ class DualTessellator final : public TessellationRun {
     bool repair(int round) override {
         std::vector<LeafId> leaves;
         for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
-            if (!(static_cast<double>(result_.triangle_error[t]) > tolerance_)) continue;
+            if (!(static_cast<double>(result_.triangle_error[t]) > off_above_)) continue;
             for (const std::uint32_t v : triangles_.triangle(t))
                 if (const LeafId leaf = triangles_.faces.leaves[v]; forest_.level(leaf) < options_.max_level)
                     leaves.push_back(leaf);

@@ -182,7 +182,7 @@ class LatticeTessellator final : public TessellationRun {
         std::vector<LeafId> leaves;
         std::vector<FaceId> fans;
         for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
-            if (!(static_cast<double>(result_.triangle_error[t]) > tolerance_)) continue;
+            if (!(static_cast<double>(result_.triangle_error[t]) > off_above_)) continue;
             const LeafId leaf = exported_.leaves[t];
             if (!leaf.valid())
                 fans.push_back(exported_.faces[t]);

@@ -1,6 +1,7 @@
 #include "../../hier/mesh/mesh_split.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
+#include "../distance/triangle_bvh.hpp"
 #include "../surface/local_frame.hpp"
 #include "measure.hpp"
 #include "tessellate_run.hpp"
@@ -32,7 +33,9 @@ ControlMesh with_faces_as_materials(const ControlMesh& mesh, bool uvs) {
 class LevelTessellator final : public TessellationRun {
   public:
     LevelTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : TessellationRun(mesh, options, context), marked_(with_faces_as_materials(mesh, options.uvs)) {
+        : TessellationRun(mesh, options, context),
+          marked_(with_faces_as_materials(mesh, options.uvs)),
+          without_uvs_(with_faces_as_materials(mesh, false)) {
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f) has_holes_ = has_holes_ || mesh.is_hole(FaceId(f));
     }
 
@@ -43,27 +46,22 @@ class LevelTessellator final : public TessellationRun {
         std::vector<std::string> warnings;
     };
 
-    /// Level by level, each measured, until one is within the tolerance.
+    /// Level by level until one is within the tolerance; most of the others are ruled out by the next one's vertices.
     void refine() override {
+        Level next = make(marked_, options_.min_level, options_.normals);
         for (int level = options_.min_level;; ++level) {
-            Level next = make(level, options_.normals);
-            if (level > options_.min_level && is_too_much(next)) {
-                left_over_ = true;
-                break;
-            }
             take(std::move(next), level);
+            const bool is_last = level == options_.max_level;
+            if (options_.tolerance) check_coarsest(options_, result_.mesh.triangles.size());
+            if (!is_last) next = make(marked_, level + 1, options_.normals);
             if (options_.tolerance) {
-                check_coarsest(options_, result_.mesh.triangles.size());
                 Stopwatch watch;
-                measure();
+                const bool within = (is_last || is_within_aim_of(next)) && is_within_aim();
                 estimate_seconds_ += watch.lap();
-                // What is measured here is the result's error, not that of samples of it.
-                if (result_.measured_error->hausdorff <= aim_ / (certified() ? 1 : k_sampled_aim)) break;
+                if (within) break;
             }
-            if (level == options_.max_level) {
-                left_over_ = options_.tolerance.has_value();
-                break;
-            }
+            left_over_ = is_last ? options_.tolerance.has_value() : is_too_much(next);
+            if (is_last || left_over_) break;
         }
         if (!options_.measure) result_.measured_error.reset();
     }
@@ -72,15 +70,28 @@ class LevelTessellator final : public TessellationRun {
     bool left_over() const override { return left_over_; }
     void add_attributes() override { split_normals_of(result_, mesh_, options_); }
 
+    /// What is measured here is the result's error, not that of samples of it.
+    bool is_near(double distance) const { return distance <= off_above_; }
+    bool is_within_aim() {
+        measure();
+        return is_near(result_.measured_error->hausdorff);
+    }
+    /// The vertices of a level lie on the limit surface, so that none may be farther away.
+    bool is_within_aim_of(const Level& level) const {
+        if (result_.mesh.triangles.empty()) return true;
+        std::vector<ClosestPoint> nearest(level.mesh.positions.size());
+        TriangleBvh(result_.mesh, context_).closest(level.mesh.positions, nearest, context_);
+        return std::ranges::all_of(nearest, [&](const ClosestPoint& point) { return is_near(point.distance); });
+    }
     bool is_too_much(const Level& level) const {
         return options_.max_triangles != 0 && level.mesh.triangles.size() > options_.max_triangles;
     }
 
     /// A level on the limit surface, its faces cut into triangles.
-    Level make(int level, bool normals) const {
+    Level make(const ControlMesh& mesh, int level, bool normals) const {
         context_.report("refine", 0);
         PolygonMesh from =
-            tetrakis::refine(marked_, options_.scheme.info(), level,
+            tetrakis::refine(mesh, options_.scheme.info(), level,
                              {.rules = options_.rules, .limit = true, .normals = normals, .context = context_});
         Level result;
         result.warnings = std::move(from.warnings);
@@ -146,13 +157,11 @@ class LevelTessellator final : public TessellationRun {
         const int steps = reference_bits(count, 0);
         check_reference_memory(std::uint64_t{count} << 2 * steps, context_);
         context_.report("measure", 0);
-        TriangleMesh reference = make(result_.deepest_level + steps, false).mesh;
-        reference.uvs.clear();
-        reference.triangle_uvs.clear();
-        measure_triangles(reference, result_, options_.measure_samples / 2, context_);
+        const Level reference = make(without_uvs_, result_.deepest_level + steps, false);
+        measure_triangles(reference.mesh, result_, options_.measure_samples / 2, context_);
     }
 
-    ControlMesh marked_;
+    ControlMesh marked_, without_uvs_;
     bool has_holes_ = false, left_over_ = false;
 };
 

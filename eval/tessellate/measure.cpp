@@ -76,25 +76,15 @@ void measure_triangles(const TriangleMesh& reference, Tessellation& result, std:
                        const RunContext& context) {
     result.measured_error.emplace();
     if (result.mesh.triangles.empty() || reference.triangles.empty()) return;
-    std::vector<std::uint32_t> owner;  // per triangle of the reference
-    {
-        std::vector<Vec3d> centres;
-        centres.reserve(reference.triangles.size());
-        for (const auto& [a, b, c] : reference.triangles)
-            centres.push_back((reference.positions[a] + reference.positions[b] + reference.positions[c]) / 3.0);
-        std::vector<ClosestPoint> nearest(centres.size());
-        TriangleBvh(result.mesh, context).closest(centres, nearest, context);
-        owner.reserve(nearest.size());
-        for (const ClosestPoint& point : nearest) owner.push_back(point.triangle);
-    }
-    const MeshComparison distances =
-        compare(reference, result.mesh, {.samples = samples, .per_triangle = true}, context);
-    result.measured_error = distances.error;
-    result.triangle_error = distances.backward.triangle_max;
-    for (std::size_t t = 0; t < owner.size(); ++t) {
-        float& largest = result.triangle_error[owner[t]];
-        largest = std::max(largest, distances.forward.triangle_max[t]);
-    }
+    SamplingOptions sampling{.samples = samples, .per_triangle = true};
+    const DirectedDistance backward =
+        directed_distance(result.mesh, TriangleBvh(reference, context), sampling, context);
+    sampling.edges = false;
+    const DirectedDistance forward = directed_distance(reference, TriangleBvh(result.mesh, context), sampling, context);
+    result.measured_error = measured_error(forward, backward);
+    result.triangle_error.resize(result.mesh.triangles.size());
+    for (std::size_t t = 0; t < result.triangle_error.size(); ++t)
+        result.triangle_error[t] = std::max(backward.triangle_max[t], forward.nearest_max[t]);
 }
 
 }  // namespace tetrakis::detail

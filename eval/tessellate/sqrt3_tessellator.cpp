@@ -195,7 +195,7 @@ class Sqrt3Tessellator final : public TessellationRun {
         std::vector<LeafId> off;
         std::size_t t = 0;
         forest().for_each_leaf([&](LeafId leaf, FaceId) {
-            if (static_cast<double>(result_.triangle_error[t++]) > tolerance_ && hierarchy_.level(leaf) < max_steps_)
+            if (static_cast<double>(result_.triangle_error[t++]) > off_above_ && hierarchy_.level(leaf) < max_steps_)
                 off.push_back(leaf);
         });
         if (off.empty()) return false;

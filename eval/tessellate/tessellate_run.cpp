@@ -152,6 +152,7 @@ Tessellation TessellationRun::run() {
     warn_of_ignored_tags(mesh_, options_.scheme.info(), options_.rules, result_.warnings);
     aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
     if (!certified()) aim_ *= sampled_aim_;
+    off_above_ = certified() ? tolerance_ : tolerance_ * sampled_aim_;
     prepare();
     result_.seconds.build = watch.lap();
     refine();
@@ -164,7 +165,7 @@ Tessellation TessellationRun::run() {
         for (int round = 0;; ++round) {
             measure();
             result_.seconds.measure += watch.lap();
-            if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ || certified() ||
+            if (!options_.tolerance || result_.measured_error->hausdorff <= off_above_ || certified() ||
                 !may_repair() || round == k_repairs || !repair(round))
                 break;
             export_mesh();

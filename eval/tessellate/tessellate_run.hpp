@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../../refine/families/error_estimator.hpp"
+#include "../estimate/limit_estimator.hpp"
 #include "shading_normals.hpp"
 #include "tessellate.hpp"
 
@@ -55,9 +56,6 @@ namespace tetrakis::detail {
 
 /// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
 inline constexpr int k_repairs = 8;
-
-/// Where errors come from points of the surface, it may be a little farther between them: they aim at this share.
-inline constexpr double k_sampled_aim = 0.98;
 
 class Stopwatch {
   public:
@@ -115,7 +113,7 @@ class TessellationRun {
   protected:
     /// @param aim  share of the tolerance that errors by samples aim at
     TessellationRun(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
-                    double aim = k_sampled_aim)
+                    double aim = k_seen)
         : mesh_(mesh), options_(options), context_(context), sampled_aim_(aim) {}
     bool certified() const { return options_.estimator == EstimatorKind::certified; }
 
@@ -144,6 +142,7 @@ class TessellationRun {
     Tessellation result_;
     double tolerance_ = 0;  ///< as a length; 0: none
     double aim_ = 0;        ///< what refining aims at: the tolerance, or what rounding and sampling leave of it
+    double off_above_ = 0;  ///< what measuring aims at: the tolerance, or what sampling leaves of it
     double estimate_seconds_ = 0;
 
   private:

@@ -73,7 +73,7 @@ RuleLimitFinder::RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& op
 
 RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vertices, bool may_miss) {
     // By blocks: rows on their own take several times what they take in the tables.
-    const std::size_t block = std::size_t{1} << (scheme_.family == MeshFamily::hexagons ? 8 : 13);
+    constexpr std::size_t block = std::size_t{1} << 13;
     RuleLimits limits;
     std::vector<int> some;
     for (std::size_t begin = 0; begin < vertices.size(); begin += block) {

@@ -260,7 +260,33 @@ TEST_CASE("[inv10] the thread count changes no byte of a comparison") {
         CHECK(std::memcmp(&result.error, &reference.error, sizeof(MeasuredError)) == 0);
         CHECK(result.forward.triangle_max == reference.forward.triangle_max);
         CHECK(result.backward.triangle_max == reference.backward.triangle_max);
+        CHECK(result.forward.nearest_max == reference.forward.nearest_max);
+        CHECK(result.backward.nearest_max == reference.backward.nearest_max);
         CHECK(result.forward.worst_triangle == reference.forward.worst_triangle);
+    }
+}
+
+TEST_CASE("distances count for the triangles that they are nearest to, whether edges are sampled or not") {
+    const TriangleMesh fine = shapes::sphere(60, 120, Vec3d(0), 1.0), coarse = shapes::sphere(12, 24, Vec3d(0), 1.0);
+    const TriangleBvh to_coarse(coarse);
+    SamplingOptions options{.samples = 1000, .climbs = 0, .per_triangle = true};
+    const DirectedDistance whole = directed_distance(fine, to_coarse, options);
+    options.edges = false;
+    const DirectedDistance inside = directed_distance(fine, to_coarse, options);
+    // All vertices but the poles' neighbours have six edges: three samples of five or six are on edges.
+    CHECK(inside.samples < 0.5 * static_cast<double>(whole.samples));
+    CHECK(inside.max <= whole.max);
+    CHECK(inside.max > 0.97 * whole.max);
+    REQUIRE(inside.nearest_max.size() == coarse.triangles.size());
+    CHECK(*std::ranges::max_element(inside.nearest_max) == *std::ranges::max_element(inside.triangle_max));
+    // Each triangle is nearest to the piece of the sphere above it.
+    for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
+        const auto& [a, b, c] = coarse.triangles[t];
+        const Vec3d centre = (coarse.positions[a] + coarse.positions[b] + coarse.positions[c]) / 3.0;
+        const double above = 1 - glm::length(centre);
+        CHECK(whole.nearest_max[t] >= inside.nearest_max[t]);
+        CHECK(whole.nearest_max[t] > 0.9 * above);
+        CHECK(whole.nearest_max[t] < 2 * above + 1e-3);
     }
 }
 
