@@ -172,9 +172,12 @@ QuadBounder::Corners QuadBounder::leaf_corners(PathCell& cell, const Piece& piec
 
 bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
 
-LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding,
+LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& of_leaf,
                                   bool may_reject) {
     start(decide_at, may_reject);
+    // Pieces start at the leaf's last corner.
+    const auto turned = [](const auto& of_edges) { return std::array{of_edges[2], of_edges[0], of_edges[1]}; };
+    const EdgeSliding sliding{turned(of_leaf.edge), turned(of_leaf.fold), turned(of_leaf.flap)};
     if (is_root(leaf)) {
         bound_root(leaf.root, nullptr, sliding);
         return finish();

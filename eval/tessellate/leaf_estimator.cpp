@@ -52,8 +52,8 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
                                if (!map_.plain()) {
                                    errors[i] = mapped(leaf);
                                } else if (kind_ == EstimatorKind::certified) {
-                                   const LeafError e = bounder().leaf_error(leaf, tolerance_);
-                                   errors[i] = e.lower > tolerance_ ? e.lower : e.upper;
+                                   const LeafError e = bounder().leaf_error(leaf, tolerance_, {}, tolerance_ > 0);
+                                   errors[i] = tolerance_ > 0 && e.lower > tolerance_ ? e.lower : e.upper;
                                } else {
                                    errors[i] = measured(leaf, bounder(), basis[i]);
                                }

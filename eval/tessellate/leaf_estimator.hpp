@@ -22,6 +22,7 @@ namespace tetrakis {
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
+    /// @param tolerance  errors above it are only known to be larger; 0: all are looked at closely
     LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest, EstimatorKind kind,
                   double tolerance);
 

@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <random>
 #include <set>
 #include <string>
 #include <vector>
@@ -286,6 +287,30 @@ TEST_CASE("a number of triangles is not spent on what is flat already") {
             CHECK(result.mesh.triangles.size() <= 18);
             REQUIRE(result.measured_error);
             CHECK(result.measured_error->hausdorff < 1e-13);
+        }
+}
+
+TEST_CASE("[inv9] open meshes within a number of triangles are as good as to a tolerance, and proven") {
+    for (const char* name : {"catmull-clark", "loop", "doo-sabin"})
+        for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+            const SchemeInfo& scheme = *find_scheme(name);
+            CAPTURE(scheme.name);
+            CAPTURE(seed);
+            ControlMeshData data = test::grid(4, scheme.family == MeshFamily::triangles);
+            std::mt19937 random(static_cast<unsigned>(seed));
+            for (Vec3d& p : data.positions) p.z = std::uniform_real_distribution<double>(0, 1)(random);
+            const ControlMesh mesh = ControlMesh::build(std::move(data));
+            TessellateOptions options{.scheme = scheme, .tolerance = 2e-3, .measure = true};
+            const Tessellation wanted = tessellate(mesh, options);
+            options.tolerance = {};
+            options.max_triangles = wanted.mesh.triangles.size();
+            for (const EstimatorKind estimator : {measured, certified}) {
+                options.estimator = estimator;
+                const Tessellation result = tessellate(mesh, options);
+                CHECK(result.measured_error->hausdorff < 1.5 * wanted.tolerance_absolute);
+                REQUIRE(result.certified_error);
+                CHECK(result.measured_error->hausdorff <= k_rounding * *result.certified_error);
+            }
         }
 }
 
