@@ -1,24 +1,31 @@
 #pragma once
 
+#include "surface.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace tetrakis::detail {
 
-/// Lengths as single bytes, rounded up: 0, then six steps to a doubling. The last code is for what is longer than all
-/// that was expected.
+/// Lengths as single bytes, rounded up: 0, then six steps to a doubling. The last code is infinite: for what is longer
+/// than all that was expected.
 class ByteLengths {
   public:
     static constexpr int k_a_doubling = 6;
+    /// Steps that make a length lod::k_error_ratio times as large, or more.
+    static constexpr int k_nesting = 2;
+    static_assert(lod::k_error_ratio * lod::k_error_ratio * lod::k_error_ratio <= 2);
 
     ByteLengths() = default;
-    /// @param largest  that is to be told from others
-    /// @param beyond   what the last code stands for
-    ByteLengths(double largest, double beyond) {
-        for (int i = 1; i < 255; ++i) length_[i] = largest * std::exp2(double(i - 254) / k_a_doubling);
-        length_[255] = beyond;
+    /// @param largest  that is to be told from others before it is nested
+    /// @param levels   how often it then grows by k_nesting steps, at most
+    ByteLengths(double largest, int levels) {
+        const int top = 254 - k_nesting * (levels + 1);  // what was rounded up is a step more
+        for (int i = 1; i < 255; ++i) length_[i] = largest * std::exp2(double(i - top) / k_a_doubling);
+        length_[255] = std::numeric_limits<double>::infinity();
     }
 
     double length(std::uint8_t code) const { return length_[code]; }

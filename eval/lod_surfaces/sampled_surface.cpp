@@ -140,7 +140,7 @@ void SampledSurface::set_bounds(const RunContext& context) {
     Box3d box = roots_.bounding_box();
     for (const Vec3d& p : points) box.add(p);
     constexpr double k_more = 64;  // than the corners of roots are apart
-    lengths_ = detail::ByteLengths(k_more * box.diagonal(), std::numeric_limits<double>::infinity());
+    lengths_ = detail::ByteLengths(k_more * box.diagonal(), max_depth());
     errors_.assign(point_count(), 0);
     radii_.assign(point_count(), 0);
     const auto cells = static_cast<std::uint32_t>(cells_.size());

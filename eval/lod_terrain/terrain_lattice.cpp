@@ -88,9 +88,12 @@ ControlMesh TerrainLattice::make_roots(const std::function<Vec3d(LatticePlace)>&
 }
 
 std::optional<LatticePlace> TerrainLattice::square_at(const HeightGrid& frame, const Vec2d& place) const {
+    // Where the borders are is a sum, so that quotients may be a little beyond them.
+    const double east = frame.origin.x + frame.spacing.x * in_samples(xs.back()),
+                 south = frame.origin.y - frame.spacing.y * in_samples(ys.back());
+    if (!(place.x >= frame.origin.x && place.x <= east && place.y <= frame.origin.y && place.y >= south)) return {};
     const double x = (place.x - frame.origin.x) / frame.spacing.x * k_grid_unit,
                  y = (frame.origin.y - place.y) / frame.spacing.y * k_grid_unit;
-    if (!(x >= 0 && y >= 0 && x <= xs.back() && y <= ys.back())) return {};
     const auto line = [](const std::vector<std::int32_t>& lines, double at) {
         const auto after = std::upper_bound(lines.begin(), lines.end(), at);
         return static_cast<std::int32_t>(std::min<std::ptrdiff_t>(after - lines.begin(), std::ssize(lines) - 1) - 1);

@@ -103,13 +103,12 @@ void TerrainSurface::set_heights() {
 
 void TerrainSurface::set_errors(const RunContext& context) {
     const Heights all = heights_.back().cells[0];
-    // Nesting can lead to errors beyond the range of all heights.
-    const double largest = double{all.high} - double{all.low};
-    lengths_ =
-        detail::ByteLengths(largest * std::pow(k_error_ratio, max_depth()), std::numeric_limits<double>::infinity());
+    // Where lines are no samples, errors are the sum of their children's and of what the heights are apart. Of each
+    // level's sum, an eighth larger by rounding, a nest of these errors keeps below this.
+    constexpr double k_sums = 16;
+    lengths_ = detail::ByteLengths(k_sums * (double{all.high} - double{all.low}), max_depth());
     codes_.assign(lattice_.xs.size() * lattice_.ys.size(), 0);
     const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
-    const int nesting = static_cast<int>(std::ceil(std::log2(k_error_ratio) * detail::ByteLengths::k_a_doubling));
     const auto set = [&](std::int32_t x, std::int32_t y) {
         const LatticeDiamond diamond({x, y});
         int worst = 0;
@@ -127,8 +126,8 @@ void TerrainSurface::set_errors(const RunContext& context) {
             error = std::max(error, std::abs(height(diamond.middle) - (height(a) + height(b)) / 2)) +
                     lengths_.length(static_cast<std::uint8_t>(worst));
         }
-        codes_[code_index({x, y})] = static_cast<std::uint8_t>(
-            std::min(255, std::max(int{lengths_.code(error)}, worst == 0 ? 0 : worst + nesting)));
+        codes_[code_index({x, y})] = static_cast<std::uint8_t>(std::min(
+            255, std::max(int{lengths_.code(error)}, worst == 0 ? 0 : worst + detail::ByteLengths::k_nesting)));
     };
     const std::int32_t half = 1 << (lattice_.log_side - 1);
     for (std::int32_t s = 1; s <= half; s *= 2) {

@@ -445,6 +445,37 @@ TEST_CASE("lod: a terrain's heights are its samples, and between them those of t
         CHECK(!surface.at({99, 50}));
         CHECK(!surface.at({100, 50.1}));
     }
+    // 3 * 0.1 is more than 0.3.
+    HeightGrid small = rough(4, 4, 2);
+    small.spacing = Vec2d(0.1);
+    const lod::TerrainSurface surface(small);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+        REQUIRE(surface.at({i * 0.1, 0}));
+        CHECK(surface.at({i * 0.1, 0})->height == doctest::Approx(small.at(i, 0)));
+        REQUIRE(surface.at({0, i * -0.1}));
+        CHECK(surface.at({0, i * -0.1})->height == doctest::Approx(small.at(0, i)));
+    }
+    CHECK(!surface.at({0.31, 0}));
+}
+
+TEST_CASE("lod: errors of spikes and noise are finite, however often they are nested") {
+    const auto spike = [](double c, double r) { return c == 40 && r == 70 ? 1.0 : 0.0; };
+    std::mt19937 random(1);
+    const auto noise = [&](double, double) { return static_cast<double>(random() % 1000) / 1000; };
+    for (const auto& [columns, rows] : {std::pair{257u, 257u}, {100u, 100u}, {101u, 137u}, {300u, 500u}, {17u, 4u}})
+        for (const HeightGrid& grid : {grid_of(columns, rows, spike), grid_of(columns, rows, noise)}) {
+            CAPTURE(columns);
+            const lod::TerrainSurface surface(grid);
+            std::vector<Site> sites;
+            for (std::uint32_t root = 0; root < surface.roots().halfedge_count(); ++root)
+                for (int level = 1; 2 * level <= surface.max_depth(); ++level)
+                    for (std::uint32_t x = 0; x < 1u << level; ++x)
+                        for (std::uint32_t y = 1 - x % 2; y < 1u << level; y += 2 - x % 2)
+                            sites.push_back({HalfedgeId(root), {x, y}, static_cast<std::uint8_t>(level)});
+            std::vector<lod::DiamondBounds> bounds(sites.size());
+            surface.bounds(sites, bounds);
+            CHECK(std::ranges::all_of(bounds, [](const lod::DiamondBounds& b) { return std::isfinite(b.error); }));
+        }
 }
 
 TEST_CASE("lod: a planet's heights are where they belong") {

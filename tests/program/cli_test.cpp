@@ -266,6 +266,13 @@ TEST_CASE("terrain: the report says what the mesh is, GLB included") {
         CHECK(
             cli::run({"terrain", (scratch / "steps.r16").string(), "--max-error", "0", "-o", (scratch / name).string()})
                 .code == code);
+    // Heights about 1e9 are floats 64 apart.
+    for (const auto& [offset, warns] : {std::pair("1000", false), std::pair("1e9", true)}) {
+        const ProcessResult result = cli::run({"terrain", (scratch / "steps.r16").string(), "--max-error", "1",
+                                               "--offset", offset, "-o", (scratch / "c.ply").string()});
+        CHECK(result.code == 0);
+        CHECK(test::contains(result.err, "kept as floats") == warns);
+    }
 }
 
 TEST_CASE("[bad-input] terrain") {

@@ -2,6 +2,7 @@
 #include "../../eval/lod_terrain/terrain_surface.hpp"
 #include "../../eval/lod_terrain/terrain_tiles.hpp"
 #include "../../eval/lod_terrain/tiled_terrain.hpp"
+#include "../../eval/terrain/terrain_mesh.hpp"
 #include "../../hier/base/memory.hpp"
 
 #include <benchmark/benchmark.h>
@@ -196,6 +197,16 @@ void make_surface(benchmark::State& state) {
                            benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(make_surface)->Arg(1025)->Arg(4097)->Unit(benchmark::kMillisecond);
+
+/// One mesh of all of it, by all threads.
+void mesh_terrain(benchmark::State& state) {
+    const HeightGrid grid = mirrored(fractal(1025), static_cast<std::uint32_t>(state.range(0)));
+    std::size_t triangles = 0;
+    for (auto _ : state)
+        triangles = terrain_mesh(grid, {.max_error = static_cast<double>(state.range(1))}).mesh.triangles.size();
+    state.counters["triangles"] = static_cast<double>(triangles);
+}
+BENCHMARK(mesh_terrain)->Args({4097, 40})->Args({16385, 40})->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// The mirrored terrain, of which only 1025 x 1025 samples are in memory.
 class MirroredSource final : public HeightSource {

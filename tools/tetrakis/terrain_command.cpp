@@ -64,6 +64,20 @@ double rounding_of(const std::filesystem::path& output, const HeightGrid& grid, 
     return glb_rounding_bound(box) * (1 + 2 * slope);
 }
 
+/// A warning where heights that were scaled or moved are kept as floats too coarse for the tolerance.
+void warn_of_coarse_heights(const HeightReadOptions& read, const HeightGrid& grid, double max_error,
+                            std::vector<std::string>& warnings) {
+    if (read.scale == 1 && read.offset == 0) return;
+    double largest = 0;
+    for (const float height : grid.heights) largest = std::max(largest, std::abs(double{height}));
+    const double rounding = 0x1p-24 * largest;
+    if (rounding * 4 < max_error || max_error <= 0) return;
+    warnings.push_back(
+        fmt::format("heights of up to {} are kept as floats, which are up to {} off the file's: the error "
+                    "is that from the floats; use a smaller --offset or a larger --max-error",
+                    format_length(largest), format_length(rounding)));
+}
+
 /// Writes each tile into a file of its own.
 /// @return  what the report says about them
 Json write_tiles(FileSet& files, const Terrain& terrain, const TerrainCommandOptions& options,
@@ -99,6 +113,7 @@ ExitCode run_checked(const TerrainCommandOptions& options) {
             fmt::format("--max-error {} is less than what the floats of a GLB round off here, {}; write "
                         ".obj or .ply, or use a larger one",
                         format_length(options.max_error), format_length(rounding)));
+    warn_of_coarse_heights(options.heights.read, grid, options.max_error, warnings);
     const Stopwatch refining;
     TerrainOptions terrain_options{.max_error = std::max(0.0, options.max_error - rounding),
                                    .y_up = options.y_up,
