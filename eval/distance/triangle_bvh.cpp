@@ -183,21 +183,34 @@ ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const
 
 namespace {
 
-// A ray in the local frame, its direction of unit length; `unit` is the local length of one t.
+// A ray in the local frame, its direction of unit length: t is at its own (t * unit - start).
+struct LocalRay {
+    double unit = 1, start = 0;
+};
 bool make_local_ray(const detail::LocalFrame& frame, const Vec3d& origin, const Vec3d& direction, double t_min,
-                    double t_max, RTCRay& ray, double& unit) {
+                    double t_max, RTCRay& ray, LocalRay& way) {
     const double length = glm::length(direction);
     if (!(length > 0) || !std::isfinite(length)) return false;
-    const Vec3d local = frame.to_local(origin), along = direction / length;
-    unit = length * frame.scale;
+    const Vec3d along = direction / length;
+    Vec3d local = frame.to_local(origin);
+    const double unit = way.unit = length * frame.scale;
+    // From far away it starts before the model, which lies within 4 of the frame's middle.
+    constexpr double k_far = 16, k_before = 8, k_rounding = 4e-15;
+    if (const double away = -glm::dot(local, along); away > k_far) {
+        way.start = away - k_before - k_rounding * away;
+        local += way.start * along;
+    }
+    // Embree takes no coordinates beyond this.
+    if (!(std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)}) <= detail::k_farthest_float_query))
+        return false;
     ray.org_x = static_cast<float>(local.x);
     ray.org_y = static_cast<float>(local.y);
     ray.org_z = static_cast<float>(local.z);
     ray.dir_x = static_cast<float>(along.x);
     ray.dir_y = static_cast<float>(along.y);
     ray.dir_z = static_cast<float>(along.z);
-    ray.tnear = static_cast<float>(std::max(t_min, 0.0) * unit);
-    ray.tfar = static_cast<float>(t_max * unit);
+    ray.tnear = static_cast<float>(std::max(std::max(t_min, 0.0) * unit - way.start, 0.0));
+    ray.tfar = static_cast<float>(t_max * unit - way.start);
     ray.time = 0;
     ray.mask = 0xFFFF'FFFFu;
     ray.id = 0;
@@ -213,8 +226,8 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
     RayHit result;
     const State& state = *state_;
     RTCRayHit query;
-    double unit = 1;
-    if (state.triangles.empty() || !make_local_ray(state.frame, origin, direction, t_min, t_max, query.ray, unit))
+    LocalRay way;
+    if (state.triangles.empty() || !make_local_ray(state.frame, origin, direction, t_min, t_max, query.ray, way))
         return result;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -229,7 +242,7 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
     const Vec3d normal = glm::cross(ab, ac);
     const double slope = glm::dot(normal, direction);
     const double t = -glm::dot(normal, ao) / slope;
-    const double float_t = query.ray.tfar / unit;
+    const double unit = way.unit, float_t = (double{query.ray.tfar} + way.start) / unit;
     // Edge-on, the plane says little about where the ray meets the triangle: keep what the float ray found.
     constexpr double k_float_error = 1e-5;
     if (!(std::abs(t - float_t) * unit <= k_float_error * (1 + std::abs(float_t) * unit))) {
@@ -249,8 +262,8 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
 bool TriangleBvh::occluded(const Vec3d& origin, const Vec3d& direction, double t_min, double t_max) const noexcept {
     const State& state = *state_;
     RTCRay ray;
-    double unit = 1;
-    if (state.triangles.empty() || !make_local_ray(state.frame, origin, direction, t_min, t_max, ray, unit))
+    LocalRay way;
+    if (state.triangles.empty() || !make_local_ray(state.frame, origin, direction, t_min, t_max, ray, way))
         return false;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);

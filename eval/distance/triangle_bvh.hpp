@@ -58,7 +58,8 @@ class TriangleBvh {
                          double max_distance = std::numeric_limits<double>::infinity()) const noexcept;
 
     /// First hit with t in [t_min, t_max], t_min >= 0, from either side. Embree finds the triangle in float (so a ray
-    /// closer to an edge than 1e-7 of the model may be given to the neighbour); t, u and v are recomputed in double.
+    /// closer to an edge than 1e-7 of the model may be given to the neighbour, and one right through a vertex may meet
+    /// nothing); t, u and v are recomputed in double.
     RayHit intersect(const Vec3d& origin, const Vec3d& direction, double t_min = 0,
                      double t_max = std::numeric_limits<double>::infinity()) const noexcept;
     /// Whether anything lies between t_min and t_max.

@@ -142,9 +142,11 @@ class Candidates {
             fresh_.push_back(i);
         }
     }
+    /// Whether advance_all() is not done with, about.
+    bool has_many_fresh() const { return fresh_.size() >= k_batch; }
     /// Whether to call take_due() though others are as urgent as those that were split. New ones can wait until they
     /// are many: a diamond's error is larger than of those that its split makes possible.
-    bool has_many_due() const { return !ripe_.empty() || fresh_.size() >= k_batch; }
+    bool has_many_due() const { return !ripe_.empty() || has_many_fresh(); }
     /// Candidates that are due, in the first places of `nodes`; list() of each is to follow.
     /// @return  how many there are; 0: no more
     std::size_t take_due(std::array<std::uint32_t, k_batch>& nodes) {

@@ -171,6 +171,8 @@ class View::Impl {
             forest_.merge_diamond(LeafId(candidates_.owner(node)), changed_merge);
         }
         exact_from_ = level_;
+        update.complete = update.complete && !is_stale_;
+        was_complete_ = update.complete;
         close_up(is_over);
         const int left = candidates_.highest(Kind::split);
         const double over = update.complete && left >= k_limit_bucket ? edge_of(left + 1)
@@ -200,7 +202,7 @@ class View::Impl {
                 refuse(fmt::format("a region of radius {} with a boost of {}; radii start at 0, boosts at 1",
                                    region.radius, region.boost));
         regions_ = std::move(regions);
-        candidates_.advance_all();
+        is_stale_ = true;
         mark_vertices();
     }
 
@@ -267,8 +269,17 @@ class View::Impl {
 
     void move_to(const Eye& eye, const Budget& budget) {
         const double scale = eye.pixels / budget.pixel_error;
-        const bool is_other = scale != scale_ || !eye.has_opening_of(eye_);
-        if (is_other) candidates_.advance_all();
+        const bool is_other = is_stale_ || scale != scale_ || !eye.has_opening_of(eye_);
+        is_stale_ = is_other;
+        // Where time is short and each frame is another one, a look at all of them is brought to its end, and what it
+        // led to gets as many updates.
+        ++updates_since_look_;
+        if (candidates_.has_many_fresh()) updates_to_look_ = updates_since_look_;
+        if (is_stale_ && (was_complete_ || updates_since_look_ > 2 * updates_to_look_)) {
+            candidates_.advance_all();
+            is_stale_ = false;
+            updates_since_look_ = updates_to_look_ = 0;
+        }
         const double travel = glm::length(eye.at - eye_.at), turn = eye.turn_to(eye_);
         // A camera that stands still knows what it has seen, unless something may have been given up since.
         if (is_other || travel > 0 || turn > 0 || revision_ != 0) candidates_.begin_round();
@@ -281,6 +292,7 @@ class View::Impl {
     void start() {
         forest_.clear();
         candidates_.clear();
+        is_stale_ = false;
         std::fill(leaf_candidate_.begin(), leaf_candidate_.end(), Candidates::k_none);
         std::fill(point_candidate_.begin(), point_candidate_.end(), Candidates::k_none);
         mark_vertices();
@@ -567,6 +579,9 @@ class View::Impl {
     double morph_scale_ = 0;
     std::uint64_t revision_ = 0;  // of the surface
     std::uint32_t revision_waits_ = 0;
+    bool is_stale_ = false;  // looks are of other pixels or regions
+    bool was_complete_ = true;
+    std::uint64_t updates_since_look_ = 0, updates_to_look_ = 0;  // at all of them
     int merge_bucket_ = 0;
     int level_ = k_limit_bucket;       // of the largest errors that are left
     int exact_from_ = k_limit_bucket;  // the lowest level since the last update; smaller errors share a bucket

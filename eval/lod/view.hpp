@@ -35,7 +35,9 @@ struct Budget {
     /// The largest number of triangles, at most View::max_leaves(). The roots stay in any case.
     std::uint32_t leaves = std::numeric_limits<std::uint32_t>::max();
     /// An update ends soon after this, between two changes, and the next one goes on; 0: no limit. Triangles beyond
-    /// `leaves` are merged first, however long that takes.
+    /// `leaves` are merged first, and after View::set_origin() and View::set_regions() all vertices are written,
+    /// however long that takes. Where pixel_error, the field of view or regions change each time, what was decided by
+    /// earlier ones is brought to an end first.
     double milliseconds = 0;
 };
 

@@ -9,7 +9,8 @@
 
 namespace tetrakis::detail {
 
-inline constexpr double k_largest_radius = 1e59;  ///< coordinates of control meshes end at 1e60
+/// What single precision, in which views have vertices, has room for.
+inline constexpr double k_smallest_radius = 1e-37, k_largest_radius = 1e37;
 
 /// A cube about the origin, faces outward.
 inline ControlMesh cube_roots(double half_side) {

@@ -34,9 +34,10 @@ double step_of(const std::vector<HeightGrid>& grids) {
 }
 
 int level_of(const std::vector<HeightGrid>& grids, const PlanetOptions& options) {
-    if (!(options.radius > 0 && options.radius <= detail::k_largest_radius))
-        throw Error(ErrorCode::invalid_input, fmt::format("a planet's radius of {}; it has to be positive, {} at most",
-                                                          options.radius, detail::k_largest_radius));
+    if (!(options.radius >= detail::k_smallest_radius && options.radius <= detail::k_largest_radius))
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("a planet's radius of {}; it has to be from {} to {}", options.radius,
+                                detail::k_smallest_radius, detail::k_largest_radius));
     const double step = step_of(grids);
     if (options.level != 0) return options.level;
     return std::clamp(static_cast<int>(std::ceil(-std::log2(step) - 1e-9)), 1, k_finest_level);

@@ -94,10 +94,9 @@ ProceduralSurface ProceduralSurface::plane(double side, double finest, Procedura
 }
 
 ProceduralSurface ProceduralSurface::ball(double radius, double finest, ProceduralHeights heights) {
-    if (!(radius > 0 && radius <= detail::k_largest_radius))
-        throw Error(ErrorCode::invalid_input,
-                    fmt::format("a ball with a radius of {}; it has to be positive, {} at most", radius,
-                                detail::k_largest_radius));
+    if (!(radius >= detail::k_smallest_radius && radius <= detail::k_largest_radius))
+        throw Error(ErrorCode::invalid_input, fmt::format("a ball with a radius of {}; it has to be from {} to {}",
+                                                          radius, detail::k_smallest_radius, detail::k_largest_radius));
     if (!(radius + heights.low > 0))
         throw Error(ErrorCode::invalid_input, fmt::format("heights of {} on a ball of radius {}", heights.low, radius));
     return {detail::cube_roots(radius), radius, radius, finest, std::move(heights)};

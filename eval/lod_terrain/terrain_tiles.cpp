@@ -167,11 +167,12 @@ class Writer {
 
     void run() {
         file_.resize(layout_.file_bytes());
-        const detail::TileHeader header{.columns = frame_.columns,
-                                        .rows = frame_.rows,
-                                        .side = options_.side,
-                                        .spacing = {frame_.spacing.x, frame_.spacing.y},
-                                        .origin = {frame_.origin.x, frame_.origin.y}};
+        detail::TileHeader header{.columns = frame_.columns,
+                                  .rows = frame_.rows,
+                                  .side = options_.side,
+                                  .spacing = {frame_.spacing.x, frame_.spacing.y},
+                                  .origin = {frame_.origin.x, frame_.origin.y}};
+        header.checksum = header.sum();
         file_.write(0, std::as_bytes(std::span(&header, 1)));
         write_finest();
         for (std::size_t k = 1; k < layout_.levels().size(); ++k) write_level(k);
@@ -263,6 +264,11 @@ class Writer {
         for (std::size_t i = 0; i < band.heights.size(); ++i) {
             float& height = band.heights[i];
             if (std::isfinite(height)) continue;
+            if (std::isinf(height))
+                throw Error(ErrorCode::invalid_input,
+                            fmt::format("the height at column {}, row {} is larger than single precision holds; take a "
+                                        "smaller scale",
+                                        i % band.columns, i / band.columns + static_cast<std::size_t>(first_row_)));
             if (!options_.missing_height)
                 throw Error(ErrorCode::invalid_input,
                             fmt::format("the height at column {}, row {} is missing; TileOptions::missing_height "
@@ -451,6 +457,8 @@ void write_tiles(HeightSource& source, const std::filesystem::path& path, const 
     if (options.side < 16 || options.side > 1024 || !std::has_single_bit(options.side))
         throw Error(ErrorCode::invalid_input,
                     fmt::format("tiles of {} steps; it has to be a power of two from 16 to 1024", options.side));
+    if (options.missing_height && !std::isfinite(*options.missing_height))
+        throw Error(ErrorCode::invalid_input, "a height for what is missing that is no float");
     with_threads(options.context, [&] { Writer(source, path, options).run(); });
 }
 

@@ -28,11 +28,24 @@ TileLayout::TileLayout(const TerrainLattice& lattice, std::int32_t side) : side_
     tile_bytes_ = cells_.offset + bytes(cells_) + sizeof(std::uint64_t);
 }
 
-std::uint64_t Tile::checksum() const {
-    std::uint64_t sum = bytes_.size();
-    // Rotation and an odd factor, so that places count and nothing is lost (as FNV, for words).
-    for (std::size_t i = 0; i + 1 < bytes_.size(); ++i) sum = (std::rotl(sum, 23) ^ bytes_[i]) * 0x9E3779B97F4A7C15u;
+namespace {
+
+/// Rotation and an odd factor, so that places count and nothing is lost (as FNV, for words).
+std::uint64_t checksum_of(std::span<const std::uint64_t> words) {
+    std::uint64_t sum = words.size() + 1;
+    for (const std::uint64_t word : words) sum = (std::rotl(sum, 23) ^ word) * 0x9E3779B97F4A7C15u;
     return sum;
+}
+
+}  // namespace
+
+std::uint64_t Tile::checksum() const { return checksum_of(std::span(bytes_).first(bytes_.size() - 1)); }
+
+std::uint32_t TileHeader::sum() const {
+    TileHeader other = *this;
+    other.checksum = 0;
+    return static_cast<std::uint32_t>(
+        checksum_of(std::bit_cast<std::array<std::uint64_t, sizeof(TileHeader) / sizeof(std::uint64_t)>>(other)) >> 32);
 }
 
 TileFile::TileFile(const std::filesystem::path& path, TileHeader& header)
@@ -53,6 +66,7 @@ TileFile::TileFile(const std::filesystem::path& path, TileHeader& header)
     if (header.version != TileHeader::k_version)
         refuse(ErrorCode::unsupported, fmt::format("the tile file has version {}, and this build reads version {}",
                                                    header.version, TileHeader::k_version));
+    if (header.checksum != header.sum()) refuse(ErrorCode::invalid_input, "the tile file is damaged: its header");
 }
 
 TileFile::TileFile(const std::filesystem::path& path)

@@ -65,8 +65,12 @@ struct TileHeader {
 
     std::array<char, 8> magic = k_magic;
     std::uint32_t version = k_version, byte_order = k_byte_order;
-    std::uint32_t columns = 0, rows = 0, side = 0, reserved = 0;
+    std::uint32_t columns = 0, rows = 0, side = 0;
+    std::uint32_t checksum = 0;  ///< sum() of what the file has
     std::array<double, 2> spacing{}, origin{};
+
+    /// Of all else.
+    std::uint32_t sum() const;
 };
 static_assert(sizeof(TileHeader) == 64);
 

@@ -140,6 +140,13 @@ void detail::check_frame(const HeightGrid& grid) {
     if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && std::isfinite(grid.spacing.x) && std::isfinite(grid.spacing.y)))
         refuse(ErrorCode::invalid_input, fmt::format("spacings of {} and {} between samples; they have to be positive",
                                                      grid.spacing.x, grid.spacing.y));
+    constexpr double k_farthest = 1e37;  // single precision has to reach to it
+    const double x = std::abs(grid.origin.x) + grid.spacing.x * grid.columns,
+                 y = std::abs(grid.origin.y) + grid.spacing.y * grid.rows;
+    if (!(std::max(x, y) <= k_farthest))
+        refuse(ErrorCode::invalid_input,
+               fmt::format("a height grid that reaches to {}; {} is the farthest: take a smaller spacing or origin",
+                           std::max(x, y), k_farthest));
 }
 
 void detail::check_surface(const HeightGrid& grid) {

@@ -38,11 +38,10 @@ class Triangulator {
             cut_face();
         }
         first[mesh_.face_count()] = triangle_count();
-        for (std::size_t i = 0; i < in_.holes.size(); ++i)
-            for (std::uint32_t t = first[in_.holes[i]]; t < first[in_.holes[i] + 1]; ++t) {
-                out_.holes.push_back(t);
-                if (!in_.hole_lines.empty()) out_.hole_lines.push_back(in_.hole_lines[i]);
-            }
+        // Of a face that is dropped at the boundary not all triangles might be dropped by themselves.
+        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
+            if (mesh_.is_hole(FaceId(f)))
+                for (std::uint32_t t = first[f]; t < first[f + std::size_t{1}]; ++t) out_.holes.push_back(t);
         for (auto& tag : out_.corner_angles) tag.face = triangle_at(tag.vertex, first[tag.face]);
         keep_sharp_corners();
         out_.warnings.push_back(fmt::format("cut {} of {} faces into triangles", cut_count_, mesh_.face_count()));

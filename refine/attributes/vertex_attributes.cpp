@@ -4,6 +4,7 @@
 #include "../../hier/base/parallel.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -15,7 +16,13 @@ void check_attributes(const ControlMesh& mesh, std::span<const VertexAttribute> 
             throw Error(ErrorCode::invalid_input,
                         "attribute \"" + attribute.name + "\" must have at least one number per vertex");
         const std::size_t expected = std::size_t{mesh.vertex_count()} * static_cast<std::size_t>(attribute.width);
-        if (attribute.values.size() == expected) continue;
+        if (attribute.values.size() == expected) {
+            const auto bad = std::ranges::find_if_not(attribute.values, [](double x) { return std::isfinite(x); });
+            if (bad == attribute.values.end()) continue;
+            const auto vertex = (bad - attribute.values.begin()) / attribute.width;
+            throw Error(ErrorCode::invalid_input, "attribute \"" + attribute.name + "\" of vertex " +
+                                                      std::to_string(vertex) + " is not finite; give a finite number");
+        }
         throw Error(ErrorCode::invalid_input,
                     "attribute \"" + attribute.name + "\" has " + std::to_string(attribute.values.size()) +
                         " values, but " + std::to_string(mesh.vertex_count()) + " vertices with " +

@@ -262,14 +262,24 @@ AdaptiveFactoredMesh& AdaptiveFactoredMesh::operator=(AdaptiveFactoredMesh&&) no
 int AdaptiveFactoredMesh::first_half_step() const { return state_->half_steps(0); }
 int AdaptiveFactoredMesh::max_half_steps() const { return state_->half_steps(k_max_bisection_depth); }
 
-void AdaptiveFactoredMesh::refine(std::span<const LeafId> leaves) {
+void AdaptiveFactoredMesh::refine(std::span<const Leaf> leaves) {
+    std::vector<LeafId> ids;
+    ids.reserve(leaves.size());
+    for (const Leaf& leaf : leaves) {
+        // A leaf's first child has its slot.
+        if (!state_->forest->is_leaf(leaf.id) ||
+            state_->half_steps(state_->forest->depth(leaf.id)) != int{leaf.half_steps})
+            throw Error(ErrorCode::invalid_input,
+                        "a leaf to be refined is none any more; take leaves from mesh() anew");
+        ids.push_back(leaf.id);
+    }
     // A leaf with its triangle, site, and the cells around its points; closures seldom split more than was asked for.
     constexpr std::uint64_t k_per_leaf = 600;
     detail::check_memory(
         "the next half-step needs", k_per_leaf * (state_->forest->leaf_count() + 2 * std::uint64_t{leaves.size()}),
         state_->context.max_memory_bytes, "ask for fewer half-steps or a smaller radius, or allow more");
     std::vector<LeafId> created;
-    state_->forest->refine(state_->with_leaves_beyond(leaves), created);
+    state_->forest->refine(state_->with_leaves_beyond(ids), created);
 }
 
 void AdaptiveFactoredMesh::refine_near(const Vec3d& centre, double radius, int half_steps) {
@@ -282,7 +292,7 @@ void AdaptiveFactoredMesh::refine_near(const Vec3d& centre, double radius, int h
                std::to_string(max_half_steps()));
     for (;;) {
         const Output now = mesh();
-        std::vector<LeafId> marked;
+        std::vector<Leaf> marked;
         int least = half_steps;
         for (std::size_t t = 0; t < now.leaves.size(); ++t) {
             const int done = now.leaves[t].half_steps;
@@ -293,7 +303,7 @@ void AdaptiveFactoredMesh::refine_near(const Vec3d& centre, double radius, int h
             for (std::size_t k = 0; k < 3; ++k)
                 longest = std::max(longest, glm::length(corner[(k + 1) % 3] - corner[k]));
             if (distance_to_triangle(centre, corner) > radius + 0.5 * longest) continue;
-            marked.push_back(now.leaves[t].id);
+            marked.push_back(now.leaves[t]);
             least = std::min(least, done);
         }
         if (marked.empty()) return;

@@ -51,8 +51,9 @@ class AdaptiveFactoredMesh {
     int max_half_steps() const;
 
     /// One half-step more for these leaves, and for whatever else keeps the mesh restricted. Cost: O(leaves created).
-    /// @throws Error  invalid_input: a handle is no leaf; unsupported: more than max_half_steps(); memory_limit
-    void refine(std::span<const LeafId> leaves);
+    /// @throws Error  invalid_input: one is no leaf, or has been split since; unsupported: more than max_half_steps();
+    ///                memory_limit
+    void refine(std::span<const Leaf> leaves);
     /// refine() until all triangles of mesh() that meet the sphere have so many half-steps. Triangles count as larger
     /// by half of their longest edge: the surface can be so far away from them.
     /// @throws Error  invalid_input: centre or radius is not finite, radius <= 0; as refine(); cancelled

@@ -73,8 +73,9 @@ VertexBlend vertex_blend(std::span<const float> edge_sharpness, float vertex_sha
         add_rule(blend, 1, parent, edge_sharpness);
         return blend;
     }
-    // In float, as the peers do: a weight that differs by 6e-8 moves points by more than the golden tolerance.
-    float sum = 0.0f;
+    // The mean is a float, as the peers' is: a weight that differs by 6e-8 moves points by more than the golden
+    // tolerance. The sum is not: it would depend on where the ring starts.
+    double sum = 0;
     int count = 0;
     if (is_sharp(vertex_sharpness) && !is_sharp(child_vertex_sharpness)) {
         sum = vertex_sharpness;
@@ -85,7 +86,7 @@ VertexBlend vertex_blend(std::span<const float> edge_sharpness, float vertex_sha
             sum += edge_sharpness[i];
             ++count;
         }
-    const double w = count == 0 ? 0.0 : std::min(1.0, static_cast<double>(sum / static_cast<float>(count)));
+    const double w = count == 0 ? 0.0 : std::min(1.0, static_cast<double>(static_cast<float>(sum / count)));
     add_rule(blend, w, parent, edge_sharpness);
     add_rule(blend, 1 - w, child, child_edge_sharpness);
     return blend;

@@ -122,6 +122,37 @@ TEST_CASE("lod: with a few microseconds a frame the same mesh comes about later"
     CHECK(late == soon);
 }
 
+TEST_CASE("lod: with little time a view follows pixels, angles or regions that change every frame") {
+    const HeightGrid grid = rough(300, 300, 9);
+    const lod::TerrainSurface surface(grid);
+    lod::Camera camera{.eye = {150, -400, 60}, .direction = {0, 1, -0.2}};
+    const double middle = 150;
+    for (const int kind : {0, 1, 2}) {
+        CAPTURE(kind);
+        lod::View hasty(surface), patient(surface);
+        for (lod::View* view : {&hasty, &patient}) view->update(camera, {.pixel_error = 0.2});
+        REQUIRE(patient.leaves().size() > 5'000);
+        camera.eye.y += 200;
+        std::uint32_t changes = 0;
+        lod::Budget budget{.pixel_error = 0.2, .milliseconds = 0.01};
+        for (int frame = 0; frame < 3'000; ++frame) {
+            if (kind == 0) budget.pixel_error = frame % 2 == 0 ? 0.2 : 0.2001;
+            if (kind == 1) camera.vertical_fov = frame % 2 == 0 ? 1 : 1.0005;
+            if (kind == 2)
+                hasty.set_regions({{.center = {middle, -middle, 0}, .radius = 5 + 1e-3 * frame, .boost = 2}});
+            const lod::Update update = hasty.update(camera, budget);
+            changes += update.splits + update.merges;
+        }
+        if (kind == 2) patient.set_regions({{.center = {middle, -middle, 0}, .radius = 8, .boost = 2}});
+        const lod::Update whole = patient.update(camera, {.pixel_error = 0.2});
+        CHECK(changes > 0.9 * (whole.splits + whole.merges));
+        CHECK(hasty.leaves().size() > 0.9 * static_cast<double>(patient.leaves().size()));
+        CHECK(hasty.leaves().size() < 1.1 * static_cast<double>(patient.leaves().size()));
+        camera.vertical_fov = 1;
+        camera.eye.y -= 200;
+    }
+}
+
 TEST_CASE("lod: a view keeps within its bytes, over many roots and long boundaries, too") {
     const HeightGrid grid = rough(200, 200, 6);
     const lod::TerrainSurface terrain(grid);

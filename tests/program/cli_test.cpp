@@ -435,7 +435,8 @@ TEST_CASE("[bad-input] lod") {
     cli::check_refused({"lod", "--fractal", "1", "--level", "3", "-o", out}, 2, "--level");
     cli::check_refused({"lod", "--fractal", "x", "-o", out}, 2, "--fractal");
     cli::check_refused({"lod", "--fractal", "1", "--spacing", "1e9", "-o", out}, 2, "--spacing: finest triangles");
-    cli::check_refused({"lod", "--fractal", "1", "--planet", "1e300", "-o", out}, 2, "1e59 at most");
+    cli::check_refused({"lod", "--fractal", "1", "--planet", "1e300", "-o", out}, 2, "from 1e-37 to 1e37");
+    cli::check_refused({"lod", "--fractal", "1", "--planet", "1e-300", "-o", out}, 2, "from 1e-37 to 1e37");
     cli::check_refused({"lod", cli::data("island.png"), "--cache", "1M", "-o", out}, 2, "--cache is for .tiles");
     cli::check_refused({"lod", cli::data("island.png"), "--weld", "-o", out}, 2, "take a control mesh");
     cli::check_refused({"lod", cli::data("cube.obj"), "--scale", "2", "-o", out}, 2, "take heights");

@@ -114,9 +114,9 @@ void refine_at_random(AdaptiveFactoredMesh& mesh, std::uint64_t seed, int rounds
     std::mt19937_64 random(seed);
     for (int round = 0; round < rounds; ++round) {
         const std::vector<AdaptiveFactoredMesh::Leaf> leaves = mesh.mesh().leaves;
-        std::vector<LeafId> marked;
+        std::vector<AdaptiveFactoredMesh::Leaf> marked;
         for (const auto& leaf : leaves)
-            if (leaf.half_steps < most && random() % 4 == 0) marked.push_back(leaf.id);
+            if (leaf.half_steps < most && random() % 4 == 0) marked.push_back(leaf);
         mesh.refine(marked);
     }
 }
@@ -194,8 +194,8 @@ TEST_CASE("half-steps that are the same everywhere give the triangles of Factore
                 CHECK(out.mesh.positions.size() == uniform.whole.positions.size());
                 CHECK(out.mesh.face_count() == uniform.whole.face_count());
                 CHECK(out.mesh.warnings == uniform.whole.warnings);
-                std::vector<LeafId> all;
-                for (const auto& leaf : out.leaves) all.push_back(leaf.id);
+                std::vector<AdaptiveFactoredMesh::Leaf> all;
+                for (const auto& leaf : out.leaves) all.push_back(leaf);
                 mesh.refine(all);
             }
         }
@@ -238,9 +238,9 @@ TEST_CASE("adaptive half-steps: the same bytes for any number of threads and any
             const RunContext context = test::with_thread_count(threads);
             return with_threads(context, [&] {
                 AdaptiveFactoredMesh mesh(test::model("cube"), scheme);
-                std::vector<LeafId> some;
+                std::vector<AdaptiveFactoredMesh::Leaf> some;
                 for (const auto& leaf : mesh.mesh().leaves)
-                    if (leaf.id.value % 3 == 0) some.push_back(leaf.id);
+                    if (leaf.id.value % 3 == 0) some.push_back(leaf);
                 if (turned) std::reverse(some.begin(), some.end());
                 mesh.refine(some);
                 mesh.refine_near({0.6, 0.6, 0.6}, 0.3, 9);
@@ -264,7 +264,11 @@ TEST_CASE("[bad-input] adaptive half-steps say what they cannot do") {
     creased.creases.push_back({0, 1, 2.0f, 0});
     says([&] { AdaptiveFactoredMesh(ControlMesh::build(creased), FactoredScheme::doo_sabin); }, "creases");
     AdaptiveFactoredMesh half(mesh, FactoredScheme::catmull_clark);
-    says([&] { half.refine(std::vector<LeafId>{LeafId(99999)}); }, "leaf");
+    says([&] { half.refine(std::vector<AdaptiveFactoredMesh::Leaf>{{1, LeafId(99999)}}); }, "leaf");
+    AdaptiveFactoredMesh other(mesh, FactoredScheme::catmull_clark);
+    const std::vector<AdaptiveFactoredMesh::Leaf> first{other.mesh().leaves.front()};
+    other.refine(first);
+    says([&] { other.refine(first); }, "take leaves from mesh() anew");
     for (const double r : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
         says([&] { half.refine_near({0, 0, 0}, r, 4); }, "radius");
     says([&] { half.refine_near({0, std::numeric_limits<double>::infinity(), 0}, 1, 4); }, "centre");

@@ -324,7 +324,8 @@ typedef struct tetrakis_snapshot tetrakis_snapshot;
 TETRAKIS_API tetrakis_status tetrakis_take_snapshot(const tetrakis_view* view, tetrakis_snapshot** snapshot);
 /* After all other calls. */
 TETRAKIS_API void tetrakis_free_snapshot(tetrakis_snapshot* snapshot);
-/* As tetrakis_surface_hit(), in the surface's own frame. Any thread. */
+/* As tetrakis_surface_hit(), in the surface's own frame, but in single precision: a ray right through a vertex may meet
+ * nothing. Any thread. */
 TETRAKIS_API int tetrakis_snapshot_hit(const tetrakis_snapshot* snapshot, const double origin[3],
                                        const double direction[3], double farthest, double* t, double normal[3]);
 /* Positions are about it: choose one near the eye where the world is large. All vertices change. One thread a view. */

@@ -121,7 +121,7 @@ void LodInput::add(CommandLine command) {
     command
         .option("--planet", "R", planet_radius,
                 "Heights are over longitudes and latitudes, or a cube's faces, of a planet of this radius")
-        .number("a radius above 0, 1e59 at most", [](double radius) { return radius > 0 && radius <= 1e59; });
+        .number("a radius from 1e-37 to 1e37", [](double radius) { return radius >= 1e-37 && radius <= 1e37; });
     command.option("--scheme", "NAME", scheme,
                    "Of a control mesh: loop, one on quads, doo-sabin or midedge (catmull-clark)");
     command.option("--level", "N", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
