@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <string>
 
 namespace tetrakis::detail {
@@ -339,17 +341,18 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     const TriangleBvh bvh(mesh, context);
     const ControlMesh& control = map.patches->mesh();
     const int n = lattice_intervals(samples, count, k_least_intervals);
-    const std::uint32_t blocks = (count + k_block - 1) / k_block;
     constexpr double k_exact = 0.7;  // of the largest distance: from there on others are exact
     if (map.plain()) closest.prepare(context);
-    // Of the triangles whose error is `least` or more.
-    const auto pass = [&](double exact_from, double search_from, double least) {
-        std::vector<Sums> sums(blocks);
+    const auto pass = [&](std::span<const std::uint32_t> triangles, std::uint32_t per_block, double exact_from,
+                          double search_from) {
+        const auto size = static_cast<std::uint32_t>(triangles.size());
+        std::vector<Sums> sums((size + per_block - 1) / per_block);
+        const auto blocks = static_cast<std::uint32_t>(sums.size());
         detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
             Sums& sum = sums[block];
             SampleLattice lattice(n);
-            for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
-                if (triangle_error[t] < least) continue;
+            for (std::uint32_t i = block * per_block; i < std::min(size, (block + 1) * per_block); ++i) {
+                const std::uint32_t t = triangles[i];
                 const OutputTriangle from = origin(t);
                 const MeasuredTriangle<Family> triangle(mesh, t, from, map, bvh, closest, map.plain() ? exact_from : 0,
                                                         search_from);
@@ -402,21 +405,30 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         for (const Sums& sum : sums) total += sum;
         return total;
     };
+    std::vector<std::uint32_t> all(count);
+    std::iota(all.begin(), all.end(), 0u);
     double exact_from = detail::k_climb_from * tolerance;
-    Sums total = pass(exact_from, tolerance, 0);
+    Sums total = pass(all, k_block, exact_from, tolerance);
     // What is exact alone may be the largest.
     while (map.plain() && total.largest() > 0 && total.largest() <= exact_from) {
         exact_from = k_exact * total.largest();
-        total = pass(exact_from, tolerance, 0);
+        total = pass(all, k_block, exact_from, tolerance);
     }
     // Of closest points that were looked for near by alone, those that decide are searched for all over the surface.
+    // The largest first: what is found settles those that can be no larger.
     if (map.plain() && total.backward > total.forward) {
-        double others = 0;
-        for (const double error : triangle_error)
-            if (error < total.forward) others = std::max(others, error);
-        const Sums again = pass(exact_from, total.forward, total.forward);
-        total.backward = std::max(again.backward, others);
-        total.samples += again.samples;
+        std::ranges::stable_sort(all, std::greater{}, [&](std::uint32_t t) { return triangle_error[t]; });
+        double largest = total.forward;
+        total.backward = 0;
+        std::size_t begin = 0;
+        for (std::size_t some = 4; begin < count && triangle_error[all[begin]] > largest; begin += some, some *= 2) {
+            const Sums again =
+                pass(std::span(all).subspan(begin, std::min(some, count - begin)), 1, exact_from, largest);
+            total.backward = std::max(total.backward, again.backward);
+            largest = std::max(largest, again.backward);
+            total.samples += again.samples;
+        }
+        if (begin < count) total.backward = std::max(total.backward, triangle_error[all[begin]]);
     }
     const std::uint64_t pairs = total.samples;
     if (map.target) total += measure_from_target(*map.target_mesh, mesh, bvh, samples, triangle_error, context);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../hier/base/error.hpp"
 #include "../../hier/base/ids.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
@@ -232,6 +233,12 @@ class AdaptiveRefinement {
                 const std::uint64_t room = count < budget ? (budget - count) / k_triangles_per_split : 0;
                 most = std::min({most, std::uint64_t{candidates.size()}, room});
                 if (most == 0) {
+                    if (std::ranges::any_of(candidates, [&](const Candidate& c) {
+                            return c.leaf.valid() && hierarchy_.level(c.leaf) < options_.min_level;
+                        }))
+                        throw Error(ErrorCode::unsupported,
+                                    "the minimum level takes more than the " + std::to_string(budget) +
+                                        " triangles allowed; allow more, or lower the minimum level");
                     budget_spent_ = left_over_ = true;
                     return;
                 }

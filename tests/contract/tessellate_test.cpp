@@ -351,6 +351,9 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
         few.max_triangles = std::stoull(message.substr(message.find(advice) + advice.size()));
         CHECK(few.max_triangles > 3);
         CHECK(tessellate(mesh, few).mesh.triangles.size() <= few.max_triangles);
+        const TessellateOptions deep{
+            .scheme = scheme, .tolerance = {}, .max_triangles = 300, .min_level = 4, .measure = false};
+        CHECK(test::contains(test::error_of([&] { tessellate(mesh, deep); }).what(), "lower the minimum level"));
         // Stopped by a level or by the number, the bound is that of what there is.
         if (!scheme_support(scheme).certified || scheme.smoothness == "C0") continue;
         for (const auto& [triangles, level] : {std::pair{300, 28}, {0, 1}}) {
