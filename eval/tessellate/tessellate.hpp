@@ -33,7 +33,7 @@ struct SchemeSupport {
 };
 /// Patches: Catmull-Clark and Loop by their plain rules. Certified: these by any rules; bilinear and midpoint;
 /// Doo-Sabin and midedge; tuned Loop, Butterfly, Kobbelt, 4-8 and even averaging, unless a tag stays semi-sharp for
-/// more than 6 levels. By whole levels: honeycomb refinement.
+/// more than 6 levels. By whole levels: honeycomb refinement, whose texture coordinates are those of the level's net.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
 /// With such a mesh: there are no patches for corners with angles of their own.
 SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules = {});

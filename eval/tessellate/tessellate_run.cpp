@@ -228,7 +228,7 @@ void check_scheme(const TessellateOptions& options) {
     std::string others;
     for (const SchemeInfo& other : scheme_table())
         if (other.has_chosen_steps())
-            others += ", " + std::string(other.name) + " in an even number of steps";
+            others += ", " + std::string(other.name) + " in an even number of steps from 2 on";
         else if (scheme_support(other).certified)
             others += ", " + std::string(other.name);
     throw Error(ErrorCode::unsupported,

@@ -52,8 +52,8 @@ std::shared_ptr<const LevelSource> by_rows(const ControlMesh& mesh, const Scheme
 }  // namespace
 
 Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options) {
-    if (averaging_steps(scheme, options.rules) < 0)
-        throw Error(ErrorCode::invalid_input, "the number of averaging steps must not be negative");
+    if (const int steps = averaging_steps(scheme, options.rules); steps < 0 || steps > k_most_averaging_steps)
+        throw Error(ErrorCode::invalid_input, "the number of averaging steps must be from 0 to 64");
     if (scheme.family != MeshFamily::hexagons && fan_lattice(scheme, options.rules) == FanLattice::dual) {
         VertexRoots roots = vertex_roots(mesh, scheme, options.rules);
         std::shared_ptr<const LevelSource> of_cells = by_rows(mesh, scheme, options.rules, options, &roots);

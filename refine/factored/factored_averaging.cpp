@@ -24,8 +24,8 @@ class FactoredAveraging final : public FactoredFaces {
         put_centres();
         own_ = FactoredFaces::active_mesh();
         rules_.runner = nullptr;
-        if (rules.averaging_steps < 0)
-            throw Error(ErrorCode::invalid_input, "the number of averaging steps must not be negative");
+        if (rules.averaging_steps < 0 || rules.averaging_steps > k_most_averaging_steps)
+            throw Error(ErrorCode::invalid_input, "the number of averaging steps must be from 0 to 64");
     }
 
     int half_steps_per_level() const override { return 2 + rules_.averaging_steps; }

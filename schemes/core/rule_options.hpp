@@ -20,6 +20,8 @@ enum class AveragingBoundary {
     recede,     ///< the outer ring of control points is used up: the mesh shrinks by it
 };
 
+inline constexpr int k_most_averaging_steps = 64;
+
 /// Choices that the rules of some schemes offer; a scheme ignores those that it does not have.
 struct RuleOptions {
     EdgeBesideCrease edge_beside_crease = EdgeBesideCrease::plain;  ///< loop, tuned-loop, catmull-clark
@@ -29,9 +31,9 @@ struct RuleOptions {
     /// between quads; see catmull_clark_weight_range().
     std::optional<double> catmull_clark_beta{}, catmull_clark_gamma{};
     bool reflect_at_boundary = false;  ///< modified-butterfly: missing points by reflection, not by rules of their own
-    double butterfly_w = 0;            ///< butterfly, modified-butterfly: the tension of the ten-point rule
+    double butterfly_w = 0;            ///< butterfly, modified-butterfly: the ten-point rule's tension, -1/16 to 1/24
     double tuning = 1;                 ///< tuned-loop: 0 Loop's eigenvalues, 1 the prescribed ones
-    int averaging_steps = 3;           ///< averaging
+    int averaging_steps = 3;           ///< averaging; from 0 to k_most_averaging_steps
     AveragingBoundary averaging_boundary = AveragingBoundary::replicate;
     /// loop, tuned-loop, catmull-clark: interior angle of the sectors at corners that have none of their own
     /// (RuleMesh::corner_angle()); 0: the plain rule.

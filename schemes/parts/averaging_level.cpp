@@ -103,7 +103,8 @@ AveragingLevel::AveragingLevel(const RuleMesh& mesh, const RuleOptions& options)
     : averagings_(options.averaging_steps),
       // Without averaging nothing reaches beyond the mesh.
       recedes_(options.averaging_boundary == AveragingBoundary::recede && averagings_ != 0) {
-    if (averagings_ < 0) throw std::invalid_argument("the number of averaging steps must not be negative");
+    if (averagings_ < 0 || averagings_ > k_most_averaging_steps)
+        throw std::invalid_argument("the number of averaging steps must be from 0 to 64");
     sharp_rules_ = averagings_ == 2 && !recedes_;
     Layered layered = smooth_inside(mesh);
     mesh_ = sharp_rules_ || averagings_ == 0 ? mesh : layered.mesh;

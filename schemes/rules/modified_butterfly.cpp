@@ -42,8 +42,12 @@ namespace {
 class ButterflyRules {
   public:
     ButterflyRules(const RuleMesh& mesh, const RuleOptions& options) : mesh_(mesh), options_(options) {
-        if (!(std::abs(options.butterfly_w) <= 1e6))
-            throw std::invalid_argument("butterfly_w must be a number from -1e6 to 1e6");
+        // The local matrix of a regular vertex has the eigenvalues 1/4 + 6 w and -8 w beside the double 1/2.
+        if (!(options.butterfly_w > -1.0 / 16 && options.butterfly_w < 1.0 / 24))
+            throw std::invalid_argument(
+                "the tension of the ten-point rule must be above -1/16 and below 1/24: with others no vertex has a "
+                "tangent "
+                "plane");
     }
 
     StencilRow edge(int h) const {

@@ -150,7 +150,8 @@ TEST_CASE("scheme and refine take the tension of the ten-point rule, and refuse 
           std::string::npos);
     for (const char* bad : {"nan", "2", "-0.1", "x"})
         CHECK(cli::run({"scheme", "tuned-loop", "--tuning", bad}).code == 2);
-    for (const char* bad : {"nan", "inf", "x"}) CHECK(cli::run({"scheme", "butterfly", "--ten-point", bad}).code == 2);
+    for (const char* bad : {"nan", "inf", "x", "0.05"})
+        CHECK(cli::run({"scheme", "butterfly", "--ten-point", bad}).code == 2);
     const ScratchDir scratch;
     CHECK(cli::run({"refine", cli::data("cube.obj"), "--scheme", "averaging", "--steps", "64", "--levels", "1", "-o",
                     (scratch / "many.obj").string()})

@@ -217,10 +217,9 @@ std::string set_corner_angle(RuleOptions& rules, const std::string& text) {
 }
 
 std::string set_steps(RuleOptions& rules, const std::string& text) {
-    constexpr int k_most = 64;
     const double steps = finite_number(text).value_or(-1);
-    if (steps != std::floor(steps) || steps < 0 || steps > k_most)
-        return fmt::format("{}: averaging takes 0 to {}", text, k_most);
+    if (steps != std::floor(steps) || steps < 0 || steps > k_most_averaging_steps)
+        return fmt::format("{}: averaging takes 0 to {}", text, k_most_averaging_steps);
     rules.averaging_steps = static_cast<int>(steps);
     return {};
 }
@@ -259,8 +258,8 @@ constexpr RuleOption k_rule_options[] = {
      [](RuleOptions& o, const Text&) { return o.reflect_at_boundary = true, Text(); },
      [](RuleOptions& o) { o.reflect_at_boundary = false; }},
     {"--ten-point", "butterfly, modified-butterfly",
-     "tension w of the ten-point rule at regular edges (0: eight points)", "W",
-     [](RuleOptions& o, const Text& text) { return set_number(o.butterfly_w, text); },
+     "tension w of the ten-point rule at regular edges, -0.06 to 0.04 (0: eight points)", "W",
+     [](RuleOptions& o, const Text& text) { return set_number(o.butterfly_w, text, -0.06, 0.04); },
      [](RuleOptions& o) { o.butterfly_w = k_plain.butterfly_w; }},
     {k_recede_option, "biquartic, averaging", "use up the outer ring of an open mesh instead of copying it", "",
      [](RuleOptions& o, const Text&) { return o.averaging_boundary = AveragingBoundary::recede, Text(); },
@@ -304,7 +303,7 @@ std::string certified_scheme_names() {
     for (const SchemeInfo& scheme : scheme_table()) {
         const bool plain = scheme_support(scheme.name).certified;
         if (!plain && !scheme_support(scheme.name, {.averaging_steps = 2}).certified) continue;
-        names += fmt::format("{}{}{}", names.empty() ? "" : ", ", scheme.name, plain ? "" : " (even --steps)");
+        names += fmt::format("{}{}{}", names.empty() ? "" : ", ", scheme.name, plain ? "" : " (even --steps from 2 on)");
     }
     return names;
 }
