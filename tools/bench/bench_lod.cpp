@@ -206,7 +206,7 @@ void mesh_terrain(benchmark::State& state) {
         triangles = terrain_mesh(grid, {.max_error = static_cast<double>(state.range(1))}).mesh.triangles.size();
     state.counters["triangles"] = static_cast<double>(triangles);
 }
-BENCHMARK(mesh_terrain)->Args({4097, 40})->Args({16385, 40})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(mesh_terrain)->Args({4097, 45})->Args({16385, 45})->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// The mirrored terrain, of which only 1025 x 1025 samples are in memory.
 class MirroredSource final : public HeightSource {
