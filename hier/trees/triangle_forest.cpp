@@ -3,6 +3,7 @@
 #include "../base/memory.hpp"
 #include "../base/parallel.hpp"
 #include "../forest/exported_triangles.hpp"
+#include "../mesh/mesh_check.hpp"
 #include "tree_forest_change.hpp"
 
 #include <string>
@@ -15,7 +16,7 @@ RedTriangles::RedTriangles(const ControlMesh& control)
     : mesh(&control), sites(control), link(3 * std::size_t{control.face_count()}, 0xFFFF'FFFFu) {
     for (std::uint32_t f = 0; f < mesh->face_count(); ++f)
         if (mesh->face_size(FaceId(f)) != 3)
-            throw Error(ErrorCode::unsupported, "face " + std::to_string(f) + " has " +
+            throw Error(ErrorCode::unsupported, detail::face_name(mesh->data(), f) + " has " +
                                                     std::to_string(mesh->face_size(FaceId(f))) +
                                                     " corners, but a triangle forest needs triangles; triangulate it");
     for (std::uint32_t h = 0; h < link.size(); ++h) {

@@ -1,6 +1,7 @@
 #include "sqrt3_levels.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/mesh/mesh_check.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../schemes/rules/sqrt3.hpp"
 #include "../rules/rule_limit.hpp"
@@ -225,7 +226,7 @@ class Sqrt3Levels final : public LevelSource {
             first = std::min(first, v);
         }
         if (first.valid())
-            throw detail::NoLimit("sqrt3 has no limit at vertex " + std::to_string(first.value) +
+            throw detail::NoLimit("sqrt3 has no limit at " + detail::vertex_name(mesh_.data(), first.value) +
                                       ", where a crease ends between two triangles: tag the vertex as a corner",
                                   mesh_.data().source);
     }

@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/mesh/mesh_check.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../../schemes/rules/four_eight.hpp"
 #include "../../schemes/rules/kobbelt.hpp"
@@ -79,6 +80,13 @@ RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules, bool sharp
 }
 
 RuleMesh rule_mesh(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
+    for (std::uint32_t f = 0; f < mesh.face_count() && scheme.family == MeshFamily::triangles; ++f)
+        if (mesh.face_size(FaceId(f)) != 3)
+            throw Error(ErrorCode::invalid_input,
+                        std::string(scheme.name) + " takes triangles, and " + detail::face_name(mesh.data(), f) +
+                            " has " + std::to_string(mesh.face_size(FaceId(f))) +
+                            " corners; triangulate the mesh first",
+                        mesh.data().source);
     return rule_mesh(mesh, rules, splits_vertices(scheme, rules));
 }
 

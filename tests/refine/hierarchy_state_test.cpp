@@ -383,6 +383,10 @@ TEST_CASE("[bad-input] schemes without hierarchy, meshes and choices that a sche
     CHECK(code([&] { make_hierarchy(quads, "catmull-klark"); }) == ErrorCode::invalid_input);
     CHECK(code([&] { make_hierarchy(quads, "loop"); }) == ErrorCode::invalid_input);
     CHECK(code([&] { make_hierarchy(quads, "honeycomb"); }) == ErrorCode::unsupported);
+    // Faces are named as their file numbers them.
+    const ControlMesh cube = ControlMesh::build(test::model_data("cube"));
+    for (const char* scheme : {"loop", "butterfly"})
+        CHECK(test::contains(error_of([&] { make_hierarchy(cube, scheme); }).what(), "face 1 (line 12) has 4 corners"));
     HierarchyOptions options;
     options.rules.averaging_steps = 2;
     options.rules.averaging_boundary = AveragingBoundary::recede;
