@@ -81,7 +81,7 @@ TEST_CASE("[bad-input] forests refuse stale handles and meshes that they have no
     check_refusals(TriangleForest(triangles));
     check_refusals(Sqrt3Forest(triangles));
     check_refusals(VertexForest(vertex_roots(cube, doo_sabin(), {})));
-    CHECK_THROWS_WITH_AS(TriangleForest{cube}, doctest::Contains("face 0 has 4 corners"), Error);
+    CHECK_THROWS_WITH_AS(TriangleForest{cube}, doctest::Contains("face 1 (line 12) has 4 corners"), Error);
     CHECK_THROWS_AS(vertex_roots(cube, *find_scheme("catmull-clark"), {}), Error);
 }
 
