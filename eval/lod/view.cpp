@@ -171,8 +171,8 @@ class View::Impl {
             forest_.merge_diamond(LeafId(candidates_.owner(node)), changed_merge);
         }
         exact_from_ = level_;
-        update.complete = update.complete && !is_stale_;
-        was_complete_ = update.complete;
+        work_ended_ = update.complete;
+        update.complete = work_ended_ && !is_stale_;
         close_up(is_over);
         const int left = candidates_.highest(Kind::split);
         const double over = update.complete && left >= k_limit_bucket ? edge_of(left + 1)
@@ -274,10 +274,14 @@ class View::Impl {
         // Where time is short and each frame is another one, a look at all of them is brought to its end, and what it
         // led to gets as many updates.
         ++updates_since_look_;
-        if (candidates_.has_many_fresh()) updates_to_look_ = updates_since_look_;
-        if (is_stale_ && (was_complete_ || updates_since_look_ > 2 * updates_to_look_)) {
+        if (is_looking_ && candidates_.has_many_fresh())
+            updates_to_look_ = updates_since_look_;
+        else
+            is_looking_ = false;
+        if (is_stale_ && (budget.milliseconds == 0 || work_ended_ || updates_since_look_ > 2 * updates_to_look_)) {
             candidates_.advance_all();
             is_stale_ = false;
+            is_looking_ = true;
             updates_since_look_ = updates_to_look_ = 0;
         }
         const double travel = glm::length(eye.at - eye_.at), turn = eye.turn_to(eye_);
@@ -579,9 +583,10 @@ class View::Impl {
     double morph_scale_ = 0;
     std::uint64_t revision_ = 0;  // of the surface
     std::uint32_t revision_waits_ = 0;
-    bool is_stale_ = false;  // looks are of other pixels or regions
-    bool was_complete_ = true;
-    std::uint64_t updates_since_look_ = 0, updates_to_look_ = 0;  // at all of them
+    bool is_stale_ = false;    // looks are of other pixels or regions
+    bool is_looking_ = false;  // at all of them anew
+    bool work_ended_ = true;   // in the last update
+    std::uint64_t updates_since_look_ = 0, updates_to_look_ = 0;
     int merge_bucket_ = 0;
     int level_ = k_limit_bucket;       // of the largest errors that are left
     int exact_from_ = k_limit_bucket;  // the lowest level since the last update; smaller errors share a bucket

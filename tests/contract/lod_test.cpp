@@ -148,6 +148,12 @@ TEST_CASE("lod: with little time a view follows pixels, angles or regions that c
         CHECK(changes > 0.9 * (whole.splits + whole.merges));
         CHECK(hasty.leaves().size() > 0.9 * static_cast<double>(patient.leaves().size()));
         CHECK(hasty.leaves().size() < 1.1 * static_cast<double>(patient.leaves().size()));
+        // One update without a limit, or a few with it, make up for all.
+        const lod::Update last = hasty.update(camera, {.pixel_error = 0.3});
+        CHECK(last.complete);
+        CHECK(last.pixel_error == 0.3);
+        int updates = 0;
+        while (!hasty.update(camera, {.pixel_error = 0.4, .milliseconds = 1000}).complete) REQUIRE(++updates < 4);
         camera.vertical_fov = 1;
         camera.eye.y -= 200;
     }
