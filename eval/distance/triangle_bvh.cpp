@@ -245,7 +245,7 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
     const double unit = way.unit, float_t = (double{query.ray.tfar} + way.start) / unit;
     // Edge-on, the plane says little about where the ray meets the triangle: keep what the float ray found.
     constexpr double k_float_error = 1e-5;
-    if (!(std::abs(t - float_t) * unit <= k_float_error * (1 + std::abs(float_t) * unit))) {
+    if (!(std::abs(t - float_t) * unit <= k_float_error * (1 + double{query.ray.tfar}))) {
         result.t = float_t;
         result.u = query.hit.u;
         result.v = query.hit.v;

@@ -9,7 +9,7 @@
 namespace tetrakis::lod {
 
 struct PlanetOptions {
-    double radius = 6'371'000;  ///< metres, or whatever heights are in; positive
+    double radius = 6'371'000;  ///< metres, or whatever heights are in; from 1e-37 to 1e37
     /// Triangles lie over a lattice of 2^(level + 1) steps to a side of each of a cube's six faces. 0: as fine as the
     /// heights are where the lattice is coarsest, up to level 12.
     int level = 0;
@@ -25,7 +25,7 @@ class PlanetSurface final : public SampledSurface {
   public:
     /// Heights over longitudes and latitudes: samples are in the middles of equal cells, the first row at the north
     /// pole, the first column east of the antimeridian. Origin and spacing of the grid do not count.
-    /// @throws Error  invalid_input: a height is missing or no number, no samples, a radius that is not positive,
+    /// @throws Error  invalid_input: a height is missing or no number, no samples, a radius out of range,
     ///                heights as deep as the planet; cancelled
     /// Cost: O(points * level()), by all threads; memory: the grid's and two bytes a point
     explicit PlanetSurface(HeightGrid longitudes_latitudes, const PlanetOptions& options = {});

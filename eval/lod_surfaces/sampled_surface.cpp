@@ -139,7 +139,7 @@ void SampledSurface::set_bounds(const RunContext& context) {
     positions(corners, points);
     Box3d box = roots_.bounding_box();
     for (const Vec3d& p : points) box.add(p);
-    constexpr double k_more = 64;  // than the corners of roots are apart
+    constexpr double k_more = 4;  // than the corners of roots are apart
     lengths_ = detail::ByteLengths(k_more * box.diagonal(), max_depth());
     errors_.assign(point_count(), 0);
     radii_.assign(point_count(), 0);

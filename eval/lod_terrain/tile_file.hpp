@@ -61,7 +61,7 @@ struct HeightRange {
 /// The first bytes of a tile file, in the byte order of the machine that wrote it.
 struct TileHeader {
     static constexpr std::array<char, 8> k_magic{'t', 'k', 't', 'i', 'l', 'e', 's', '\n'};
-    static constexpr std::uint32_t k_version = 1, k_byte_order = 0x01020304;
+    static constexpr std::uint32_t k_version = 2, k_byte_order = 0x01020304;
 
     std::array<char, 8> magic = k_magic;
     std::uint32_t version = k_version, byte_order = k_byte_order;

@@ -77,9 +77,17 @@ class DualTessellator final : public TessellationRun {
         ForestChange change;
         for (;;) {
             low.clear();
-            for (const LeafId leaf : forest_.ordered_leaves())
+            const std::vector<LeafId> leaves = forest_.ordered_leaves();
+            for (const LeafId leaf : leaves)
                 if (forest_.level(leaf) < options_.min_level) low.push_back(leaf);
             if (low.empty()) return;
+            // A leaf is a vertex, and there are about two triangles to a vertex.
+            const std::uint64_t next = leaves.size() + 3 * low.size(), triangles = 2 * next;
+            if (options_.max_triangles != 0 && next > options_.max_triangles)
+                throw Error(ErrorCode::unsupported, "the minimum level takes more than the " +
+                                                        std::to_string(options_.max_triangles) +
+                                                        " triangles allowed; allow more, or lower the minimum level");
+            check_triangle_memory(triangles, triangles * k_dual_bytes, context_.max_memory_bytes);
             forest_.refine(low, change);
         }
     }

@@ -31,10 +31,13 @@ constexpr std::uint32_t k_estimator_grain = 2;  // one leaf may take as long as 
 
 template <class Family>
 LeafEstimator<Family>::LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest,
-                                     EstimatorKind kind, double tolerance)
-    : map_(map), closest_(closest), kind_(kind), tolerance_(tolerance), bounders_([patches = map.patches] {
-          return typename Family::Bounder(*patches);
-      }) {}
+                                     EstimatorKind kind, double tolerance, bool compares)
+    : map_(map),
+      closest_(closest),
+      kind_(kind),
+      tolerance_(tolerance),
+      compares_(compares),
+      bounders_([patches = map.patches] { return typename Family::Bounder(*patches); }) {}
 
 template <class Family>
 void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
@@ -52,8 +55,8 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
                                if (!map_.plain()) {
                                    errors[i] = mapped(leaf);
                                } else if (kind_ == EstimatorKind::certified) {
-                                   const LeafError e = bounder().leaf_error(leaf, tolerance_, {}, tolerance_ > 0);
-                                   errors[i] = tolerance_ > 0 && e.lower > tolerance_ ? e.lower : e.upper;
+                                   const LeafError e = bounder().leaf_error(leaf, tolerance_, {}, !compares_);
+                                   errors[i] = !compares_ && e.lower > tolerance_ ? e.lower : e.upper;
                                } else {
                                    errors[i] = measured(leaf, bounder(), basis[i]);
                                }
@@ -67,7 +70,7 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
     const detail::PlaneMeasure plane(quick.corners);
     // The middle of the longest edge decides most leaves that must be split, and the bound most of those that need not.
     const double middle = plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
-    if (middle > tolerance_ && tolerance_ > 0) return middle;
+    if (middle > tolerance_ && !compares_) return middle;
     const LeafError bound = bounder.leaf_error(leaf, tolerance_);
     if (bound.upper <= tolerance_) return bound.upper;
     basis = ErrorBasis::samples;
@@ -275,8 +278,8 @@ FanError::Estimate FanError::measured(FaceId face, double tolerance) const {
         return nearest;
     };
     double error = 0;
-    // Without a tolerance (a budget alone) errors are compared with each other: all of the fan counts.
-    const double enough = tolerance > 0 ? tolerance : std::numeric_limits<double>::infinity();
+    // Where errors are compared with each other all of the fan counts.
+    const double enough = estimator_.compares() ? std::numeric_limits<double>::infinity() : tolerance;
     // The centre and the middles of the edges decide most fans that do not hold.
     error = to_fan(map_({HalfedgeId(h0), 1, 1}));
     for (std::uint32_t r = 0; r < n && error <= enough; ++r)

@@ -22,15 +22,16 @@ namespace tetrakis {
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
-    /// @param tolerance  errors above it are only known to be larger; 0: all are looked at closely
+    /// @param compares  errors above the tolerance are compared with each other; else it is enough that they are larger
     LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest, EstimatorKind kind,
-                  double tolerance);
+                  double tolerance, bool compares = false);
 
     /// From one thread at a time: on the way trees of the patches may be forgotten.
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
                   std::span<ErrorBasis> basis) const override;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
 
+    bool compares() const { return compares_; }
     /// Some leaf of a mapped surface could not be resolved: see mapped().
     bool gave_up() const { return gave_up_.load(std::memory_order_relaxed); }
     /// The calling thread's bounder.
@@ -53,6 +54,7 @@ class LeafEstimator final : public ErrorEstimator {
     const typename Family::Closest& closest_;
     EstimatorKind kind_;
     double tolerance_;
+    bool compares_;
     mutable std::atomic<bool> gave_up_ = false;
     mutable oneapi::tbb::enumerable_thread_specific<typename Family::Bounder> bounders_;
 };

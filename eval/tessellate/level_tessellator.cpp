@@ -61,7 +61,9 @@ class LevelTessellator final : public TessellationRun {
                 if (within) break;
             }
             left_over_ = is_last ? options_.tolerance.has_value() : is_too_much(next);
-            if (is_last || left_over_) break;
+            if (!is_last && !left_over_) continue;
+            if (options_.tolerance) measure();  // for the errors of its triangles
+            break;
         }
         if (!options_.measure) result_.measured_error.reset();
     }

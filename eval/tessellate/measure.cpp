@@ -408,28 +408,39 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     std::vector<std::uint32_t> all(count);
     std::iota(all.begin(), all.end(), 0u);
     double exact_from = detail::k_climb_from * tolerance;
-    Sums total;
-    for (;;) {
-        total = pass(all, k_block, exact_from, tolerance);
-        if (!map.plain()) break;
-        // Of closest points that were looked for near by alone, those that decide are searched for all over the
-        // surface. The largest first: what is found settles those that can be no larger.
-        std::ranges::stable_sort(all, std::greater{}, [&](std::uint32_t t) { return triangle_error[t]; });
+    // Of closest points that were looked for near by alone, those that decide are searched for all over the surface.
+    // The largest first: what is found settles those that can be no larger.
+    const auto search = [&](Sums& total) {
+        if (!map.plain() || total.backward <= total.forward) return;
+        std::vector<std::uint32_t> order = all;
+        std::ranges::stable_sort(order, std::greater{}, [&](std::uint32_t t) { return triangle_error[t]; });
         double largest = total.forward;
+        total.backward = 0;
         std::size_t begin = 0;
-        if (total.backward > largest) total.backward = 0;
-        for (std::size_t some = 4; begin < count && triangle_error[all[begin]] > largest; begin += some, some *= 2) {
+        for (std::size_t some = 4; begin < count && triangle_error[order[begin]] > largest; begin += some, some *= 2) {
             const Sums again =
-                pass(std::span(all).subspan(begin, std::min(some, count - begin)), 1, exact_from, largest);
+                pass(std::span(order).subspan(begin, std::min(some, count - begin)), 1, exact_from, largest);
             total.backward = std::max(total.backward, again.backward);
             largest = std::max(largest, again.backward);
             total.samples += again.samples;
         }
-        if (begin > 0 && begin < count) total.backward = std::max(total.backward, triangle_error[all[begin]]);
-        std::ranges::sort(all);
-        // What is exact alone may be the largest.
-        if (total.largest() == 0 || total.largest() > exact_from) break;
+        if (begin < count) total.backward = std::max(total.backward, triangle_error[order[begin]]);
+    };
+    // What is exact alone may be the largest.
+    const auto is_exact = [&](const Sums& sums) {
+        return !map.plain() || sums.largest() == 0 || sums.largest() > exact_from;
+    };
+    Sums total = pass(all, k_block, exact_from, tolerance);
+    while (!is_exact(total)) {
         exact_from = k_exact * total.largest();
+        total = pass(all, k_block, exact_from, tolerance);
+    }
+    search(total);
+    while (!is_exact(total)) {
+        const double largest = total.largest();
+        exact_from = k_exact * largest;
+        total = pass(all, k_block, exact_from, std::min(tolerance, largest));
+        search(total);
     }
     const std::uint64_t pairs = total.samples;
     if (map.target) total += measure_from_target(*map.target_mesh, mesh, bvh, samples, triangle_error, context);

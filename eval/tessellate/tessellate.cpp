@@ -141,9 +141,7 @@ class PatchTessellator final : public detail::TessellationRun {
         context_.report("build", 0.5);
         hierarchy_.emplace(mesh_);
         context_.report("build", 0.9);
-        // A budget compares errors with each other: there all are looked at closely.
-        decide_at_ = options_.max_triangles != 0 && map_.plain() ? 0.0 : aim_;
-        estimator_.emplace(map_, *closest_, options_.estimator, decide_at_);
+        estimator_.emplace(map_, *closest_, options_.estimator, aim_, options_.max_triangles != 0);
     }
 
     void refine() override {
@@ -180,7 +178,7 @@ class PatchTessellator final : public detail::TessellationRun {
                 if (options_.estimator == EstimatorKind::certified)
                     fan_errors_[f].error = fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0);
                 else
-                    fan_errors_[f] = fan_error_->measured(FaceId(f), decide_at_);
+                    fan_errors_[f] = fan_error_->measured(FaceId(f), aim_);
                 // Nobody else asks for the corner cells of a face, and of one that needs no more triangles nobody will.
                 if (fan_errors_[f].error <= aim_)
                     for (std::uint32_t i = 0; i < mesh_.face_size(FaceId(f)); ++i)
@@ -432,7 +430,6 @@ class PatchTessellator final : public detail::TessellationRun {
     std::vector<FanError::Estimate> fan_errors_;  ///< by face
     detail::ExportedMesh<Family> exported_;
     std::optional<Hierarchy> hierarchy_;
-    double decide_at_ = 0;  ///< which errors only have to be known to be larger
     std::optional<LeafEstimator<Family>> estimator_;
     std::optional<detail::RefineProgress> progress_;
     std::optional<detail::WatchedEstimator> watched_;

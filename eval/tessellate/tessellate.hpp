@@ -49,7 +49,7 @@ struct TessellateOptions {
     /// 0: no limit; else the best mesh within it, largest errors first. The coarsest mesh, which has all corners of the
     /// control mesh, must fit.
     std::uint64_t max_triangles = 0;
-    /// Quadtree levels that every face gets (sqrt3: levels of refine()), as far as max_triangles lets it.
+    /// Quadtree levels that every face gets (sqrt3: levels of refine()); max_triangles must have room for them.
     int min_level = 0;
     int max_level = 28;  ///< no cell is refined beyond it
     /// Project vertices onto this mesh and measure against it, in both directions: where it reaches beyond what the

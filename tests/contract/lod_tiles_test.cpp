@@ -349,7 +349,7 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
         std::memcpy(bytes.data() + at, &number, sizeof number);
         return fault_of(bytes);
     };
-    CHECK(contains(with(8, 2), "version 2"));
+    CHECK(contains(with(8, 1), "version 1"));
     CHECK(contains(with(12, 0x04030201), "byte order"));
     for (std::size_t at = 16; at < 64; at += 4) CHECK(contains(with(at, 31), "damaged: its header"));
     CHECK(contains(with(good.size() - 100, 1), "is damaged"));

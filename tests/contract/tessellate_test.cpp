@@ -302,6 +302,11 @@ TEST_CASE("[inv9] open meshes within a number of triangles are as good as to a t
             const ControlMesh mesh = ControlMesh::build(std::move(data));
             TessellateOptions options{.scheme = scheme, .tolerance = 2e-3, .measure = true};
             const Tessellation wanted = tessellate(mesh, options);
+            // Where the number is not reached, the tolerance is.
+            options.max_triangles = 1'000'000;
+            const Tessellation plenty = tessellate(mesh, options);
+            CHECK(plenty.tolerance_reached == (plenty.measured_error->hausdorff <= plenty.tolerance_absolute));
+            if (!is_dual(scheme)) CHECK(plenty.tolerance_reached);
             options.tolerance = {};
             options.max_triangles = wanted.mesh.triangles.size();
             for (const EstimatorKind estimator : {measured, certified}) {
