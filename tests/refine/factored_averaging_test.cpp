@@ -176,8 +176,8 @@ TEST_CASE("[inv6] averaging by half-steps: after some averagings the points of s
 }
 
 TEST_CASE("[bad-input] averaging by half-steps: too few steps, too small a mesh, too little memory") {
-    CHECK_THROWS_WITH_AS(averaging(test::prism(5), -1, AveragingBoundary::replicate),
-                         doctest::Contains("from 0 to 64"), Error);
+    CHECK_THROWS_WITH_AS(averaging(test::prism(5), -1, AveragingBoundary::replicate), doctest::Contains("from 0 to 64"),
+                         Error);
     test::RandomMeshOptions options;
     options.columns = options.rows = 2;
     options.removed_faces = 0;
