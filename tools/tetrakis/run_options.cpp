@@ -303,7 +303,8 @@ std::string certified_scheme_names() {
     for (const SchemeInfo& scheme : scheme_table()) {
         const bool plain = scheme_support(scheme.name).certified;
         if (!plain && !scheme_support(scheme.name, {.averaging_steps = 2}).certified) continue;
-        names += fmt::format("{}{}{}", names.empty() ? "" : ", ", scheme.name, plain ? "" : " (even --steps from 2 on)");
+        names +=
+            fmt::format("{}{}{}", names.empty() ? "" : ", ", scheme.name, plain ? "" : " (even --steps from 2 on)");
     }
     return names;
 }
