@@ -29,7 +29,7 @@ class QuadBounder : private detail::PatchBounder<> {
     explicit QuadBounder(const QuadPatches& patches);
 
     /// The error of a leaf, or bounds on it: refined until they lie on one side of `decide_at` or within a twentieth.
-    /// @param sliding  at edges where there is some, the error is that of EdgeSliding
+    /// @param sliding  of the leaf's edges (corner k to k + 1): where there is some, the error is that of EdgeSliding
     /// @param may_reject  ends as soon as the error is certainly above `decide_at`, which then has no upper bound
     LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding = {},
                          bool may_reject = true);

@@ -142,7 +142,7 @@ class Candidates {
             fresh_.push_back(i);
         }
     }
-    /// Whether advance_all() is not done with, about.
+    /// Whether a batch of candidates or more has to be looked at wherever the camera is: after advance_all(), mostly.
     bool has_many_fresh() const { return fresh_.size() >= k_batch; }
     /// Whether to call take_due() though others are as urgent as those that were split. New ones can wait until they
     /// are many: a diamond's error is larger than of those that its split makes possible.

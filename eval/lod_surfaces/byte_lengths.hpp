@@ -10,8 +10,8 @@
 
 namespace tetrakis::detail {
 
-/// Lengths as single bytes, rounded up: 0, then six steps to a doubling. The last code is infinite: for what is longer
-/// than all that was expected.
+/// Lengths as single bytes, rounded up: 0, then six steps to a doubling. The last code is infinite: it stands for all
+/// lengths above these.
 class ByteLengths {
   public:
     static constexpr int k_a_doubling = 6;

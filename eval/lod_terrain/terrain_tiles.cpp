@@ -458,7 +458,9 @@ void write_tiles(HeightSource& source, const std::filesystem::path& path, const 
         throw Error(ErrorCode::invalid_input,
                     fmt::format("tiles of {} steps; it has to be a power of two from 16 to 1024", options.side));
     if (options.missing_height && !std::isfinite(*options.missing_height))
-        throw Error(ErrorCode::invalid_input, "a height for what is missing that is no float");
+        throw Error(
+            ErrorCode::invalid_input,
+            "the height to take where data are missing is no finite number; give one that single precision holds");
     with_threads(options.context, [&] { Writer(source, path, options).run(); });
 }
 

@@ -84,9 +84,7 @@ class DualTessellator final : public TessellationRun {
             // A leaf is a vertex, and there are about two triangles to a vertex.
             const std::uint64_t next = leaves.size() + 3 * low.size(), triangles = 2 * next;
             if (options_.max_triangles != 0 && next > options_.max_triangles)
-                throw Error(ErrorCode::unsupported, "the minimum level takes more than the " +
-                                                        std::to_string(options_.max_triangles) +
-                                                        " triangles allowed; allow more, or lower the minimum level");
+                refuse_least_level(options_.max_triangles);
             check_triangle_memory(triangles, triangles * k_dual_bytes, context_.max_memory_bytes);
             forest_.refine(low, change);
         }

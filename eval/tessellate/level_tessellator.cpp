@@ -72,7 +72,7 @@ class LevelTessellator final : public TessellationRun {
     bool left_over() const override { return left_over_; }
     void add_attributes() override { split_normals_of(result_, mesh_, options_); }
 
-    /// What is measured here is the result's error, not that of samples of it.
+    /// Whether such a distance, or measured error, leaves nothing to refine.
     bool is_near(double distance) const { return distance <= off_above_; }
     bool is_within_aim() {
         measure();

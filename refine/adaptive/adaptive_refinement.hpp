@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../../hier/base/error.hpp"
 #include "../../hier/base/ids.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
@@ -236,9 +235,7 @@ class AdaptiveRefinement {
                     if (std::ranges::any_of(candidates, [&](const Candidate& c) {
                             return c.leaf.valid() && hierarchy_.level(c.leaf) < options_.min_level;
                         }))
-                        throw Error(ErrorCode::unsupported,
-                                    "the minimum level takes more than the " + std::to_string(budget) +
-                                        " triangles allowed; allow more, or lower the minimum level");
+                        detail::refuse_least_level(budget);
                     budget_spent_ = left_over_ = true;
                     return;
                 }

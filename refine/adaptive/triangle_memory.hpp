@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 
 #include <cstdint>
@@ -15,6 +16,12 @@ inline void check_triangle_memory(std::uint64_t triangles, std::uint64_t bytes, 
     if (limit == 0 || bytes <= limit) return;
     check_memory("more than " + std::to_string(triangles) + " triangles are wanted, which need", bytes, limit,
                  "use a larger tolerance, or allow more");
+}
+
+/// @throws Error  unsupported: the levels that all leaves are to get take more triangles than this
+[[noreturn]] inline void refuse_least_level(std::uint64_t triangles) {
+    throw Error(ErrorCode::unsupported, "the minimum level takes more than the " + std::to_string(triangles) +
+                                            " triangles allowed; allow more, or lower the minimum level");
 }
 
 }  // namespace tetrakis::detail

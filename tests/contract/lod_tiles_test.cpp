@@ -368,7 +368,7 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
     const std::size_t files = tiled.dir.file_count();
     CHECK(contains(write_fault({}, tiled.dir / "new.tiles"), "column 7, row 1"));
     CHECK(contains(write_fault({.missing_height = std::numeric_limits<float>::infinity()}, tiled.dir / "new.tiles"),
-                   "no float"));
+                   "no finite number"));
     CHECK(contains(write_fault({.side = 48}, tiled.dir / "new.tiles"), "tiles of 48 steps"));
     CHECK(contains(write_fault({}, tiled.dir / "no" / "new.tiles"), "cannot be written"));
     const RunContext stop{.progress = [](std::string_view, double fraction) { return fraction < 0.5; }};
