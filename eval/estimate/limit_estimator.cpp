@@ -4,6 +4,7 @@
 #include "../surface/site_limits.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tetrakis {
 
@@ -34,15 +35,33 @@ void for_each_finer_point(Visit&& visit) {
 
 constexpr int k_finer = detail::k_limit_samples - k_middles;
 
-double fan_error(const ControlMesh& mesh, FaceId face, std::span<const std::array<std::uint8_t, 3>> fan,
+/// How far the surface may be off the triangle where its lattice does not see that an edge or vertex of finite
+/// sharpness s is rounded off, which is within 2^-s of the control mesh's faces there. 0 where it does, and where the
+/// scheme rounds nothing off.
+template <class Family>
+double unseen_rounding(const Hierarchy& points, const CellTriangle& triangle, const std::array<Vec3d, 3>& corner) {
+    constexpr double k_off = 0.25;  // of the width that is rounded off; a cubic B-spline at a right angle
+    double most = 0, longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        most = std::max(most, detail::finite_sharpness_at<Family>(points.mesh(), triangle, k));
+        longest = std::max(longest, glm::length(corner[k] - corner[(k + 1) % 3]));
+    }
+    const bool is_seen = triangle.level + detail::k_limit_lattice_bits >= most + 1;
+    return is_seen || points.scheme().is_linear() ? 0 : k_off * longest * std::exp2(triangle.level - most);
+}
+
+double fan_error(const Hierarchy& points, FaceId face, std::span<const std::array<std::uint8_t, 3>> fan,
                  std::span<const Vec3d> corner_positions, std::span<const LimitSamples> roots) {
+    const ControlMesh& mesh = points.mesh();
     const std::uint32_t size = mesh.face_size(face), h0 = mesh.face_halfedge(face).value;
     const auto at = [&](std::uint32_t i) { return corner_positions[mesh.origin(HalfedgeId(h0 + i)).value]; };
     std::vector<PlaneMeasure> planes;
     for (const auto& t : fan) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
     double error = 0;
     for (std::uint32_t r = 0; r < size; ++r) {
-        const bool hard = is_hard_edge<QuadFamily>(mesh, root_triangle(HalfedgeId(h0 + r)), 0);
+        const CellTriangle root = root_triangle(HalfedgeId(h0 + r));
+        const bool hard = is_hard_edge<QuadFamily>(mesh, root, 0);
+        error = std::max(error, unseen_rounding<QuadFamily>(points, root, detail::corners_of(roots[r])));
         for (std::size_t i = 0; i < roots[r].size(); ++i) {
             double nearest = std::numeric_limits<double>::infinity();
             for (const PlaneMeasure& plane : planes) nearest = std::min(nearest, plane(roots[r][i]));
@@ -70,7 +89,7 @@ double LimitEstimator<Family>::of_samples(const CellTriangle& triangle, const Li
     const std::array<Vec3d, 3> corner = detail::corners_of(s);
     const double most =
         farthest_sample(s, k_limit_lattice, PlaneMeasure(corner), hard_edges<Family>(points_.mesh(), triangle)).value;
-    double error = most;
+    double error = std::max(most, unseen_rounding<Family>(points_, triangle, corner));
     if (tolerance_ > 0 && error > tolerance_) return error;
     // Never above the deviation there, so that refining ends it.
     for_each_lattice_point(k_limit_lattice, [&](int i, double b0, double b1, double b2) {
@@ -177,7 +196,7 @@ std::vector<double> detail::fan_limit_errors(const Hierarchy& points, const FanC
                 for (std::size_t r = 0; r < roots.size(); ++r)
                     std::copy_n(positions.begin() + static_cast<std::ptrdiff_t>((first[k] + r) * k_limit_samples),
                                 k_limit_samples, roots[r].begin());
-                errors[faces[k].value] = fan_error(mesh, faces[k], fans.of(faces[k]), corner_positions, roots);
+                errors[faces[k].value] = fan_error(points, faces[k], fans.of(faces[k]), corner_positions, roots);
             },
             16);
     }

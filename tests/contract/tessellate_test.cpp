@@ -274,6 +274,16 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
         }
 }
 
+TEST_CASE("creases that stay semi-sharp for long are rounded off within the tolerance") {
+    const SchemeInfo& scheme = *find_scheme("kobbelt");
+    const std::string cube =
+        "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\n"
+        "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    const ControlMesh mesh = mesh_for(scheme, cube + "t crease 2/1/0 0 1 5.5\nt crease 2/1/0 1 3 2\n");
+    const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 1e-3, .measure = false});
+    CHECK(LimitJudge(mesh, scheme, 7).limit_to_mesh(result.mesh) <= result.tolerance_absolute);
+}
+
 TEST_CASE("a number of triangles is not spent on what is flat already") {
     for (const std::string name : {"catmull-clark", "loop", "sqrt3", "doo-sabin", "kobbelt"})
         for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
