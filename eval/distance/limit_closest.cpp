@@ -17,52 +17,11 @@ namespace {
 /// normal is below this: a further step would change the distance by half of that share.
 constexpr double k_square = 1e-8;
 
-/// How often a regular cell is cut up, and how many levels of others are looked at, before a search is cheaper.
-constexpr int k_net_cuts = 3, k_star_levels = 12, k_generic_levels = 4;
+/// How many levels of a cell are looked at before a search is cheaper.
+constexpr int k_star_levels = 12, k_generic_levels = 4;
 
 /// Of a cell: the hull of more is that of a large ring, which says little about the cell.
 constexpr std::size_t k_most_points = 40;
-
-void add_net(const detail::Net16& net, Box3d& box) {
-    for (int i = 0; i < 16; ++i) box.add(Vec3d(net.c[0][i], net.c[1][i], net.c[2][i]));
-}
-
-/// A box of the cell of a star with a large ring: of the regular quarters of a few steps, and of the innermost star's
-/// points. The tree does not grow by it.
-void add_large_star(const detail::QuadStar& star, Box3d& box, int steps = 8) {
-    if (steps == 0) {
-        for (const Vec3d& p : star.points) box.add(p);
-        return;
-    }
-    detail::QuadStar near;
-    detail::StarQuarters quarters;
-    subdivide(star, near, quarters);
-    for (int k = 0; k < 4; ++k) {
-        if (k == 0 && star.valence != 4)
-            add_large_star(near, box, steps - 1);
-        else if (k == 2 && star.far_valence != 4)
-            add_large_star(quarters.far, box, steps - 1);
-        else
-            add_net(quarters.net[static_cast<std::size_t>(k)], box);
-    }
-}
-
-void add_node(const detail::QuadNode& node, Box3d& box) {
-    using Kind = detail::QuadNode::Kind;
-    if (node.kind == Kind::regular) {
-        add_net(node.net, box);
-    } else if (node.kind == Kind::star) {
-        if (node.star->points.size() > k_most_points)
-            add_large_star(*node.star, box);
-        else
-            for (const Vec3d& p : node.star->points) box.add(p);
-    } else if (node.local->points.size() > k_most_points && node.depth == 0) {
-        const detail::QuadNode* quarters = node.grown();
-        for (int k = 0; k < 4; ++k) add_node(quarters[k], box);
-    } else {
-        for (const Vec3d& p : node.local->points) box.add(p);
-    }
-}
 
 /// Catmull-Clark: roots are the corner cells.
 struct QuadRoots {
@@ -73,9 +32,14 @@ struct QuadRoots {
     std::uint32_t count() const { return patches.mesh().halfedge_count(); }
     HalfedgeId root(std::uint32_t i) const { return HalfedgeId(i); }
     Box3d box(HalfedgeId root) const {
-        return patches.with_root(root, [](const Cell& node) {
+        return patches.with_root(root, [](const Cell& cell) {
             Box3d box;
-            add_node(node, box);
+            if (cell.kind == Cell::Kind::regular)
+                for (int i = 0; i < k_net_points; ++i) box.add(point(cell.net, i));
+            else if (cell.kind == Cell::Kind::star)
+                for (const Vec3d& p : cell.star->points) box.add(p);
+            else
+                for (const Vec3d& p : cell.local->points) box.add(p);
             return box;
         });
     }
@@ -83,18 +47,8 @@ struct QuadRoots {
     Vec3d position(HalfedgeId, const Cell& cell, double x, double y) const { return QuadPatches::position(cell, x, y); }
 
     static const detail::Net16& net(const Cell& cell) { return cell.net; }
-    static int net_cuts(const Cell& cell) { return cell.crease ? 0 : k_net_cuts; }
     static Vec3d point(const detail::Net16& net, int i) { return {net.c[0][i], net.c[1][i], net.c[2][i]}; }
     static constexpr int k_net_points = 16;
-    template <class Test>
-    static bool all_quarters(const detail::Net16& net, Test&& test) {
-        for (int k = 0; k < 4; ++k) {
-            detail::Net16 quarter;
-            detail::child_net(net, k & 1, k >> 1, quarter);
-            if (!test(quarter)) return false;
-        }
-        return true;
-    }
     template <class Test>
     bool all_quarters(const Cell& cell, Test&& test) const {
         const Cell* quarters = cell.grown();
@@ -143,21 +97,6 @@ struct QuadRoots {
     }
 };
 
-void add_large_star(const detail::LoopStarChain& star, Box3d& box) {
-    constexpr int k_steps = 8;
-    const int n = star.valence();
-    const double beta = detail::loop_vertex_rule(n).beta;
-    std::vector<Vec3d> at(star.points(), star.points() + detail::loop_star_size(n)),
-        step(static_cast<std::size_t>(detail::loop_star_step_size(n)));
-    for (int i = 0; i < k_steps; ++i) {
-        detail::loop_star_step(n, beta, at.data(), step.data());
-        for (int quarter = 1; quarter < 4; ++quarter)
-            for (const Vec3d& p : detail::loop_star_quarter(n, step.data(), quarter)) box.add(p);
-        std::copy_n(step.begin(), at.size(), at.begin());
-    }
-    for (const Vec3d& p : at) box.add(p);
-}
-
 /// Loop: roots are the faces.
 struct LoopRoots {
     static constexpr detail::RootShape shape = detail::RootShape::triangle;
@@ -166,28 +105,7 @@ struct LoopRoots {
 
     std::uint32_t count() const { return patches.mesh().face_count(); }
     HalfedgeId root(std::uint32_t i) const { return patches.mesh().face_halfedge(FaceId(i)); }
-    Box3d box(HalfedgeId root) const {
-        const ControlMesh& mesh = patches.mesh();
-        std::uint32_t most = 0;
-        for (std::uint32_t k = 0; k < 3; ++k)
-            most = std::max(most, mesh.face_valence(mesh.origin(HalfedgeId(root.value + k))));
-        if (most <= k_most_points) return patches.bounds(mesh.face(root));
-        const Cell whole = cell(root);
-        if (whole.kind == Cell::Kind::generic) return patches.bounds(mesh.face(root));
-        Box3d box;
-        const auto add = [&](const Cell& part) {
-            if (part.kind == Cell::Kind::star)
-                add_large_star(*part.star, box);
-            else
-                for (const Vec3d& p : part.net) box.add(p);
-            return true;
-        };
-        if (whole.kind == Cell::Kind::split)
-            all_quarters(whole, add);
-        else
-            add(whole);
-        return box;
-    }
+    Box3d box(HalfedgeId root) const { return patches.bounds(patches.mesh().face(root)); }
     Cell cell(HalfedgeId root) const {
         Cell cell;
         patches.root_cell(root, cell);
@@ -196,25 +114,8 @@ struct LoopRoots {
     Vec3d position(HalfedgeId root, const Cell&, double x, double y) const { return patches.position(root, x, y); }
 
     static const detail::Net12& net(const Cell& cell) { return cell.net; }
-    static int net_cuts(const Cell&) { return k_net_cuts; }
     static Vec3d point(const detail::Net12& net, int i) { return net[static_cast<std::size_t>(i)]; }
     static constexpr int k_net_points = 12;
-    template <class Test>
-    static bool all_quarters(const detail::Net12& net, Test&& test) {
-        // A net is the star of valence six.
-        constexpr int k_regular = 6;
-        std::array<Vec3d, detail::loop_star_step_size(k_regular)> step;
-        detail::loop_star_step(k_regular, detail::loop_vertex_rule(k_regular).beta, net.data(), step.data());
-        for (int k = 0; k < 4; ++k) {
-            detail::Net12 quarter;
-            if (k == 0)
-                std::copy_n(step.begin(), quarter.size(), quarter.begin());
-            else
-                detail::loop_star_quarter(k_regular, step.data(), k, quarter);
-            if (!test(quarter)) return false;
-        }
-        return true;
-    }
     template <class Test>
     bool all_quarters(const Cell& cell, Test&& test) const {
         for (int k = 0; k < 4; ++k) {
@@ -253,20 +154,14 @@ struct LoopRoots {
 auto roots_of(const QuadPatches& patches) { return QuadRoots{patches}; }
 auto roots_of(const LoopPatches& patches) { return LoopRoots{patches}; }
 
-template <class Roots, class Net>
-bool net_beyond(const Net& net, const Vec3d& q, double reach, int cuts) {
-    return detail::hull_beyond(
-               Roots::k_net_points, [&](int i) { return Roots::point(net, i); }, q, reach) ||
-           (cuts > 0 && Roots::all_quarters(
-                            net, [&](const Net& quarter) { return net_beyond<Roots>(quarter, q, reach, cuts - 1); }));
-}
-
 /// Whether the surface of a cell is certainly farther from q than `reach`. The boxes of all cells around a vertex hold
 /// its ring, so that only their quarters, further down, can be told apart.
 template <class Roots>
 bool cell_beyond(const Roots& roots, const typename Roots::Cell& cell, const Vec3d& q, double reach, int level) {
     using Kind = typename Roots::Cell::Kind;
-    if (cell.kind == Kind::regular) return net_beyond<Roots>(Roots::net(cell), q, reach, Roots::net_cuts(cell));
+    if (cell.kind == Kind::regular)
+        return detail::hull_beyond(
+            Roots::k_net_points, [&](int i) { return Roots::point(Roots::net(cell), i); }, q, reach);
     if (cell.kind == Kind::star) {
         const double own = Roots::star_reach(cell);
         if (glm::length(q - Roots::star_limit(cell)) - own > reach) return true;
