@@ -127,23 +127,25 @@ int RuleMesh::Ring::position(int vertex) const {
     return static_cast<int>(std::find(neighbour.begin(), neighbour.end(), vertex) - neighbour.begin());
 }
 
-RuleMesh::Ring RuleMesh::ring(int v) const {
+RuleMesh::Ring RuleMesh::from(int start, bool stops_at_sharp_edges) const {
     Ring ring;
-    for (int h = first_[v]; h != none;) {
+    for (int h = start; h != none;) {
         ring.halfedge.push_back(h);
         ring.neighbour.push_back(target(h));
         ring.sharpness.push_back(sharpness_[h]);
         const int into = prev(h);
         h = twin_[into];
-        if (h == first_[v]) break;
-        if (h == none) {
-            ring.closed = false;
-            ring.neighbour.push_back(origin_[into]);
-            ring.sharpness.push_back(sharpness_[into]);
-        }
+        if (h == start) break;
+        if (h != none && !(stops_at_sharp_edges && sharp(into))) continue;
+        ring.closed = false;
+        ring.neighbour.push_back(origin_[into]);
+        ring.sharpness.push_back(sharpness_[into]);
+        break;
     }
     return ring;
 }
+
+RuleMesh::Ring RuleMesh::ring(int v) const { return from(first_[v], false); }
 
 RuleMesh::Ring RuleMesh::sector(int h) const {
     // Back, clockwise, to the sharp edge where the sector starts.
@@ -152,21 +154,7 @@ RuleMesh::Ring RuleMesh::sector(int h) const {
         start = next(twin_[start]);
         if (start == h) return ring(origin_[h]);
     }
-    Ring sector;
-    for (int at = start;;) {
-        sector.halfedge.push_back(at);
-        sector.neighbour.push_back(target(at));
-        sector.sharpness.push_back(sharpness_[at]);
-        const int into = prev(at);
-        if (sharp(into)) {
-            if (twin_[into] == start) return sector;
-            sector.closed = false;
-            sector.neighbour.push_back(origin_[into]);
-            sector.sharpness.push_back(sharpness_[into]);
-            return sector;
-        }
-        at = twin_[into];
-    }
+    return from(start, true);
 }
 
 VertexRule RuleMesh::rule(int v) const { return vertex_rule(ring(v).sharpness, vertex_sharpness(v)); }

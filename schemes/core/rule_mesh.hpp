@@ -26,9 +26,13 @@ class RuleMesh {
             sharpness_.push_back(sharpness);
         }
         void end_face() { face_begin_.push_back(static_cast<int>(origin_.size())); }
-        void face(std::initializer_list<int> corners) {
-            for (const int v : corners) corner(v);
+        /// A whole face, whose first edge has the sharpness.
+        void face(std::span<const int> corners, float sharpness = 0) {
+            for (const int v : corners) corner(v, std::exchange(sharpness, 0.0f));
             end_face();
+        }
+        void face(std::initializer_list<int> corners, float sharpness = 0) {
+            face(std::span(corners.begin(), corners.size()), sharpness);
         }
         void reserve(std::size_t faces, std::size_t corners) {
             face_begin_.reserve(faces + 1);
@@ -113,6 +117,7 @@ class RuleMesh {
     ShortList<int, 8> sharp_neighbours(int v) const;
 
   private:
+    Ring from(int start, bool stops_at_sharp_edges) const;
     void match_twins();
     void check_fans() const;
     void take_corner_angles();
