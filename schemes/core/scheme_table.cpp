@@ -59,7 +59,7 @@ bool chooses_steps(const SchemeInfo& scheme) { return scheme.averaging_steps == 
 
 }  // namespace
 
-SchemeTable scheme_table() { return SchemeTable(k_table); }
+std::span<const SchemeInfo* const> detail::scheme_list() { return k_table; }
 
 const SchemeInfo* find_scheme(std::string_view name) {
     for (const SchemeInfo& scheme : scheme_table())
@@ -70,15 +70,12 @@ const SchemeInfo* find_scheme(std::string_view name) {
 std::string_view nearest_scheme_name(std::string_view text) {
     // A part of a name is that name, and so is its start with a mistake or two.
     constexpr std::size_t k_telling = 3;
-    const auto distance = [&](const SchemeInfo& scheme) {
-        const bool part = text.size() >= k_telling && scheme.name.find(text) != std::string_view::npos;
-        const EditDistance edits = edit_distance(text, scheme.name);
+    const auto distance = [&](const SchemeInfo* scheme) {
+        const bool part = text.size() >= k_telling && scheme->name.find(text) != std::string_view::npos;
+        const EditDistance edits = edit_distance(text, scheme->name);
         return std::tuple(part ? 0 : 1, std::min(edits.to_start + 1, edits.to_all), edits.to_all);
     };
-    const SchemeTable table = scheme_table();
-    return std::min_element(table.begin(), table.end(),
-                            [&](const SchemeInfo& a, const SchemeInfo& b) { return distance(a) < distance(b); })
-        ->name;
+    return (*std::ranges::min_element(detail::scheme_list(), {}, distance))->name;
 }
 
 std::string_view name(Refinement refinement) {

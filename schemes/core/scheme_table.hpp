@@ -3,9 +3,8 @@
 #include "fan_labels.hpp"
 #include "rule_options.hpp"
 
-#include <cstddef>
-#include <iterator>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <string_view>
 
@@ -45,18 +44,18 @@ struct SchemeInfo {
     std::string_view title;  ///< with authors and year
     Refinement refinement;
     MeshFamily family;
-    bool interpolating;
+    bool interpolating = false;
     std::string_view smoothness;  ///< on regular meshes, away from extraordinary points
-    int reproduction;             ///< degree of the polynomials that the rules reproduce on regular meshes
+    int reproduction = 1;         ///< degree of the polynomials that the rules reproduce on regular meshes
     std::string_view generation;  ///< degree of the polynomials that the limit surfaces contain there
     FanLattice lattice;           ///< the neighbourhood that maps to itself
     int rings;                    ///< of it that determine the surface around the middle
     /// Rings of faces around a face, or around the corner of a face, that the rules of its new points look at; half the
     /// chosen averaging steps come to them.
-    int rule_rings;
+    int rule_rings = 1;
     /// Whether the rules of all new points around a vertex look at its whole ring, or those in a face at all of that,
     /// on every level: then they are as many terms as there are edges, squared.
-    bool sees_rings;
+    bool sees_rings = false;
     RuleStep (*step)(const RuleMesh&, const RuleOptions&);
     ClosedMasks (*closed_masks)(const FanShape&, const RuleOptions&);
     std::string_view notes;  ///< what it takes, and its choices
@@ -78,40 +77,15 @@ struct SchemeInfo {
     bool has_chosen_steps() const { return averaging_steps == k_chosen_steps; }
 };
 
-/// The schemes, as a range of `const SchemeInfo&` in the order of the table.
-class SchemeTable {
-  public:
-    class Iterator {
-      public:
-        using iterator_category = std::forward_iterator_tag;
-        using value_type = SchemeInfo;
-        using difference_type = std::ptrdiff_t;
-        using pointer = const SchemeInfo*;
-        using reference = const SchemeInfo&;
+namespace detail {
+std::span<const SchemeInfo* const> scheme_list();
+}
 
-        Iterator() = default;
-        explicit Iterator(const SchemeInfo* const* at) : at_(at) {}
-        reference operator*() const { return **at_; }
-        pointer operator->() const { return *at_; }
-        Iterator& operator++() { return ++at_, *this; }
-        Iterator operator++(int) { return Iterator(at_++); }
-        friend bool operator==(Iterator, Iterator) = default;
-
-      private:
-        const SchemeInfo* const* at_ = nullptr;
-    };
-
-    explicit SchemeTable(std::span<const SchemeInfo* const> schemes) : schemes_(schemes) {}
-    Iterator begin() const { return Iterator(schemes_.data()); }
-    Iterator end() const { return Iterator(schemes_.data() + schemes_.size()); }
-    std::size_t size() const { return schemes_.size(); }
-
-  private:
-    std::span<const SchemeInfo* const> schemes_;
-};
-
-/// All of them; also before main().
-SchemeTable scheme_table();
+/// All of them, as a range of `const SchemeInfo&` in the order of scheme_list.inc; also before main().
+inline auto scheme_table() {
+    return detail::scheme_list() |
+           std::views::transform([](const SchemeInfo* scheme) -> const SchemeInfo& { return *scheme; });
+}
 /// The scheme of that name; nullptr for an unknown one.
 const SchemeInfo* find_scheme(std::string_view name);
 /// The name in the table that has the text in it, or else is, itself or its start, the fewest edits away.
