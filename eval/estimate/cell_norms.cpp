@@ -1,7 +1,6 @@
 #include "cell_norms.hpp"
 
 #include "../../schemes/core/scheme_table.hpp"
-#include "../../schemes/rules/averaging.hpp"
 
 #include <algorithm>
 #include <functional>

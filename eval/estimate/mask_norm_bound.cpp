@@ -4,7 +4,6 @@
 #include "../../refine/points/cell_frame.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../../schemes/rules/averaging.hpp"
 #include "../distance/limit_samples.hpp"
 #include "../distance/surface_family.hpp"
 #include "../surface/local_frame.hpp"

@@ -1,6 +1,5 @@
 #include "followed_uvs.hpp"
 
-#include "../../schemes/rules/averaging.hpp"
 #include "../rules/parallel_blocks.hpp"
 #include "../rules/rule_levels.hpp"
 #include "seam_extension.hpp"

@@ -40,7 +40,8 @@ class FactoredAveraging final : public FactoredFaces {
         else
             average(done_ - 2);
         ++done_;
-        if (rules_.averaging_steps == 0 && done_ == 2) own_ = polygons(split_polygons(mesh_), places());
+        if (rules_.averaging_steps == 0 && done_ == 2)
+            own_ = polygons(split_polygons(mesh_, HalfSharpness(mesh_)), places());
         if (done_ > 2 && !run_) done_ = 0;
         set_states();
     }
@@ -91,7 +92,7 @@ class FactoredAveraging final : public FactoredFaces {
     void take_split() {
         check_halfedge_count(halfedges(), k_growth, k_next);
         vertex_ = places();
-        mesh_ = split_polygons(mesh_);
+        mesh_ = split_polygons(mesh_, HalfSharpness(mesh_));
         midpoint_.clear();
         centre_.resize(mesh_.face_count());
         for (std::uint32_t& c : centre_) c = add({});

@@ -199,7 +199,7 @@ std::optional<RootLattices> RootLattices::of_corners(const RuleMesh& mesh, std::
                                                      bool creases) {
     RootLattices net;
     net.in_cells_ = true;
-    const RuleMesh split = split_polygons(mesh);
+    const RuleMesh split = split_polygons(mesh, detail::HalfSharpness(mesh));
     std::optional<RuleMesh> cut;
     if (creases) cut = cut_creases(split);
     Bordered bordered = with_border(cut ? *cut : split, split);

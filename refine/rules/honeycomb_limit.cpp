@@ -1,6 +1,7 @@
 #include "honeycomb_limit.hpp"
 
-#include "../../schemes/rules/honeycomb.hpp"
+#include "../../schemes/core/rule_step.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -51,7 +52,7 @@ std::optional<std::vector<int>> honeycomb_fan(const RuleMesh& mesh, int v) {
 
 std::vector<double> honeycomb_limit_weights(int valence) {
     const RuleMesh mesh = fan_mesh(valence);
-    const RuleStep step = honeycomb_step(mesh, {});
+    const RuleStep step = find_scheme("honeycomb")->step(mesh, {});
     const std::vector<int> coarse = *honeycomb_fan(mesh, 0), fine = *honeycomb_fan(step.mesh, 0);
     std::vector<int> number(mesh.vertex_count());
     for (std::size_t i = 0; i < coarse.size(); ++i) number[coarse[i]] = static_cast<int>(i);

@@ -5,8 +5,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../../schemes/rules/four_eight.hpp"
-#include "../../schemes/rules/kobbelt.hpp"
 #include "check_length.hpp"
 #include "corner_angles.hpp"
 #include "rule_levels.hpp"

@@ -53,6 +53,26 @@ double usable_corner_angle(double angle) {
     return std::min(angle, k_most);
 }
 
+std::optional<detail::Bend> detail::bend_at(const RuleMesh& mesh, int h, const RuleOptions& options, int plain_faces) {
+    using enum EdgeBesideCrease;
+    // A semi-sharp edge is one of a crease's own edges, not beside it.
+    if (mesh.sharp(h) || (options.edge_beside_crease == plain && !may_have_angles(mesh, options))) return std::nullopt;
+    const auto bends = [&](int out) {
+        const VertexRule rule = mesh.rule(mesh.origin(out));
+        return rule == VertexRule::crease || (rule == VertexRule::corner && sector_angle(mesh, out, options) > 0);
+    };
+    const bool u = bends(h), v = bends(mesh.twin(h));
+    if (u == v) return std::nullopt;
+    const int out = u ? h : mesh.twin(h), K = mesh.sector(out).faces();
+    if (mesh.rule(mesh.origin(out)) == VertexRule::corner) {
+        const double angle = sector_angle(mesh, out, options);
+        return Bend{out, K, angle / K, angle};
+    }
+    if (options.edge_beside_crease == cosine) return Bend{out, K, std::numbers::pi / K, 0};
+    if (options.edge_beside_crease == plain || K <= plain_faces) return std::nullopt;
+    return Bend{out, K, 0, 0};
+}
+
 std::vector<double> detail::child_corner_angles(const RuleMesh& mesh, std::span<const int> child, std::size_t fine) {
     std::vector<double> result;
     if (!mesh.has_corner_angles()) return result;

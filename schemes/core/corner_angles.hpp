@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -27,11 +28,6 @@ inline bool is_corner_angle(double angle) {
 /// @param child  of each half-edge the finer one that leaves the same vertex in its face
 /// @param fine   half-edges of the finer mesh
 std::vector<double> child_corner_angles(const RuleMesh& mesh, std::span<const int> child, std::size_t fine);
-
-}  // namespace detail
-}  // namespace tetrakis
-
-namespace tetrakis::detail {
 
 /// Eigenvalue that the flatness step leaves to the ring's fastest mode besides the tangents: the square of theirs, 1/2,
 /// so the curvature stays bounded.
@@ -59,6 +55,16 @@ inline void need_triangles(const RuleMesh& mesh, const char* scheme) {
                                         " has " + std::to_string(mesh.face_size(f)) +
                                         " corners; triangulate the mesh first");
 }
+
+/// A corner with an angle or the C1 rule of a crease at one end of a smooth edge, which bends the edge's rule.
+struct Bend {
+    int out;              ///< half-edge from that end
+    int faces;            ///< in its sector
+    double theta;         ///< angle of each of them, as the rule takes it
+    double corner_angle;  ///< of the sector; 0 on creases
+};
+/// @param plain_faces  most faces beside a crease with which the plain rule still has a tangent plane
+std::optional<Bend> bend_at(const RuleMesh& mesh, int h, const RuleOptions& options, int plain_faces);
 
 /// Ring edge i of a corner's fan as the affine image of a planar fan of angle alpha, one level down: c + x / 2 with
 /// x = (sin(alpha - i theta) (p_0 - c) + sin(i theta) (p_K - c)) / sin(alpha), theta = alpha / K. Exactly the vectors
@@ -96,4 +102,16 @@ inline StencilRow flattened_face(const StencilRow& row, int c, const RuleMesh::R
     return result;
 }
 
-}  // namespace tetrakis::detail
+/// The row of the smooth edge that the bend bends, flattened where its corner is concave.
+/// @param corner_mode  largest eigenvalue of the ring's first sine mode at a corner with so many faces of angle theta
+inline StencilRow flattened_edge(const StencilRow& row, const RuleMesh& mesh, const Bend& bend,
+                                 double (*corner_mode)(int faces, double theta)) {
+    if (bend.corner_angle <= std::numbers::pi) return row;
+    const RuleMesh::Ring sector = mesh.sector(bend.out);
+    if (sector.closed) return row;
+    return flattened(row, mesh.origin(bend.out), sector, sector.position(mesh.target(bend.out)), bend.corner_angle,
+                     corner_mode(bend.faces, bend.theta));
+}
+
+}  // namespace detail
+}  // namespace tetrakis

@@ -52,6 +52,37 @@ inline ClosedMasks crease_closed_masks(int last, double lambda = 0.5) {
             .lambda1 = lambda};
 }
 
+/// Of a corner of K faces, which stays. Where the two sharp edges span the tangent plane, these are the tangents.
+inline ClosedMasks corner_closed_masks(int K, bool edges_span_the_plane) {
+    if (!edges_span_the_plane) return {.limit = {{{}, 1}}};
+    return {.limit = {{{}, 1}},
+            .tangent1 = {{{}, -1}, {{0, 1, 0}, 1}},
+            .tangent2 = {{{}, -1}, {{K, 1, 0}, 1}},
+            .lambda1 = 0.5,
+            .lambda2 = 0.5};
+}
+
+/// Weights across a crease or boundary in the sine mode of the K faces on this side, theta = pi / K: of the vertex, of
+/// its neighbours on the crease, and of ring edge i, times sin(i theta).
+struct AcrossMask {
+    double vertex = -2, end = 1, inner = 0;  ///< of a single face
+
+    /// Of rules that are the crease's own along it. The columns of the ends (weight b) and of the vertex (weight c) of
+    /// the ring matrix read (lambda - 1/2) b - c / 8 = end_column, -b + (lambda - 3/4) c = vertex_column.
+    static AcrossMask solve(double lambda, double end_column, double vertex_column, double inner) {
+        const double determinant = (lambda - 0.5) * (lambda - 0.75) - 0.125;
+        return {.vertex = ((lambda - 0.5) * vertex_column + end_column) / determinant,
+                .end = (end_column * (lambda - 0.75) + vertex_column / 8) / determinant,
+                .inner = inner};
+    }
+    ClosedMasks::Mask mask(int K) const {
+        ClosedMasks::Mask result{{{}, vertex}};
+        for (int i = 0; i <= K; ++i)
+            result.emplace_back(FanLabel{i, 1, 0}, i == 0 || i == K ? end : inner * std::sin(i * std::numbers::pi / K));
+        return result;
+    }
+};
+
 /// Of a vertex of n triangles: by its neighbours, with the cosines and sines of their angles as tangents.
 /// @param lambda  eigenvalue of both
 inline ClosedMasks ring_closed_masks(int n, const RingMask& limit, double lambda) {

@@ -27,10 +27,7 @@ bool is_tip(const RuleMesh& mesh, int v) {
 
 RuleMesh::Builder smooth_faces(const RuleMesh& mesh) {
     RuleMesh::Builder faces;
-    for (int f = 0; f < mesh.face_count(); ++f) {
-        for (const int v : mesh.corners(f)) faces.corner(v);
-        faces.end_face();
-    }
+    for (int f = 0; f < mesh.face_count(); ++f) faces.face(mesh.corners(f));
     return faces;
 }
 
@@ -87,10 +84,6 @@ void add_layer(Layered& layered) {
 /// How many layers of copies the points beside the boundary reach over.
 int layers_needed(int averagings) { return (averagings + 3) / 4; }
 
-[[noreturn]] void used_up() {
-    throw std::invalid_argument("the averaging steps use up the whole mesh; replicate its boundary");
-}
-
 /// The boundary edge between two vertices.
 int boundary_edge(const RuleMesh& mesh, int u, int v) {
     const int h = mesh.first(u);
@@ -112,7 +105,7 @@ AveragingLevel::AveragingLevel(const RuleMesh& mesh, const RuleOptions& options)
         for (int i = 0; i < layers_needed(averagings_); ++i) add_layer(layered);
     layered_vertices_ = layered.mesh.vertex_count();
     layered_edges_ = layered.mesh.edge_count();
-    split_ = split_polygons(layered.mesh);
+    split_ = split_polygons(layered.mesh, HalfSharpness(layered.mesh));
     outer_ = std::move(layered.outer);
     tip_ = std::move(layered.tip);
 
@@ -166,15 +159,13 @@ ShortList<int, 8> AveragingLevel::around(int averaging, int point) const {
 AveragingLevel::End AveragingLevel::end(const std::vector<char>& made, const BlockRunner* runner,
                                         const std::function<StencilRow(int)>& row) const {
     const bool dual = averagings_ % 2 == 1;
-    if (recedes_) return dual ? receding_dual(made, row) : receding_primal(made, row);
+    if (recedes_) return receding(made, row);
     if (dual) return replicated_dual(runner, row);
     const int V = mesh_.vertex_count(), E = mesh_.edge_count();
     End end;
     end.step = split_polygons(
-        mesh_, runner,
-        [&](int v) {
-            return mesh_.first(v) == RuleMesh::none ? StencilRow{{v, 1}} : row(v);
-        },
+        mesh_, HalfSharpness(mesh_), runner,
+        [&](int v) { return mesh_.first(v) == RuleMesh::none ? vertex_itself(v) : row(v); },
         [&](int h) { return row(vertex_at(V + mesh_.edge(h))); }, [&](int f) { return row(vertex_at(V + E + f)); });
     end.centre.resize(mesh_.halfedge_count());
     std::iota(end.centre.begin(), end.centre.end(), 0);
@@ -195,73 +186,44 @@ AveragingLevel::End AveragingLevel::replicated_dual(const BlockRunner* runner,
     return end;
 }
 
-AveragingLevel::End AveragingLevel::receding_primal(const std::vector<char>& made,
-                                                    const std::function<StencilRow(int)>& row) const {
+AveragingLevel::End AveragingLevel::receding(const std::vector<char>& made,
+                                             const std::function<StencilRow(int)>& row) const {
     End end;
     RuleStep& step = end.step;
-    std::vector<char> kept(split_.face_count(), 1);
-    std::vector<int> number(split_.vertex_count(), RuleMesh::none);
-    int count = 0;
-    for (int q = 0; q < split_.face_count(); ++q)
-        for (const int v : split_.corners(q)) kept[q] = kept[q] && made[v];
-    for (int q = 0; q < split_.face_count(); ++q)
-        if (kept[q])
-            for (const int v : split_.corners(q)) number[v] = 0;
-    for (int v = 0; v < split_.vertex_count(); ++v)
-        if (number[v] == 0) {
-            number[v] = count++;
-            step.stencils.push(row(v));
-        }
-    RuleMesh::Builder faces;
-    step.child_halfedge.assign(mesh_.halfedge_count(), RuleMesh::none);
-    for (int q = 0; q < split_.face_count(); ++q) {
-        if (!kept[q]) continue;
-        step.child_halfedge[q] = faces.halfedge_count();  // quad q belongs to half-edge q
-        for (const int v : split_.corners(q)) faces.corner(number[v]);
-        faces.end_face();
-        step.parent_face.push_back(mesh_.face(q));
-        end.centre.push_back(q);
-    }
-    if (count == 0) used_up();
-    step.mesh = RuleMesh(count, std::move(faces));
-    return end;
-}
-
-AveragingLevel::End AveragingLevel::receding_dual(const std::vector<char>& made,
-                                                  const std::function<StencilRow(int)>& row) const {
-    End end;
-    RuleStep& step = end.step;
-    // Faces: the vertices of the split mesh all of whose quads have points.
+    // Faces: the quads, or vertices, of the split mesh that one more averaging would give a point.
     const std::vector<char> whole = this->made(averagings_, made);
+    const bool primal = averagings_ % 2 == 0;
     std::vector<ShortList<int, 8>> polygons;
-    std::vector<int> number(split_.face_count(), RuleMesh::none);
-    for (int v = 0; v < split_.vertex_count(); ++v) {
-        if (!whole[v]) continue;
-        ShortList<int, 8> polygon = around(averagings_, v);
+    std::vector<int> number(made.size(), RuleMesh::none);
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+        if (!whole[i]) continue;
+        ShortList<int, 8> polygon = around(averagings_, static_cast<int>(i));
         if (polygon.size() < 3) continue;
-        for (const int q : polygon) number[q] = 0;
+        for (const int point : polygon) number[point] = 0;
         polygons.push_back(std::move(polygon));
-        end.centre.push_back(v);
+        end.centre.push_back(static_cast<int>(i));
     }
     int count = 0;
-    for (int q = 0; q < split_.face_count(); ++q)
-        if (number[q] == 0) {
-            number[q] = count++;
-            step.stencils.push(row(q));
+    for (std::size_t point = 0; point < number.size(); ++point)
+        if (number[point] == 0) {
+            number[point] = count++;
+            step.stencils.push(row(static_cast<int>(point)));
         }
-    if (count == 0) used_up();
+    if (count == 0) throw std::invalid_argument("the averaging steps use up the whole mesh; replicate its boundary");
     RuleMesh::Builder faces;
     step.child_halfedge.assign(mesh_.halfedge_count(), RuleMesh::none);
-    for (const ShortList<int, 8>& polygon : polygons) {
+    for (std::size_t i = 0; i < polygons.size(); ++i) {
+        const ShortList<int, 8>& polygon = polygons[i];
         // Quad q belongs to half-edge q; around a face's centre the quads are in the face's order.
-        const bool around_face =
-            mesh_.face(polygon[0]) == mesh_.face(polygon[1]) && mesh_.face(polygon[1]) == mesh_.face(polygon[2]);
-        for (const int q : polygon) {
-            if (around_face) step.child_halfedge[q] = faces.halfedge_count();
-            faces.corner(number[q]);
+        const auto face = [&](int k) { return mesh_.face(polygon[k]); };
+        if (primal) step.child_halfedge[end.centre[i]] = faces.halfedge_count();
+        const bool around_face = !primal && face(0) == face(1) && face(1) == face(2);
+        for (const int point : polygon) {
+            if (around_face) step.child_halfedge[point] = faces.halfedge_count();
+            faces.corner(number[point]);
         }
         faces.end_face();
-        step.parent_face.push_back(mesh_.face(polygon[0]));
+        step.parent_face.push_back(primal ? mesh_.face(end.centre[i]) : face(0));
     }
     step.mesh = RuleMesh(count, std::move(faces));
     return end;

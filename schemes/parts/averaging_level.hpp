@@ -53,8 +53,7 @@ class AveragingLevel {
 
   private:
     End replicated_dual(const BlockRunner* runner, const std::function<StencilRow(int)>& row) const;
-    End receding_primal(const std::vector<char>& made, const std::function<StencilRow(int)>& row) const;
-    End receding_dual(const std::vector<char>& made, const std::function<StencilRow(int)>& row) const;
+    End receding(const std::vector<char>& made, const std::function<StencilRow(int)>& row) const;
 
     int averagings_;
     bool sharp_rules_, recedes_;

@@ -1,5 +1,6 @@
 #include "corner_weights.hpp"
 
+#include "face_split.hpp"
 #include "vertex_split.hpp"
 
 #include <cmath>
@@ -9,36 +10,33 @@ namespace tetrakis::detail {
 
 using std::numbers::pi;
 
-RuleStep corner_weights_step(const RuleMesh& mesh, const RuleOptions& options, CornerWeights weights) {
-    std::vector<std::vector<double>> of_size;
+FaceWeights::FaceWeights(const RuleMesh& mesh, CornerWeights weights) : mesh_(mesh) {
     for (int f = 0; f < mesh.face_count(); ++f) {
         const int k = mesh.face_size(f);
-        if (static_cast<int>(of_size.size()) <= k) of_size.resize(k + 1);
-        if (of_size[k].empty()) of_size[k] = weights(k);
+        if (static_cast<int>(of_size_.size()) <= k) of_size_.resize(k + 1);
+        if (of_size_[k].empty()) of_size_[k] = weights(k);
     }
+}
+
+RuleStep corner_weights_step(const RuleMesh& mesh, const RuleOptions& options, CornerWeights weights) {
+    const FaceWeights faces(mesh, weights);
     return split_vertices(
         mesh, options.runner,
         [&](int h) {
-            const int k = mesh.face_size(mesh.face(h));
             StencilRow row;
-            for (int i = 0, at = h; i < k; ++i, at = mesh.next(at)) row.add(mesh.origin(at), of_size[k][i]);
+            faces.add_corner(h, 1, row);
             return row;
         },
         [&](int h, int near) {
             const int far = mesh.origin(h) == near ? mesh.target(h) : mesh.origin(h);
             return StencilRow{{near, ChaikinWeights::near_end}, {far, ChaikinWeights::far_end}};
         },
-        [](int v) {
-            return StencilRow{{v, 1}};
-        });
+        vertex_itself);
 }
 
 ClosedMasks corner_weights_closed_masks(const FanShape& shape, double lambda) {
     ClosedMasks masks;
-    if (shape.corner) {
-        masks.limit = {{{}, 1}};
-        return masks;
-    }
+    if (shape.corner) return corner_closed_masks(1, false);
     if (shape.boundary) {
         masks.lambda1 = 0.5;
         masks.lambda2 = 0.25;

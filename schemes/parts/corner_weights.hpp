@@ -10,6 +10,24 @@ namespace tetrakis::detail {
 /// Of a face of k corners, from the one itself on: what its new corner is made of. Circulant, with sum 1.
 using CornerWeights = std::vector<double> (*)(int k);
 
+/// Those of the faces of a mesh.
+class FaceWeights {
+  public:
+    FaceWeights(const RuleMesh& mesh, CornerWeights weights);
+    /// Adds the new corner of a face at the origin of its half-edge.
+    void add_corner(int h, double weight, StencilRow& row) const {
+        const std::vector<double>& of = of_size_[mesh_.face_size(mesh_.face(h))];
+        for (const double w : of) {
+            row.add(mesh_.origin(h), weight * w);
+            h = mesh_.next(h);
+        }
+    }
+
+  private:
+    const RuleMesh& mesh_;
+    std::vector<std::vector<double>> of_size_;
+};
+
 /// Of a new boundary or crease point: the near and the far end of its edge (Chaikin's rule).
 struct ChaikinWeights {
     static constexpr double near_end = 3.0 / 4, far_end = 1.0 / 4;

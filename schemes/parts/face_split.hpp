@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../core/corner_angles.hpp"
+#include "../core/masks.hpp"
 #include "../core/rule_step.hpp"
 
 namespace tetrakis::detail {
@@ -94,10 +95,6 @@ RuleStep split_triangles(const RuleMesh& mesh, const HalfSharpness& halves, cons
     step.mesh = RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
     return step;
 }
-template <class VertexRow, class EdgeRow>
-RuleStep split_triangles(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row) {
-    return split_triangles(mesh, HalfSharpness(mesh), runner, vertex_row, edge_row);
-}
 
 inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
     std::vector<int> result(mesh.halfedge_count());
@@ -132,7 +129,6 @@ inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves
     const int count = V + E + mesh.face_count();
     return RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
 }
-inline RuleMesh split_polygons(const RuleMesh& mesh) { return split_polygons(mesh, HalfSharpness(mesh)); }
 
 /// Each k-gon in k quads. New points: the old vertices, then one per edge, then one per face.
 template <class VertexRow, class EdgeRow, class FaceRow>
@@ -147,11 +143,6 @@ RuleStep split_polygons(const RuleMesh& mesh, const HalfSharpness& halves, const
     step.child_halfedge = split_polygons_children(mesh);
     return step;
 }
-template <class VertexRow, class EdgeRow, class FaceRow>
-RuleStep split_polygons(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row,
-                        FaceRow&& face_row) {
-    return split_polygons(mesh, HalfSharpness(mesh), runner, vertex_row, edge_row, face_row);
-}
 
 /// The mean of a face's corners.
 inline StencilRow face_mean(const RuleMesh& mesh, int f) {
@@ -159,6 +150,15 @@ inline StencilRow face_mean(const RuleMesh& mesh, int f) {
     for (const int v : mesh.corners(f)) row.add(v, 1.0 / mesh.face_size(f));
     return row;
 }
+
+/// A vertex that stays where it is.
+inline StencilRow vertex_itself(int v) { return {{v, 1}}; }
+inline StencilRow ring_row(int v, const RuleMesh::Ring& ring, const RingMask& mask) {
+    StencilRow row{{v, mask.vertex}};
+    for (const int e : ring.neighbour) row.add(e, mask.edge);
+    return row;
+}
+inline StencilRow edge_midpoint(const RuleMesh& mesh, int h) { return {{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}; }
 
 /// The corner of a triangle opposite its half-edge.
 inline int opposite(const RuleMesh& mesh, int h) { return mesh.origin(mesh.prev(h)); }
@@ -174,24 +174,42 @@ inline double uniform_crease_weight(float sharpness) {
     return edge_crease_weight(sharpness, child, child);
 }
 
-/// Value of a semi-sharp rule: the rows of the smooth rule, of the crease along ring edges a and b, and of the corner.
+/// Value of a semi-sharp rule: the rows of the smooth rule (of the ring), of the crease along ring edges a and b, and
+/// of the corner.
 template <class SmoothRow>
-StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, const HalfSharpness& halves,
-                              SmoothRow&& smooth_row) {
+StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const HalfSharpness& halves, SmoothRow&& smooth_row) {
+    const RuleMesh::Ring ring = mesh.ring(v);
+    if (ring.faces() == 0) return vertex_itself(v);
     const float sharpness = mesh.vertex_sharpness(v);
     const VertexBlend blend = vertex_blend(ring.sharpness, sharpness, halves.around(ring), child_sharpness(sharpness));
     StencilRow row;
     if (blend.corner != 0) row.add(v, blend.corner);
     if (blend.crease.weight != 0) {
-        row.add(v, blend.crease.weight * 0.75);
-        for (const int i : {blend.crease.a, blend.crease.b}) row.add(ring.neighbour[i], blend.crease.weight * 0.125);
+        row.add(v, blend.crease.weight * k_crease_vertex_mask.vertex);
+        for (const int i : {blend.crease.a, blend.crease.b})
+            row.add(ring.neighbour[i], blend.crease.weight * k_crease_vertex_mask.neighbour);
     }
-    if (blend.smooth != 0) row.add(smooth_row(), blend.smooth);
+    if (blend.smooth != 0) row.add(smooth_row(ring), blend.smooth);
     return row;
 }
+/// The same of an edge, by the weight of its crease rule.
 template <class SmoothRow>
-StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, SmoothRow&& smooth_row) {
-    return blended_vertex_row(mesh, v, ring, HalfSharpness(mesh), smooth_row);
+StencilRow blended_edge_row(double crease, const StencilRow& crease_row, SmoothRow&& smooth_row) {
+    StencilRow row;
+    if (crease != 0) row.add(crease_row, crease);
+    if (crease != 1) row.add(smooth_row(), 1 - crease);
+    return row;
+}
+
+/// The cubic B-spline's rule of a vertex on a crease or boundary, a corner itself; empty for smooth vertices and darts.
+inline StencilRow crease_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) {
+    const VertexRule rule = vertex_rule(ring.sharpness, mesh.vertex_sharpness(v));
+    if (ring.faces() == 0 || rule == VertexRule::corner) return vertex_itself(v);
+    if (rule != VertexRule::crease) return {};
+    StencilRow row{{v, k_crease_vertex_mask.vertex}};
+    for (int i = 0; i < ring.edges(); ++i)
+        if (is_sharp(ring.sharpness[i])) row.add(ring.neighbour[i], k_crease_vertex_mask.neighbour);
+    return row;
 }
 
 }  // namespace tetrakis::detail

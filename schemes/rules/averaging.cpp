@@ -1,5 +1,3 @@
-#include "averaging.hpp"
-
 #include "../core/scheme_table.hpp"
 #include "../parts/averaging_level.hpp"
 #include "../parts/corner_weights.hpp"
@@ -8,8 +6,6 @@
 #include "dual_schemes.hpp"
 #include "linear.hpp"
 
-#include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace tetrakis {
@@ -26,24 +22,29 @@ StencilRow bilinear_row(const RuleMesh& mesh, int place) {
     const int edge = place - mesh.vertex_count(), face = edge - mesh.edge_count();
     if (face >= 0) return gathered(detail::face_mean(mesh, face));
     if (edge < 0) return {{place, 1}};
-    const int h = mesh.edge_halfedge(edge);
-    return gathered({{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}});
+    return gathered(detail::edge_midpoint(mesh, mesh.edge_halfedge(edge)));
 }
 
 /// Catmull-Clark's blend at a place of the level, of its sharp rules and of the averages.
 StencilRow blended_row(const RuleMesh& mesh, int place, const StencilRow& average) {
     const int edge = place - mesh.vertex_count(), face = edge - mesh.edge_count();
     if (face >= 0) return detail::face_mean(mesh, face);
-    if (edge < 0) return detail::blended_vertex_row(mesh, place, mesh.ring(place), [&] { return average; });
-    const double crease = detail::uniform_crease_weight(mesh.sharpness(mesh.edge_halfedge(edge)));
-    StencilRow row;
-    if (crease != 0) row.add(bilinear_row(mesh, place), crease);
-    if (crease != 1) row.add(average, 1 - crease);
-    return row;
+    const detail::HalfSharpness halves(mesh);
+    const auto smooth = [&](const auto&...) { return average; };
+    if (edge < 0) return detail::blended_vertex_row(mesh, place, halves, smooth);
+    return detail::blended_edge_row(halves.crease_weight(mesh.edge_halfedge(edge)), bilinear_row(mesh, place), smooth);
 }
 
-}  // namespace
-
+/// Repeated averaging (Zorin, Schroeder 2001; Warren, Weimer; Stam 2001): every k-gon in k quads, then m times each
+/// quad's centroid becomes a vertex. m = 0 bilinear, 1 Doo-Sabin with Catmull and Clark's weights, 2 nearly
+/// Catmull-Clark, 3 biquartic; on quads the tensor product B-spline of degree m + 1. Even m: primal, odd m: dual.
+///
+/// Boundary, AveragingBoundary::replicate: m = 2 takes the cubic B-spline; the others see copies of the boundary
+/// vertices around the mesh, as many layers as they reach (m <= 4 one; a tagged corner with one face sees a quad of
+/// copies of itself as well). AveragingBoundary::recede: only what needs no missing point is made, so the control
+/// mesh's outer ring (two from m = 5 on) is used up and the surface ends inside. Creases have no rule here: tags inside
+/// the mesh are ignored.
+/// @throws std::invalid_argument  steps < 0, or nothing of the mesh is left
 RuleStep averaging_step(const RuleMesh& mesh, const RuleOptions& options) {
     const detail::AveragingLevel level(mesh, options);
     std::vector<char> made = level.made();
@@ -73,12 +74,6 @@ RuleStep averaging_step(const RuleMesh& mesh, const RuleOptions& options) {
         .step;
 }
 
-RuleStep biquartic_step(const RuleMesh& mesh, const RuleOptions& options) {
-    RuleOptions three = options;
-    three.averaging_steps = 3;
-    return averaging_step(mesh, three);
-}
-
 ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& options) {
     const int m = options.averaging_steps, n = shape.faces;
     ClosedMasks masks;
@@ -89,20 +84,7 @@ ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& opt
         if (shape.dart || (shape.corner && !shape.boundary)) return masks;
         if (shape.corner) return linear_closed_masks(shape, options);
         if (shape.boundary) return crease_closed_masks(n);
-        const double angle = 2 * std::numbers::pi / n, A = CatmullClark::tangent_edge_factor(angle);
-        masks.lambda1 = masks.lambda2 = CatmullClark::mode_eigenvalue(angle);
-        add({}, 4.0 / 9);
-        for (int i = 0; i < n; ++i) {
-            const FanLabel edge{i, 1, 0}, face{i, 1, 1};
-            add(edge, 4.0 / (9 * n));
-            add(face, 1.0 / (9 * n));
-            if (n < 3) continue;
-            masks.tangent1.emplace_back(edge, A * std::cos(i * angle));
-            masks.tangent1.emplace_back(face, std::cos(i * angle) + std::cos((i + 1) * angle));
-            masks.tangent2.emplace_back(edge, A * std::sin(i * angle));
-            masks.tangent2.emplace_back(face, std::sin(i * angle) + std::sin((i + 1) * angle));
-        }
-        return masks;
+        return CatmullClark::ring_closed_masks(n, {.vertex = 4.0 / 9, .edge = 4.0 / (9 * n), .face = 1.0 / (9 * n)});
     }
     if (m != 3) return masks;
     // At an end, in one direction: children (15, 1) / 16 and (11, 5) / 16 of p_0, p_1; the fixed point is (11, 1) / 12.
@@ -126,11 +108,12 @@ ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& opt
     return masks;
 }
 
-ClosedMasks biquartic_closed_masks(const FanShape& shape, const RuleOptions& options) {
-    RuleOptions three = options;
-    three.averaging_steps = 3;
-    return averaging_closed_masks(shape, three);
+RuleOptions three_steps(RuleOptions options) {
+    options.averaging_steps = 3;
+    return options;
 }
+
+}  // namespace
 
 namespace detail {
 
@@ -139,16 +122,15 @@ extern constinit const SchemeInfo biquartic_scheme{
     .title = "Biquartic, Zorin, Schroeder 2001",
     .refinement = Refinement::vertex_split,
     .family = MeshFamily::quads,
-    .interpolating = false,
     .smoothness = "C3",
-    .reproduction = 1,
     .generation = "bi-4",
     .lattice = FanLattice::dual,
     .rings = 2,
     .rule_rings = 2,
     .sees_rings = true,
-    .step = biquartic_step,
-    .closed_masks = biquartic_closed_masks,
+    .step = [](const RuleMesh& mesh, const RuleOptions& options) { return averaging_step(mesh, three_steps(options)); },
+    .closed_masks = [](const FanShape& shape,
+                       const RuleOptions& options) { return averaging_closed_masks(shape, three_steps(options)); },
     .notes = "any polygons; boundary by copies of its vertices, or the outer ring is used up; no creases",
     .averaging_steps = 3,
 };
@@ -158,13 +140,10 @@ extern constinit const SchemeInfo averaging_scheme{
     .title = "Repeated averaging, m steps",
     .refinement = Refinement::vertex_split,
     .family = MeshFamily::quads,
-    .interpolating = false,
     .smoothness = "Cm",
-    .reproduction = 1,
     .generation = "bi-(m + 1)",
     .lattice = FanLattice::dual,
     .rings = 2,
-    .rule_rings = 1,
     .sees_rings = true,
     .step = averaging_step,
     .closed_masks = averaging_closed_masks,

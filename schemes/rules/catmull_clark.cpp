@@ -3,13 +3,11 @@
 #include "../core/corner_angles.hpp"
 #include "../core/scheme_table.hpp"
 #include "../parts/face_split.hpp"
-#include "ring_limit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <optional>
 
 namespace tetrakis {
 
@@ -38,43 +36,28 @@ double CatmullClark::tangent_edge_factor(double angle) {
     return 16 * mode_eigenvalue(angle) - 4;
 }
 
+ClosedMasks CatmullClark::ring_closed_masks(int n, const RingMask& limit) {
+    const double angle = 2 * std::numbers::pi / n, A = tangent_edge_factor(angle), lambda = mode_eigenvalue(angle);
+    ClosedMasks masks{.limit = {{{}, limit.vertex}}, .lambda1 = lambda, .lambda2 = lambda};
+    for (int i = 0; i < n; ++i) {
+        const FanLabel edge{i, 1, 0}, face{i, 1, 1};
+        masks.limit.emplace_back(edge, limit.edge);
+        masks.limit.emplace_back(face, limit.face);
+        if (n < 3) continue;
+        masks.tangent1.emplace_back(edge, A * std::cos(i * angle));
+        masks.tangent1.emplace_back(face, std::cos(i * angle) + std::cos((i + 1) * angle));
+        masks.tangent2.emplace_back(edge, A * std::sin(i * angle));
+        masks.tangent2.emplace_back(face, std::sin(i * angle) + std::sin((i + 1) * angle));
+    }
+    return masks;
+}
+
 namespace {
 
 using std::numbers::pi;
 
 // Most quads beside a crease with which the plain rule still has a tangent plane.
 constexpr int k_plain_quads = 3;
-
-/// A corner or crease end of a smooth edge that bends its rule, and the angle per face there.
-struct Bend {
-    int out;  ///< half-edge from that end
-    double theta;
-    double corner_angle;  ///< 0 on creases
-};
-
-std::optional<Bend> bend_at(const RuleMesh& mesh, int h, const RuleOptions& options) {
-    // A semi-sharp edge is one of a crease's own edges, not beside it.
-    if (mesh.sharp(h) ||
-        (options.edge_beside_crease == EdgeBesideCrease::plain && !detail::may_have_angles(mesh, options)))
-        return std::nullopt;
-    const auto bends = [&](int out) {
-        const VertexRule rule = mesh.rule(mesh.origin(out));
-        return rule == VertexRule::crease ||
-               (rule == VertexRule::corner && detail::sector_angle(mesh, out, options) > 0);
-    };
-    const bool u = bends(h), v = bends(mesh.twin(h));
-    if (u == v) return std::nullopt;
-    const int out = u ? h : mesh.twin(h);
-    const int K = mesh.sector(out).faces();
-    if (mesh.rule(mesh.origin(out)) == VertexRule::corner) {
-        const double angle = detail::sector_angle(mesh, out, options);
-        return Bend{out, angle / K, angle};
-    }
-    if (options.edge_beside_crease == EdgeBesideCrease::plain) return std::nullopt;
-    if (options.edge_beside_crease == EdgeBesideCrease::cosine) return Bend{out, pi / K, 0};
-    if (K <= k_plain_quads) return std::nullopt;
-    return Bend{out, 0, 0};
-}
 
 /// Largest eigenvalue of the ring's first sine mode at a corner with K quads and theta = alpha / K.
 double corner_mode(int K, double theta) {
@@ -123,16 +106,11 @@ StencilRow smooth_edge_row(const RuleMesh& mesh, int h, const RuleOptions& optio
     StencilRow row{{u, CatmullClark::edge_end}, {v, CatmullClark::edge_end}};
     for (const int side : {h, mesh.twin(h)})
         row.add(detail::face_mean(mesh, mesh.face(side)), CatmullClark::edge_face_point);
-    const auto bend = bend_at(mesh, h, options);
+    const auto bend = detail::bend_at(mesh, h, options, k_plain_quads);
     if (!bend) return row;
-    const int c = mesh.origin(bend->out), e = mesh.target(bend->out);
-    row.add(c, std::cos(bend->theta) / 4);
-    row.add(e, -std::cos(bend->theta) / 4);
-    if (bend->corner_angle <= pi) return row;
-    const RuleMesh::Ring sector = mesh.sector(bend->out);
-    if (sector.closed) return row;
-    return detail::flattened(row, c, sector, sector.position(e), bend->corner_angle,
-                             corner_mode(sector.faces(), bend->theta));
+    row.add(mesh.origin(bend->out), std::cos(bend->theta) / 4);
+    row.add(mesh.target(bend->out), -std::cos(bend->theta) / 4);
+    return detail::flattened_edge(row, mesh, *bend, corner_mode);
 }
 
 StencilRow face_row(const RuleMesh& mesh, int f, const RuleOptions& options) {
@@ -160,18 +138,13 @@ RuleStep catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options) {
     const detail::HalfSharpness halves(mesh, options.chaikin_creases);
     return detail::split_polygons(
         mesh, halves, options.runner,
-        [&](int v) -> StencilRow {
-            const RuleMesh::Ring ring = mesh.ring(v);
-            if (ring.faces() == 0) return {{v, 1}};
-            return detail::blended_vertex_row(mesh, v, ring, halves,
-                                              [&] { return vertex_row(mesh, v, ring, options); });
+        [&](int v) {
+            return detail::blended_vertex_row(
+                mesh, v, halves, [&](const RuleMesh::Ring& ring) { return vertex_row(mesh, v, ring, options); });
         },
         [&](int h) {
-            const double crease = halves.crease_weight(h);
-            StencilRow row;
-            if (crease != 0) row.add(StencilRow{{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}, crease);
-            if (crease != 1) row.add(smooth_edge_row(mesh, h, options), 1 - crease);
-            return row;
+            return detail::blended_edge_row(halves.crease_weight(h), detail::edge_midpoint(mesh, h),
+                                            [&] { return smooth_edge_row(mesh, h, options); });
         },
         [&](int f) { return face_row(mesh, f, options); });
 }
@@ -192,68 +165,40 @@ bool catmull_clark_weights_admissible(int valence, double beta, double gamma) {
 }
 
 ClosedMasks catmull_clark_closed_masks(const FanShape& shape, const RuleOptions& options) {
-    ClosedMasks masks;
+    if (shape.dart || (shape.corner && !shape.boundary)) return {};
     const int n = shape.faces;
-    const auto edge = [](int i) { return FanLabel{i, 1, 0}; };
-    const auto face = [](int i) { return FanLabel{i, 1, 1}; };
-    if (shape.dart) return masks;
     if (!shape.boundary) {
-        if (shape.corner) return masks;
-        const double angle = 2 * pi / n, A = CatmullClark::tangent_edge_factor(angle);
+        RingMask limit = CatmullClark::limit_mask(n);
         if (n != 4 && (options.catmull_clark_beta || options.catmull_clark_gamma)) {
             // Left eigenvector of the symmetric part: totals (c, e, f) with c (b + g) = 3/8 e + f / 4 and
             // f = g c + e / 8 + f / 4.
             const double b = options.catmull_clark_beta.value_or(3.0 / (2 * n));
             const double g = options.catmull_clark_gamma.value_or(1.0 / (4 * n));
             const double e = (b + 2 * g / 3) / (3.0 / 8 + 1.0 / 24), f = (4 * g + e / 2) / 3, sum = 1 + e + f;
-            masks.limit.emplace_back(FanLabel{}, 1 / sum);
-            for (int i = 0; i < n; ++i) {
-                masks.limit.emplace_back(edge(i), e / sum / n);
-                masks.limit.emplace_back(face(i), f / sum / n);
-            }
-        } else {
-            const RingMask limit = CatmullClark::limit_mask(n);
-            masks.limit.emplace_back(FanLabel{}, limit.vertex);
-            for (int i = 0; i < n; ++i) {
-                masks.limit.emplace_back(edge(i), limit.edge);
-                masks.limit.emplace_back(face(i), limit.face);
-            }
+            limit = {.vertex = 1 / sum, .edge = e / sum / n, .face = f / sum / n};
         }
-        masks.lambda1 = masks.lambda2 = CatmullClark::mode_eigenvalue(angle);
-        for (int i = 0; n > 2 && i < n; ++i) {
-            masks.tangent1.emplace_back(edge(i), A * std::cos(i * angle));
-            masks.tangent1.emplace_back(face(i), std::cos(i * angle) + std::cos((i + 1) * angle));
-            masks.tangent2.emplace_back(edge(i), A * std::sin(i * angle));
-            masks.tangent2.emplace_back(face(i), std::sin(i * angle) + std::sin((i + 1) * angle));
-        }
-        return masks;
+        return CatmullClark::ring_closed_masks(n, limit);
     }
-    const int K = n;
-    if (shape.corner) {
-        masks.limit = {{{}, 1}};
-        if (K == 1 || shape.angle > 0 || options.corner_angle > 0) {
-            masks.lambda1 = masks.lambda2 = 0.5;
-            masks.tangent1 = {{{}, -1}, {edge(0), 1}};
-            masks.tangent2 = {{{}, -1}, {edge(K), 1}};
-        }
-        return masks;
-    }
-    masks = crease_closed_masks(K);
-    if (K == 1 || options.edge_beside_crease == EdgeBesideCrease::plain) {
-        const RingLimit& ring = boundary_ring_limit(SchemeKind::catmull_clark, K);
-        masks.lambda2 = ring.lambda2;
-        masks.tangent2.emplace_back(FanLabel{}, ring.tangent2[0]);
-        for (int i = 0; i <= K; ++i) masks.tangent2.emplace_back(edge(i), ring.tangent2[1 + 2 * i]);
-        for (int i = 0; i < K; ++i) masks.tangent2.emplace_back(face(i), ring.tangent2[2 + 2 * i]);
-    } else if (options.edge_beside_crease == EdgeBesideCrease::cosine) {
-        const double theta = pi / K, c = std::cos(theta), R = (1 + c) / std::sin(theta);
+    if (shape.corner) return corner_closed_masks(n, n == 1 || shape.angle > 0 || options.corner_angle > 0);
+    ClosedMasks masks = crease_closed_masks(n);
+    if (n > 1 && options.edge_beside_crease == EdgeBesideCrease::brief) return masks;
+    const double theta = pi / n, c = std::cos(theta);
+    AcrossMask across;
+    if (n == 1) {
+        masks.lambda2 = 0.25;
+    } else if (options.edge_beside_crease == EdgeBesideCrease::plain) {
+        masks.lambda2 = CatmullClark::mode_eigenvalue(theta);
+        const double A = CatmullClark::tangent_edge_factor(theta), sines = 1 / std::tan(theta / 2);
+        across = AcrossMask::solve(masks.lambda2, masks.lambda2 * std::sin(theta),
+                                   (CatmullClark::edge_end_quads * A + 0.5) * sines, A);
+    } else {
+        const double R = (1 + c) / std::sin(theta);
         masks.lambda2 = 0.5;
-        masks.tangent2.emplace_back(FanLabel{}, 4 * R * (c - 1));
-        for (int i = 0; i <= K; ++i)
-            masks.tangent2.emplace_back(edge(i), i == 0 || i == K ? -R * (1 + 2 * c) : 4 * std::sin(i * theta));
-        for (int i = 0; i < K; ++i)
-            masks.tangent2.emplace_back(face(i), std::sin(i * theta) + std::sin((i + 1) * theta));
+        across = {.vertex = 4 * R * (c - 1), .end = -R * (1 + 2 * c), .inner = 4};
     }
+    masks.tangent2 = across.mask(n);
+    for (int i = 0; n > 1 && i < n; ++i)
+        masks.tangent2.emplace_back(FanLabel{i, 1, 1}, std::sin(i * theta) + std::sin((i + 1) * theta));
     return masks;
 }
 
@@ -264,14 +209,10 @@ extern constinit const SchemeInfo catmull_clark_scheme{
     .title = "Catmull, Clark 1978",
     .refinement = Refinement::face_split,
     .family = MeshFamily::quads,
-    .interpolating = false,
     .smoothness = "C2",
-    .reproduction = 1,
     .generation = "bi-3",
     .lattice = FanLattice::quads,
     .rings = 2,
-    .rule_rings = 1,
-    .sees_rings = false,
     .step = catmull_clark_step,
     .closed_masks = catmull_clark_closed_masks,
     .notes = "any polygons; boundary, crease, corner, dart, semi-sharp; C1 edge rule, other weights beta, gamma",

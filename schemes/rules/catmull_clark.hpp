@@ -30,6 +30,8 @@ struct CatmullClark {
     /// Ratio of edge to face weights in the tangent masks of that mode (A_n in Halstead et al.):
     /// edge i: A cos(i angle), face i: cos(i angle) + cos((i + 1) angle); also with sin.
     static double tangent_edge_factor(double angle);
+    /// Of an interior smooth vertex between quads, with that limit.
+    static ClosedMasks ring_closed_masks(int valence, const RingMask& limit);
 };
 
 /// One step of Catmull-Clark on any polygons: smooth, crease and boundary, corner, dart, semi-sharp.

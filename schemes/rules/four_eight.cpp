@@ -1,5 +1,3 @@
-#include "four_eight.hpp"
-
 #include "../core/masks.hpp"
 #include "../core/scheme_table.hpp"
 #include "../parts/face_split.hpp"
@@ -10,39 +8,55 @@ namespace tetrakis {
 
 namespace {
 
-/// The rule of a vertex in a bisection that cuts boundary edges; empty for smooth vertices and darts.
-StencilRow crease_vertex_row(const RuleMesh& mesh, int v) {
-    const RuleMesh::Ring ring = mesh.ring(v);
-    const VertexRule rule = vertex_rule(ring.sharpness, mesh.vertex_sharpness(v));
-    if (ring.faces() == 0 || rule == VertexRule::corner) return {{v, 1}};
-    if (rule != VertexRule::crease) return {};
-    StencilRow row{{v, k_crease_vertex_mask.vertex}};
-    for (const int e : mesh.sharp_neighbours(v)) row.add(e, k_crease_vertex_mask.neighbour);
-    return row;
+/// From any polygons to quads: the one bisection of the tetrakis mesh, whose blocks lie across the edges (an edge's two
+/// ends and the centroids of its faces). New points as for `bilinear`: vertices, edges, faces; a vertex takes 1/2 of
+/// the mean of its faces' centroids, a face its centroid, an edge the mean of its ends and of both centroids.
+RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return detail::split_polygons(
+        mesh, detail::HalfSharpness(mesh), options.runner,
+        [&](int v) {
+            const RuleMesh::Ring ring = mesh.ring(v);
+            StencilRow row = detail::crease_vertex_row(mesh, v, ring);
+            if (!row.terms.empty()) return row;
+            row.add(v, 0.5);
+            for (const int h : ring.halfedge) row.add(detail::face_mean(mesh, mesh.face(h)), 0.5 / ring.faces());
+            return row;
+        },
+        [&](int h) {
+            if (mesh.sharp(h)) return detail::edge_midpoint(mesh, h);
+            StencilRow row{{mesh.origin(h), 0.25}, {mesh.target(h), 0.25}};
+            for (const int side : {h, mesh.twin(h)}) row.add(detail::face_mean(mesh, mesh.face(side)), 0.25);
+            return row;
+        },
+        // The centroid of its corners' mean and itself, which is that mean.
+        [&](int f) { return detail::face_mean(mesh, f); });
 }
 
-StencilRow midpoint(const RuleMesh& mesh, int h) { return {{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}; }
-
-}  // namespace
-
+/// The 4-8 scheme of Velho, Zorin 2001, on quads as blocks of two triangles: two bisection steps at once, each quad in
+/// four. One bisection: a block's new point is the mean of its four corners; an old vertex keeps 1/2 and takes 1/2 of
+/// the mean of its neighbours along the blocks' sides. Boundary and crease edges wait in the first bisection and follow
+/// the cubic B-spline in the second; a corner stays. Regular: the box spline of e1, e2, e1 + e2, e1 - e2, twice each;
+/// C4.
+///
+/// The rules at extraordinary vertices and boundaries are the direct generalisation; their eigenstructure is checked by
+/// spectral analysis, not against the paper. A mesh with other faces than quads takes four_eight_first_step() first.
 RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions& options) {
     if (!mesh.all_faces_have(4)) return four_eight_first_step(mesh, options);
     const BlockRunner* runner = options.runner;
-    // After the first bisection: old vertices, and the blocks' points.
+    // After the first bisection: old vertices (a crease's own rule is for the second one), and the blocks' points.
     StencilTable vertex, crease;
-    crease.push_rows(runner, mesh.vertex_count(), [&](int v) { return crease_vertex_row(mesh, v); });
+    crease.push_rows(runner, mesh.vertex_count(),
+                     [&](int v) { return detail::crease_vertex_row(mesh, v, mesh.ring(v)); });
     vertex.push_rows(runner, mesh.vertex_count(), [&](int v) -> StencilRow {
-        if (!crease.points(v).empty()) return {{v, 1}};
+        if (!crease.points(v).empty()) return detail::vertex_itself(v);
         const RuleMesh::Ring ring = mesh.ring(v);
-        StencilRow row{{v, 0.5}};
-        for (const int e : ring.neighbour) row.add(e, 0.5 / ring.edges());
-        return row;
+        return detail::ring_row(v, ring, {.vertex = 0.5, .edge = 0.5 / ring.edges()});
     });
     const auto add_block = [&](int f, double weight, StencilRow& row) {
         for (const int v : mesh.corners(f)) row.add(v, weight / 4);
     };
     return detail::split_polygons(
-        mesh, runner,
+        mesh, detail::HalfSharpness(mesh), runner,
         [&](int v) {
             if (!crease.points(v).empty()) return crease.row(v);
             const RuleMesh::Ring ring = mesh.ring(v);
@@ -52,7 +66,7 @@ RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions& options) {
             return row;
         },
         [&](int h) {
-            if (mesh.sharp(h)) return midpoint(mesh, h);
+            if (mesh.sharp(h)) return detail::edge_midpoint(mesh, h);
             StencilRow row;
             for (const int v : {mesh.origin(h), mesh.target(h)}) vertex.add_row(v, 0.25, row);
             for (const int side : {h, mesh.twin(h)}) add_block(mesh.face(side), 0.25, row);
@@ -66,32 +80,12 @@ RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions& options) {
         });
 }
 
-RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options) {
-    return detail::split_polygons(
-        mesh, options.runner,
-        [&](int v) {
-            StencilRow row = crease_vertex_row(mesh, v);
-            if (!row.terms.empty()) return row;
-            const RuleMesh::Ring ring = mesh.ring(v);
-            row.add(v, 0.5);
-            for (const int h : ring.halfedge) row.add(detail::face_mean(mesh, mesh.face(h)), 0.5 / ring.faces());
-            return row;
-        },
-        [&](int h) {
-            if (mesh.sharp(h)) return midpoint(mesh, h);
-            StencilRow row{{mesh.origin(h), 0.25}, {mesh.target(h), 0.25}};
-            for (const int side : {h, mesh.twin(h)}) row.add(detail::face_mean(mesh, mesh.face(side)), 0.25);
-            return row;
-        },
-        // The centroid of its corners' mean and itself, which is that mean.
-        [&](int f) { return detail::face_mean(mesh, f); });
-}
-
+/// Masks of four_eight_step(). Limits for every valence; tangents in the regular case and along boundaries.
 ClosedMasks four_eight_closed_masks(const FanShape& shape, const RuleOptions&) {
     ClosedMasks masks;
     const int n = shape.faces;
     if (shape.dart || (shape.corner && !shape.boundary)) return masks;
-    if (shape.corner) return {.limit = {{{}, 1}}};
+    if (shape.corner) return corner_closed_masks(n, false);
     if (shape.boundary) return crease_closed_masks(n);
     masks.limit.emplace_back(FanLabel{}, 7.0 / 24);
     for (int i = 0; i < n; ++i) {
@@ -122,6 +116,8 @@ ClosedMasks four_eight_closed_masks(const FanShape& shape, const RuleOptions&) {
     return masks;
 }
 
+}  // namespace
+
 namespace detail {
 
 extern constinit const SchemeInfo four_eight_scheme{
@@ -129,14 +125,10 @@ extern constinit const SchemeInfo four_eight_scheme{
     .title = "4-8, Velho, Zorin 2001",
     .refinement = Refinement::bisection,
     .family = MeshFamily::quads,
-    .interpolating = false,
     .smoothness = "C4",
-    .reproduction = 1,
     .generation = "5",
     .lattice = FanLattice::quads,
     .rings = 2,
-    .rule_rings = 1,
-    .sees_rings = false,
     .step = four_eight_step,
     .closed_masks = four_eight_closed_masks,
     .notes =

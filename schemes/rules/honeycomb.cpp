@@ -1,6 +1,3 @@
-#include "honeycomb.hpp"
-
-#include "../core/masks.hpp"
 #include "../core/scheme_table.hpp"
 #include "../parts/corner_weights.hpp"
 #include "../parts/face_split.hpp"
@@ -8,35 +5,31 @@
 
 namespace tetrakis {
 
+namespace {
+
+/// The honeycomb refinement (the refinement rule of Dyn, Levin, Liu 1992) with an approximating mask of our own, as
+/// theirs is not stationary. A k-gon gets a k-gon in its middle, an edge a hexagon; on hexagons this gives four times
+/// as many, half as large and not turned. New points: the old vertices, then one per half-edge (the corner at its
+/// origin), then one per sharp edge.
+///
+/// The corner of the middle k-gon takes Doo-Sabin's weights, whose eigenvalues for every k are 1, 1/2 twice, 1/4: on
+/// hexagons they reproduce the plane, and no k-gon has another eigenvalue above 1/4; but the hexagons around it have,
+/// 7/24 (0.2917), so that curvatures are not bounded. An old vertex goes to the mean of
+/// the new corners around it. Boundary and crease: cubic B-spline; corner: stays.
 RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
     RuleStep step;
     const int V = mesh.vertex_count(), H = mesh.halfedge_count();
-    std::vector<std::vector<double>> weights;  // by size of face
-    for (int f = 0; f < mesh.face_count(); ++f) {
-        const int k = mesh.face_size(f);
-        if (static_cast<int>(weights.size()) <= k) weights.resize(k + 1);
-        if (weights[k].empty()) weights[k] = DooSabin::weights(k);
-    }
-    const auto add_corner = [&](int h, double weight, StencilRow& row) {
-        const int k = mesh.face_size(mesh.face(h));
-        for (int i = 0, at = h; i < k; ++i, at = mesh.next(at)) row.add(mesh.origin(at), weight * weights[k][i]);
-    };
-    step.stencils.push_rows(options.runner, V, [&](int v) -> StencilRow {
+    const detail::FaceWeights weights(mesh, DooSabin::weights);
+    step.stencils.push_rows(options.runner, V, [&](int v) {
         const RuleMesh::Ring ring = mesh.ring(v);
-        const VertexRule rule = vertex_rule(ring.sharpness, mesh.vertex_sharpness(v));
-        if (ring.faces() == 0 || rule == VertexRule::corner) return {{v, 1}};
-        StencilRow row;
-        if (rule == VertexRule::crease) {
-            row.add(v, 0.75);
-            for (const int e : mesh.sharp_neighbours(v)) row.add(e, 0.125);
-            return row;
-        }
-        for (const int h : ring.halfedge) add_corner(h, 1.0 / ring.faces(), row);
+        StencilRow row = detail::crease_vertex_row(mesh, v, ring);
+        if (!row.terms.empty()) return row;
+        for (const int h : ring.halfedge) weights.add_corner(h, 1.0 / ring.faces(), row);
         return row;
     });
     step.stencils.push_rows(options.runner, H, [&](int h) {
         StencilRow row;
-        add_corner(h, 1, row);
+        weights.add_corner(h, 1, row);
         return row;
     });
     int count = V + H;
@@ -45,7 +38,7 @@ RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
         const int h = mesh.edge_halfedge(e);
         if (!mesh.sharp(h)) continue;
         middle[e] = count++;
-        step.stencils.push({{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}});
+        step.stencils.push(detail::edge_midpoint(mesh, h));
     }
     RuleMesh::Builder faces;
     step.child_halfedge.resize(H);
@@ -77,9 +70,13 @@ RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
     return step;
 }
 
+/// At the centre of a face, or at a boundary vertex. Of its faces, one more after each step, those along the boundary
+/// are pentagons, which map to themselves and each to its own half of the boundary.
 ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions&) {
     return shape.boundary ? crease_closed_masks(1) : detail::corner_weights_closed_masks(shape, 0.5);
 }
+
+}  // namespace
 
 namespace detail {
 
@@ -88,14 +85,11 @@ extern constinit const SchemeInfo honeycomb_scheme{
     .title = "Honeycomb refinement with Doo-Sabin weights",
     .refinement = Refinement::honeycomb,
     .family = MeshFamily::hexagons,
-    .interpolating = false,
     .smoothness = "C0 (more is not proven)",
-    .reproduction = 1,
     .generation = "1",
     .lattice = FanLattice::dual,
     .rings = 1,
     .rule_rings = 2,
-    .sees_rings = false,
     .step = honeycomb_step,
     .closed_masks = honeycomb_closed_masks,
     .notes = "any polygons; boundary and crease as cubic B-spline",

@@ -129,11 +129,8 @@ RuleStep kobbelt_step(const RuleMesh& mesh, const RuleOptions& options) {
     if (!mesh.all_faces_have(4)) return bilinear_step(mesh, options);
     const Rules rules(mesh, options.runner);
     return detail::split_polygons(
-        mesh, options.runner,
-        [](int v) {
-            return StencilRow{{v, 1}};
-        },
-        [&](int h) { return rules.edge(h); }, [&](int f) { return rules.face(f); });
+        mesh, detail::HalfSharpness(mesh), options.runner, detail::vertex_itself, [&](int h) { return rules.edge(h); },
+        [&](int f) { return rules.face(f); });
 }
 
 ClosedMasks kobbelt_closed_masks(const FanShape& shape, const RuleOptions&) {

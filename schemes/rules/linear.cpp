@@ -6,24 +6,16 @@
 
 namespace tetrakis {
 
-namespace {
-
-auto midpoint(const RuleMesh& mesh) {
-    return [&mesh](int h) { return StencilRow{{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}; };
-}
-
-StencilRow keep(int v) { return {{v, 1}}; }
-
-}  // namespace
-
 RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "midpoint");
-    return detail::split_triangles(mesh, options.runner, keep, midpoint(mesh));
+    return detail::split_triangles(mesh, detail::HalfSharpness(mesh), options.runner, detail::vertex_itself,
+                                   [&](int h) { return detail::edge_midpoint(mesh, h); });
 }
 
 RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions& options) {
-    return detail::split_polygons(mesh, options.runner, keep, midpoint(mesh),
-                                  [&](int f) { return detail::face_mean(mesh, f); });
+    return detail::split_polygons(
+        mesh, detail::HalfSharpness(mesh), options.runner, detail::vertex_itself,
+        [&](int h) { return detail::edge_midpoint(mesh, h); }, [&](int f) { return detail::face_mean(mesh, f); });
 }
 
 ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) { return {.limit = {{{}, 1}}}; }
@@ -37,12 +29,9 @@ extern constinit const SchemeInfo midpoint_scheme{
     .family = MeshFamily::triangles,
     .interpolating = true,
     .smoothness = "C0",
-    .reproduction = 1,
     .generation = "1",
     .lattice = FanLattice::triangles,
     .rings = 1,
-    .rule_rings = 1,
-    .sees_rings = false,
     .step = midpoint_step,
     .closed_masks = linear_closed_masks,
     .notes = "triangles; the control mesh itself",
@@ -57,12 +46,9 @@ extern constinit const SchemeInfo bilinear_scheme{
     .family = MeshFamily::quads,
     .interpolating = true,
     .smoothness = "C0",
-    .reproduction = 1,
     .generation = "bi-1",
     .lattice = FanLattice::quads,
     .rings = 1,
-    .rule_rings = 1,
-    .sees_rings = false,
     .step = bilinear_step,
     .closed_masks = linear_closed_masks,
     .notes = "any polygons; quads become bilinear patches",

@@ -46,8 +46,7 @@ class ButterflyRules {
         if (!(options.butterfly_w > -1.0 / 16 && options.butterfly_w < 1.0 / 24))
             throw std::invalid_argument(
                 "the tension of the ten-point rule must be above -1/16 and below 1/24: with others no vertex has a "
-                "tangent "
-                "plane");
+                "tangent plane");
     }
 
     StencilRow edge(int h) const {
@@ -140,7 +139,7 @@ class ButterflyRules {
             add_opposite(row, mesh_.prev(other), -0.125);
             return row;
         }
-        return {{mesh_.origin(h), 0.5}, {mesh_.target(h), 0.5}};
+        return detail::edge_midpoint(mesh_, h);
     }
 
     /// From the interior vertex of h to its other end, `crease`, which has three faces on this side.
@@ -170,22 +169,15 @@ class ButterflyRules {
 RuleStep modified_butterfly_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "modified-butterfly");
     const ButterflyRules rules(mesh, options);
-    return detail::split_triangles(
-        mesh, options.runner,
-        [](int v) {
-            return StencilRow{{v, 1}};
-        },
-        [&](int h) { return rules.edge(h); });
+    return detail::split_triangles(mesh, detail::HalfSharpness(mesh), options.runner, detail::vertex_itself,
+                                   [&](int h) { return rules.edge(h); });
 }
 
 RuleStep butterfly_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "butterfly");
     const ButterflyRules rules(mesh, options);
     return detail::split_triangles(
-        mesh, options.runner,
-        [](int v) {
-            return StencilRow{{v, 1}};
-        },
+        mesh, detail::HalfSharpness(mesh), options.runner, detail::vertex_itself,
         [&](int h) { return mesh.sharp(h) ? detail::four_point_edge(mesh, h) : rules.regular(h); });
 }
 
@@ -201,17 +193,16 @@ ClosedMasks butterfly_closed_masks(const FanShape& shape, const RuleOptions& opt
     }
     if (n != 6 || shape.dart || options.butterfly_w != 0) return masks;
     masks.lambda1 = masks.lambda2 = 0.5;
-    constexpr double x1[] = {16, 8, -8, -16, -8, 8}, x2[] = {-4, 0, 4, 4, 0, -4}, x3[] = {1, 0.5, -0.5, -1, -0.5, 0.5};
-    constexpr double y1[] = {0, 8, 8, 0, -8, -8}, y2[] = {-4.0 / 3, -8.0 / 3, -4.0 / 3, 4.0 / 3, 8.0 / 3, 4.0 / 3},
-                     y3[] = {0, 0.5, 0.5, 0, -0.5, -0.5};
-    for (int i = 0; i < 6; ++i) {
-        const FanLabel ring[] = {{i, 1, 0}, {i, 1, 1}, {i, 2, 0}};
-        const double x[] = {x1[i], x2[i], x3[i]}, y[] = {y1[i], y2[i], y3[i]};
-        for (int j = 0; j < 3; ++j) {
-            masks.tangent1.emplace_back(ring[j], x[j]);
-            masks.tangent2.emplace_back(ring[j], std::numbers::sqrt3 * y[j]);
+    const struct {
+        int a, b;
+        double weight, turn;  ///< the turn in sectors
+    } places[] = {{1, 0, 16, 0}, {1, 1, -8 / std::numbers::sqrt3, 0.5}, {2, 0, 1, 0}};
+    for (int i = 0; i < 6; ++i)
+        for (const auto& [a, b, weight, turn] : places) {
+            const double angle = (i + turn) * pi / 3;
+            masks.tangent1.emplace_back(FanLabel{i, a, b}, weight * std::cos(angle));
+            masks.tangent2.emplace_back(FanLabel{i, a, b}, weight * std::sin(angle));
         }
-    }
     return masks;
 }
 
@@ -237,7 +228,6 @@ extern constinit const SchemeInfo butterfly_scheme{
     .lattice = FanLattice::triangles,
     .rings = 4,
     .rule_rings = 2,
-    .sees_rings = false,
     .step = butterfly_step,
     .closed_masks = butterfly_closed_masks,
     .notes = "triangles; boundary by four-point and reflection; not smooth at valence 3",

@@ -30,10 +30,7 @@ bool smooth(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) {
 }
 
 StencilRow smooth_vertex_row(const RuleMesh::Ring& ring, int v) {
-    const RingMask mask = Sqrt3::vertex_mask(ring.edges());
-    StencilRow row{{v, mask.vertex}};
-    for (const int e : ring.neighbour) row.add(e, mask.edge);
-    return row;
+    return detail::ring_row(v, ring, Sqrt3::vertex_mask(ring.edges()));
 }
 
 /// The twins of the step that makes a triangle [origin, centre beyond, centre] of each half-edge, of a sharp one
@@ -72,10 +69,7 @@ RuleStep odd_step(const RuleMesh& mesh, const BlockRunner* runner) {
             faces.face({mesh.origin(h), V + mesh.face(mesh.twin(h)), centre});
             continue;
         }
-        faces.corner(mesh.origin(h), mesh.sharpness(h));
-        faces.corner(mesh.target(h));
-        faces.corner(centre);
-        faces.end_face();
+        faces.face({mesh.origin(h), mesh.target(h), centre}, mesh.sharpness(h));
     }
     faces.set_twins(flipped_twins(mesh));
     step.mesh = RuleMesh(V + mesh.face_count(), std::move(faces), [&] {
@@ -119,10 +113,7 @@ class EvenStep {
                 faces.end_face();
             } else {
                 const float s = child_sharpness(mesh.sharpness(h));
-                faces.corner(on_edge(h, mesh.origin(h)), s);
-                faces.corner(on_edge(h, mesh.target(h)));
-                faces.corner(detail::opposite(mesh, h));
-                faces.end_face();
+                faces.face({on_edge(h, mesh.origin(h)), on_edge(h, mesh.target(h)), detail::opposite(mesh, h)}, s);
             }
         }
         faces.set_twins(twins());
@@ -237,7 +228,7 @@ RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions& options) {
 ClosedMasks sqrt3_closed_masks(const FanShape& shape, const RuleOptions&) {
     const int n = shape.faces;
     if (shape.dart || (shape.corner && !shape.boundary)) return {};
-    if (shape.corner) return {.limit = {{{}, 1}}};
+    if (shape.corner) return corner_closed_masks(n, false);
     if (shape.boundary) return crease_closed_masks(n, 1.0 / 3);
     return ring_closed_masks(n, Sqrt3::limit_mask(n), (2 + 2 * std::cos(2 * pi / n)) / 9);
 }
@@ -249,9 +240,7 @@ extern constinit const SchemeInfo sqrt3_scheme{
     .title = "sqrt(3), Kobbelt 2000",
     .refinement = Refinement::sqrt3,
     .family = MeshFamily::triangles,
-    .interpolating = false,
     .smoothness = "C2",
-    .reproduction = 1,
     .generation = "1 or more",
     .lattice = FanLattice::triangles,
     .rings = 2,

@@ -1,5 +1,3 @@
-#include "tuned_loop.hpp"
-
 #include "../core/corner_angles.hpp"
 #include "../core/scheme_table.hpp"
 #include "../parts/face_split.hpp"
@@ -14,6 +12,18 @@
 namespace tetrakis {
 
 using std::numbers::pi;
+
+// Loop's scheme with prescribed eigenvalues at extraordinary vertices (the modified Loop scheme that the SIGGRAPH 2000
+// course notes describe, section 4.8, without coefficients; these are derived here).
+//
+// An edge at an extraordinary vertex c takes 3/8 of c and b_i of the whole ring, which makes the ring's block of
+// Fourier mode j the single number sum b_i cos(2 pi i j / n). Prescribed: 5/8 for mode 0 (with 3/8 of c the row sums
+// to one), 1/2 for modes +-1, 1/4 for +-2, 1/8 for the others; these are the regular vertex' own, and b is their
+// inverse transform. The vertex gives 3/8 to its ring, as the regular one does, so the other eigenvalue of mode 0 is
+// 1/4. With `tuning` t every eigenvalue is (1 - t) Loop's + t the prescribed one: t = 1 gives evenly sized triangles
+// and no crease at high valence, but larger ripples inside the first ring: on a parabolic ridge at valence 12 and 24
+// seven and ten times Loop's there, 0.0006 and 0.0003 of an edge's length (tools/figures, sheet tuned_loop); t = 0 is
+// Loop.
 
 namespace {
 
@@ -32,20 +42,23 @@ bool tuned(const RuleMesh& mesh, int h, RuleMesh::Ring& ring) {
     return ring.closed && ring.edges() != 6 && ring.edges() > 2 && mesh.rule(v) == VertexRule::smooth;
 }
 
-}  // namespace
-
-std::vector<double> TunedLoop::edge_ring(int n, double tuning) {
+/// b_i, i = 0 .. n - 1, for the edge to ring vertex 0.
+std::vector<double> edge_ring(int n, double tuning) {
     std::vector<double> b(n, 0.0);
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) b[i] += mode(n, j, tuning) * std::cos(2 * pi * i * j / n) / n;
     return b;
 }
+constexpr double k_edge_vertex = 3.0 / 8;
 
-double TunedLoop::beta(int n, double tuning) {
+/// Weight of each neighbour in the vertex rule; with two edges Loop's, as all rules are there.
+double vertex_beta(int n, double tuning) {
     if (n < 3) return Loop::beta(n);
     return (1 - tuning) * Loop::beta(n) + tuning * 3.0 / (8 * n);
 }
 
+/// One step. Boundary, creases, corners, darts as Loop's; an edge between two extraordinary vertices takes the mean of
+/// their rules. @throws std::invalid_argument  a face is no triangle
 RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "tuned-loop");
     detail::check_corner_angle(options);
@@ -55,42 +68,35 @@ RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
         RuleMesh::Ring ring;
         if (mesh.first(v) == RuleMesh::none || !tuned(mesh, mesh.first(v), ring)) continue;
         std::vector<double>& b = rings[ring.edges()];
-        if (b.empty()) b = TunedLoop::edge_ring(ring.edges(), options.tuning);
+        if (b.empty()) b = edge_ring(ring.edges(), options.tuning);
     }
-    return detail::split_triangles(
-        mesh, options.runner,
-        [&](int v) -> StencilRow {
-            const RuleMesh::Ring ring = mesh.ring(v);
-            if (ring.faces() == 0) return {{v, 1}};
-            return detail::blended_vertex_row(mesh, v, ring, [&] {
-                const int n = ring.edges();
-                const double beta = TunedLoop::beta(n, options.tuning);
-                StencilRow row{{v, 1 - n * beta}};
-                for (const int e : ring.neighbour) row.add(e, beta);
-                return row;
-            });
-        },
-        [&](int h) {
-            const float s = mesh.sharpness(h), child = child_sharpness(s);
-            const double crease = edge_crease_weight(s, child, child);
-            StencilRow row;
-            if (crease != 0) row.add(detail::loop_crease_edge_row(mesh, h, options), crease);
-            if (crease == 1) return row;
-            StencilRow smooth;
-            int ends = 0;
-            for (const int from : {h, mesh.twin(h)}) {
-                RuleMesh::Ring ring;
-                if (!tuned(mesh, from, ring)) continue;
-                ++ends;
-                const int n = ring.edges(), at = ring.position(mesh.target(from));
-                const std::vector<double>& b = rings.at(n);
-                smooth.add(mesh.origin(from), TunedLoop::edge_vertex);
-                for (int i = 0; i < n; ++i) smooth.add(ring.at(at + i), b[i]);
-            }
-            if (ends == 0) smooth = detail::loop_smooth_edge_row(mesh, h, options);
-            row.add(smooth, (1 - crease) / std::max(ends, 1));
-            return row;
+    const detail::HalfSharpness halves(mesh);
+    const auto vertex_row = [&](int v) {
+        return detail::blended_vertex_row(mesh, v, halves, [&](const RuleMesh::Ring& ring) {
+            const int n = ring.edges();
+            return detail::ring_row(v, ring, Loop::vertex_mask(n, vertex_beta(n, options.tuning)));
         });
+    };
+    const auto smooth_edge_row = [&](int h) {
+        StencilRow sum, row;
+        int ends = 0;
+        for (const int from : {h, mesh.twin(h)}) {
+            RuleMesh::Ring ring;
+            if (!tuned(mesh, from, ring)) continue;
+            ++ends;
+            const int n = ring.edges(), at = ring.position(mesh.target(from));
+            const std::vector<double>& b = rings.at(n);
+            sum.add(mesh.origin(from), k_edge_vertex);
+            for (int i = 0; i < n; ++i) sum.add(ring.at(at + i), b[i]);
+        }
+        if (ends == 0) return detail::loop_smooth_edge_row(mesh, h, options);
+        row.add(sum, 1.0 / ends);
+        return row;
+    };
+    return detail::split_triangles(mesh, halves, options.runner, vertex_row, [&](int h) {
+        return detail::blended_edge_row(halves.crease_weight(h), detail::loop_crease_edge_row(mesh, h, options),
+                                        [&] { return smooth_edge_row(h); });
+    });
 }
 
 ClosedMasks tuned_loop_closed_masks(const FanShape& shape, const RuleOptions& options) {
@@ -101,10 +107,12 @@ ClosedMasks tuned_loop_closed_masks(const FanShape& shape, const RuleOptions& op
     }
     const int n = shape.faces;
     // Left eigenvector of mode 0: c n beta = 3/8 of the ring's total.
-    const double total = 8 * n * TunedLoop::beta(n, options.tuning) / 3;
+    const double total = 8 * n * vertex_beta(n, options.tuning) / 3;
     return ring_closed_masks(n, {.vertex = 1 / (1 + total), .edge = total / (1 + total) / n},
                              mode(n, 1, n < 3 ? 0 : options.tuning));
 }
+
+}  // namespace
 
 namespace detail {
 
@@ -113,13 +121,10 @@ extern constinit const SchemeInfo tuned_loop_scheme{
     .title = "Loop with prescribed eigenvalues",
     .refinement = Refinement::face_split,
     .family = MeshFamily::triangles,
-    .interpolating = false,
     .smoothness = "C2",
-    .reproduction = 1,
     .generation = "3",
     .lattice = FanLattice::triangles,
     .rings = 2,
-    .rule_rings = 1,
     .sees_rings = true,
     .step = tuned_loop_step,
     .closed_masks = tuned_loop_closed_masks,

@@ -1,7 +1,6 @@
 #include "../../schemes/analysis/spectrum.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/curves/curve.hpp"
-#include "../../schemes/rules/averaging.hpp"
 #include "../../schemes/rules/catmull_clark.hpp"
 #include "../../schemes/rules/modified_butterfly.hpp"
 #include "../../schemes/rules/ring_limit.hpp"
