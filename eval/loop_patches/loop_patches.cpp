@@ -2,9 +2,9 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/rules/corner_angles.hpp"
+#include "../../schemes/analysis/ring_limit.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/rules/loop.hpp"
-#include "../../schemes/rules/ring_limit.hpp"
 
 #include <algorithm>
 #include <cmath>

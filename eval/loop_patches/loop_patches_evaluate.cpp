@@ -1,9 +1,9 @@
 #include "loop_patches.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../../schemes/analysis/ring_limit.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/rules/loop.hpp"
-#include "../../schemes/rules/ring_limit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,15 +28,15 @@ constexpr std::array<Vec2d, 3> k_corner_parameters{Vec2d(0, 0), Vec2d(1, 0), Vec
 /// along the first edge.
 SurfacePoint smooth_corner(std::span<const Vec3d> ring) {
     const int valence = static_cast<int>(ring.size()) - 1;
-    const RingLimit& limit = smooth_ring_limit(SchemeKind::loop, valence);
+    const RingShape shape{.faces = valence};
+    const RingLimit& limit = ring_limit(SchemeKind::loop, shape);
     SurfacePoint out;
     out.position = detail::loop_star_limit(valence, ring.data());
     for (std::size_t i = 0; i < ring.size(); ++i) {
-        out.du += limit.tangent1[i] * ring[i];
-        out.dv += limit.tangent2[i] * ring[i];
+        out.du += limit.tangent1()[i] * ring[i];
+        out.dv += limit.tangent2()[i] * ring[i];
     }
     out.has_second = out.has_derivatives = false;
-    const RingShape shape{.faces = valence};
     out.normal = limit_normal(SchemeKind::loop, shape, limit, ring);
     return out;
 }

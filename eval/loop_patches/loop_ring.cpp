@@ -1,8 +1,8 @@
 #include "loop_ring.hpp"
 
+#include "../../schemes/analysis/ring_limit.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/rules/loop.hpp"
-#include "../../schemes/rules/ring_limit.hpp"
 
 #include <cmath>
 

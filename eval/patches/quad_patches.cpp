@@ -2,8 +2,8 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/rules/corner_angles.hpp"
+#include "../../schemes/analysis/ring_limit.hpp"
 #include "../../schemes/core/sharpness.hpp"
-#include "../../schemes/rules/ring_limit.hpp"
 #include "../surface/first_seen.hpp"
 
 #include <algorithm>
@@ -330,8 +330,8 @@ SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
     point.has_second = point.has_derivatives = false;
     for (std::size_t i = 0; i < ring.size(); ++i) {
         point.position += limit.position[i] * ring[i];
-        point.du += limit.tangent1[i] * ring[i];
-        point.dv += limit.tangent2[i] * ring[i];
+        point.du += limit.tangent1()[i] * ring[i];
+        point.dv += limit.tangent2()[i] * ring[i];
     }
     point.normal = limit_normal(SchemeKind::catmull_clark, shape, limit, ring);
     return point;

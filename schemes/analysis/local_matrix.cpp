@@ -33,8 +33,6 @@ void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lat
     if (dual && !shape.boundary && shape.faces < 3)
         throw std::invalid_argument(std::string(scheme.name) +
                                     " is looked at around a face, which has at least 3 corners");
-    if (shape.dart && lattice == FanLattice::triangles && shape.faces == 2)
-        throw std::invalid_argument("a dart between triangles has at least 3 edges");
     if (shape.faces < (shape.boundary ? 1 : 2)) throw std::invalid_argument("a vertex has at least two edges");
 }
 

@@ -1,9 +1,9 @@
+#include "../../schemes/analysis/ring_limit.hpp"
 #include "../../schemes/analysis/spectrum.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/curves/curve.hpp"
 #include "../../schemes/rules/catmull_clark.hpp"
 #include "../../schemes/rules/modified_butterfly.hpp"
-#include "../../schemes/rules/ring_limit.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

@@ -4,6 +4,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,7 +21,7 @@ struct RingShape {
         sharp{};  ///< per edge; at a boundary the ends count as sharp whatever they say. May be empty
 
     int edge_count() const { return faces + (boundary ? 1 : 0); }
-    friend bool operator==(const RingShape&, const RingShape&) = default;
+    friend auto operator<=>(const RingShape&, const RingShape&) = default;
 };
 
 /// Limit position and tangents of a vertex as weights on its ring. Weights are in the order [centre, e_0, f_0, e_1,
@@ -34,21 +35,19 @@ struct RingLimit {
     struct Sector {
         int first_edge = 0, faces = 0;
         std::vector<double> tangent1{}, tangent2{};
-        double lambda1 = 0, lambda2 = 0;  ///< eigenvalues of the tangents' modes
-        bool has_tangent_plane = false;   ///< the surface of this sector has one; see ring_limit()
     };
     std::vector<double> position{};
-    std::vector<double> tangent1, tangent2;  ///< those of the first sector
-    double lambda1 = 0, lambda2 = 0;
-    /// One tangent plane for the whole neighbourhood: a single sector that has one.
-    bool has_tangent_plane = false;
     std::vector<Sector> sectors{};  ///< counter-clockwise, from the first sharp edge
+
+    const std::vector<double>& tangent1() const { return sectors.front().tangent1; }
+    const std::vector<double>& tangent2() const { return sectors.front().tangent2; }
 };
 
 /// Limit data of a vertex, computed once per shape; the reference stays valid until the program ends. Any thread.
 ///
-/// Smooth vertices, creases and boundaries have closed forms; darts take the left eigenvectors of their ring matrix.
-/// A crease or boundary with the plain rules: tangent1 along it, tangent2 across (the sine mode of the sector).
+/// Smooth vertices, creases and boundaries have closed forms, those of the scheme's plain rules; darts take the left
+/// eigenvectors of their ring matrix. A crease or boundary: tangent1 along it, tangent2 across (the sine mode of the
+/// sector).
 ///
 /// No tangent plane, and what the tangents are then, by choice:
 /// * a sector beside a crease or boundary with more than 3 quads or 5 triangles: the surface has none there (plain
@@ -57,24 +56,13 @@ struct RingLimit {
 ///   i.e. the plane that fits them. With fewer faces the two sharp edges span the tangent plane;
 /// * an interior vertex of valence 2: its two differences across (Loop: one of them is zero, the ring has no other).
 ///
-/// Sources: Halstead, Kass, DeRose 1993; Hoppe et al. 1994; Biermann, Levin, Zorin 2000; across masks of the plain
-/// rules derived from the ring matrix (tested against its eigenvectors).
 /// @throws std::invalid_argument  faces < 1, or `sharp` has the wrong size
 const RingLimit& ring_limit(SchemeKind scheme, const RingShape& shape);
-
-/// The same for the commonest shapes, without a key to build: an interior smooth vertex of valence n; a boundary vertex
-/// with `faces` faces and no other sharp edge.
-const RingLimit& smooth_ring_limit(SchemeKind scheme, int valence);
-const RingLimit& boundary_ring_limit(SchemeKind scheme, int faces);
 
 /// Unit limit normal of a ring of points, in the order of the weights: the mean of the sectors' unit normals. Where the
 /// tangents vanish or are parallel (points on a line, valence 2) the mean normal of the ring's faces; zero where that
 /// vanishes too.
 glm::dvec3 limit_normal(SchemeKind scheme, const RingShape& shape, const RingLimit& limit,
                         std::span<const glm::dvec3> ring);
-
-/// The ring's subdivision matrix, row-major, of the size of the weights: the finer ring from the coarser one. For Loop
-/// and for Catmull-Clark between quads.
-std::vector<double> ring_matrix(SchemeKind scheme, const RingShape& shape);
 
 }  // namespace tetrakis
