@@ -153,12 +153,13 @@ inline StencilRow face_mean(const RuleMesh& mesh, int f) {
 
 /// A vertex that stays where it is.
 inline StencilRow vertex_itself(int v) { return {{v, 1}}; }
+inline StencilRow edge_midpoint(const RuleMesh& mesh, int h) { return {{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}; }
+/// A vertex and its neighbours.
 inline StencilRow ring_row(int v, const RuleMesh::Ring& ring, const RingMask& mask) {
     StencilRow row{{v, mask.vertex}};
     for (const int e : ring.neighbour) row.add(e, mask.edge);
     return row;
 }
-inline StencilRow edge_midpoint(const RuleMesh& mesh, int h) { return {{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}; }
 
 /// The corner of a triangle opposite its half-edge.
 inline int opposite(const RuleMesh& mesh, int h) { return mesh.origin(mesh.prev(h)); }
