@@ -230,24 +230,44 @@ class LatticeTessellator final : public TessellationRun {
         if (std::isfinite(largest)) result_.certified_error = largest;
     }
 
-    void add_attributes() override {
-        warn_of_fine_control_mesh(mesh_, options_, result_);
+    /// Those of the limit surface, or of the triangles where the rules would have to make whole levels that are too
+    /// large.
+    void add_normals() {
         TriangleMesh& mesh = result_.mesh;
-        context_.report("attributes", 0);
-        if (options_.normals) {
-            mesh.normals.resize(mesh.positions.size());
+        mesh.normals.resize(mesh.positions.size());
+        const auto limit_normals = [&](std::span<const Site> sites, std::span<Vec3d> normals) {
+            points_.normals(sites, normals);
+        };
+        try {
+            // The deepest first: where it cannot be had, no time goes into others.
+            const auto deepest = std::ranges::max_element(exported_.sites, {}, &Site::level);
+            if (deepest != exported_.sites.end()) limit_normals({&*deepest, 1}, std::span(mesh.normals).first(1));
             constexpr std::size_t k_block = 1u << 16;
             for (std::size_t begin = 0; begin < mesh.normals.size(); begin += k_block) {
                 context_.report("attributes",
                                 0.4 * static_cast<double>(begin) / static_cast<double>(mesh.normals.size()));
                 const std::size_t size = std::min(k_block, mesh.normals.size() - begin);
-                points_.normals(std::span(exported_.sites).subspan(begin, size), {&mesh.normals[begin], size});
+                limit_normals(std::span(exported_.sites).subspan(begin, size), {&mesh.normals[begin], size});
             }
-            const SideNormals side = normals_from_inside<Family>(
-                mesh_, [&](std::uint32_t t) { return origin(t); },
-                [&](std::span<const Site> sites, std::span<Vec3d> normals) { points_.normals(sites, normals); });
-            split_normals_of(result_, mesh_, options_, side);
+            split_normals_of(result_, mesh_, options_,
+                             normals_from_inside<Family>(
+                                 mesh_, [&](std::uint32_t t) { return origin(t); }, limit_normals));
+        } catch (const Error& error) {
+            if (error.code() != ErrorCode::unsupported && error.code() != ErrorCode::memory_limit) throw;
+            mesh.triangle_normals.clear();
+            geometric_normals(mesh);
+            split_normals_of(result_, mesh_, options_);
+            result_.warnings.push_back(
+                "the normals are those of the triangles: for the limit surface's the rules would "
+                "have to make levels that are too large");
         }
+    }
+
+    void add_attributes() override {
+        warn_of_fine_control_mesh(mesh_, options_, result_);
+        TriangleMesh& mesh = result_.mesh;
+        context_.report("attributes", 0);
+        if (options_.normals) add_normals();
         if (options_.uvs && mesh_.has_uvs()) {
             std::vector<Site> addresses(3 * mesh.triangles.size());
             for_each_index(static_cast<std::uint32_t>(mesh.triangles.size()), [&](std::uint32_t t) {

@@ -40,7 +40,7 @@ WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     levels_[0] = std::make_unique<Level>();
     levels_[0]->step.mesh = rule_mesh(mesh, scheme, rules);
     levels_[0]->points.assign(mesh.positions().begin(), mesh.positions().end());
-    if (lattice_ != FanLattice::triangles) return;
+    if (lattice_ != FanLattice::triangles || mesh.face_count() == 0) return;
     if (!mesh.all_triangles()) level(1);  // says what is wrong
     find_lattice(0, nullptr, *levels_[0]);
 }

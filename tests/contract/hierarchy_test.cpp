@@ -187,6 +187,15 @@ TEST_CASE("hierarchy: one triangle, a mesh of holes, and two triangles glued alo
     }
 }
 
+TEST_CASE("hierarchy: a mesh without faces has no leaves") {
+    for (const char* scheme : {"catmull-clark", "loop", "butterfly", "doo-sabin"}) {
+        const ControlMesh none;
+        const Hierarchy h = make_hierarchy(none, scheme);
+        CHECK(h.leaf_count() == 0);
+        CHECK(h.to_mesh().mesh.positions.empty());
+    }
+}
+
 TEST_CASE("hierarchy: what is coarsened as far as it goes is the roots again, by a predicate or one by one") {
     for_each_mesh(3, [](std::string_view scheme, const ControlMesh& mesh, Random& random) {
         Hierarchy h = make_hierarchy(mesh, scheme);
