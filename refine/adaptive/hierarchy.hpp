@@ -176,7 +176,7 @@ class Hierarchy {
     // invalid_input: it is no site, or the level has no such vertex; the spans differ in length; unsupported: the
     // scheme has no limit mask for a vertex. Cost: a microsecond or two per site and level for Catmull-Clark and Loop,
     // a few microseconds per vertex of its neighbourhood and level for schemes by rules, less for many sites side by
-    // side.
+    // side. With semi-sharp creases of Chaikin's method whole levels are made: seconds at level 10 of a cube.
 
     /// The first level that has the site as a vertex.
     int first_level(const Site& site) const;

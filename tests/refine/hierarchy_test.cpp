@@ -112,6 +112,22 @@ TEST_CASE("[inv1] normals are those of uniform refinement: of the net on a level
         }
 }
 
+TEST_CASE("tangents lie across the normal where an edge of the net is along it") {
+    // The faces around vertex 0 add up to a normal downwards; its neighbour 1 is above it.
+    for (std::uint32_t first = 0; first < 4; ++first) {
+        const auto ring = [&](std::uint32_t i) { return 1 + (first + i) % 4; };
+        const ControlMesh mesh = ControlMesh::build(test::mesh_data(
+            {{0, 0, 0}, {0, 0, 1}, {0, 1, 0.5}, {1, 0, 1}, {0, -1, 0.5}},
+            {{0, ring(0), ring(1)}, {0, ring(1), ring(2)}, {0, ring(2), ring(3)}, {0, ring(3), ring(0)}}));
+        const Hierarchy h = make_hierarchy(mesh, "loop");
+        const LimitPoint frame = h.frame({mesh.vertex_halfedge(VertexId(0)), {0, 0}, 0}, 0);
+        REQUIRE(std::abs(frame.normal.z) == doctest::Approx(1));
+        CHECK(glm::length(frame.tangent1) > 0.1);
+        CHECK(std::abs(glm::dot(frame.tangent1, frame.normal)) < 1e-12);
+        CHECK(glm::dot(glm::cross(frame.tangent1, frame.tangent2), frame.normal) > 0);
+    }
+}
+
 TEST_CASE("limits where a crease ends at an inner vertex of valence 2 are those of levels far down") {
     const ControlMesh mesh =
         ControlMesh::build(parse_obj("v 0.1 0 1\nv 2 0 0.3\nv 0 2 -0.3\nv -2 0 0.3\nv 0 -2 -0.3\nv 0 0.2 -1\n"
