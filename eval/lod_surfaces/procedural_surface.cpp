@@ -109,6 +109,8 @@ ProceduralSurface::ProceduralSurface(ControlMesh roots, double radius, double st
         throw Error(ErrorCode::invalid_input,
                     fmt::format("finest triangles with sides of {}; they have to be above 0 and up to {} here", finest,
                                 2 * step));
+    if (!heights_.height || !heights_.deviation)
+        throw Error(ErrorCode::invalid_input, "procedural heights without a function of heights or of deviations");
     if (!(heights_.slope >= 0 && std::isfinite(heights_.slope) && heights_.low <= heights_.high &&
           std::isfinite(heights_.low) && std::isfinite(heights_.high)))
         throw Error(ErrorCode::invalid_input, fmt::format("heights from {} to {} with slopes of {}", heights_.low,

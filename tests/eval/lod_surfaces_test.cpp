@@ -571,6 +571,7 @@ TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
     CHECK_THROWS_AS(lod::fractal_heights(1, 1, 0), Error);
     const lod::ProceduralHeights heights = lod::fractal_heights(1, 10, 3);
     CHECK_THROWS_AS(lod::ProceduralSurface::plane(0, 1, heights), Error);
+    CHECK_THROWS_WITH_AS(lod::ProceduralSurface::plane(1, 1, {}), doctest::Contains("without a function"), Error);
     CHECK_THROWS_AS(lod::ProceduralSurface::plane(10, 0, heights), Error);
     CHECK_THROWS_AS(lod::ProceduralSurface::ball(1, 1, heights), Error);
     CHECK_THROWS_WITH_AS(lod::ProceduralSurface::plane(1e9, 1e-3, heights), doctest::Contains("too small"), Error);
