@@ -179,9 +179,11 @@ class View::Impl {
                             : update.complete                         ? 1
                                                                       : k_infinite;
         update.pixel_error = over * budget.pixel_error;
-        // Until all is there it shows what it did before; at first, what it is to become.
+        // Until all is there it shows what it did before; at first, what it is to become. Infinite errors look like the
+        // largest ones that are told apart.
         if (update.complete || morph_scale_ == 0)
-            morph_scale_ = eye_.pixels / (update.complete ? update.pixel_error : budget.pixel_error);
+            morph_scale_ = eye_.pixels / budget.pixel_error /
+                           (update.complete ? std::min(over, edge_of(Candidates::k_buckets - 1)) : 1);
         update.morph_scale = morph_scale_;
         update.splits = splits;
         update.merges = merges;

@@ -76,9 +76,10 @@ struct Update {
     std::uint32_t splits = 0, merges = 0;        ///< diamonds; none for what a jump of the camera gives up at once
     std::uint32_t leaves = 0;
     /// No error of a triangle that can be split looks larger than so many pixels; out of sight, times outside_weight.
-    /// The budget's, or more where its leaves did not suffice; infinite where its time did not.
+    /// The budget's, or more where its leaves did not suffice; infinite where its time did not, and where they did not
+    /// suffice for a triangle whose box the eye is in.
     double pixel_error = 0;
-    double morph_scale = 0;  ///< for shaders: length / length
+    double morph_scale = 0;  ///< for shaders: length / length; positive
     bool complete = true;    ///< the time did suffice
     /// Diamonds that the surface does not know yet; they stay as they are, and pixel_error is that of the others. Where
     /// any are, it may be that they change with the next update though the camera does not.
@@ -94,7 +95,7 @@ struct Update {
 /// slots is free: then the last leaves move to free ones. A leaf is split where its diamond's error, seen from the
 /// nearest point of the diamond's box, is more than the budget's pixels; where the leaves do not suffice the largest
 /// errors come first. As bounds are nested, what is split depends on the camera alone where neither leaves nor time
-/// bind, but for hysteresis.
+/// bind, but for hysteresis and the few per cent of an error that let a camera go on before the next look.
 ///
 /// Views are for one thread each; any number may share a surface.
 class View {

@@ -223,6 +223,24 @@ TEST_CASE("lod: with fewer triangles the smallest errors go first") {
     }
 }
 
+TEST_CASE("lod: where the eye is in the box of what cannot be split vertices are shown at places all the same") {
+    const HeightGrid grid = rough(200, 200, 6);
+    const lod::TerrainSurface surface(grid);
+    lod::Camera camera = Wanderer(grid, 4).next();
+    camera.eye = {100, -100, grid.at(100, 100) + 1e-3};
+    for (const std::uint32_t leaves : {0u, 20u}) {
+        lod::View view(surface);
+        const lod::Update update = view.update(camera, {.pixel_error = 1, .leaves = leaves});
+        CHECK(update.complete);
+        CHECK(update.pixel_error == std::numeric_limits<double>::infinity());
+        REQUIRE(update.morph_scale > 0);
+        for (const lod::Vertex& vertex : view.vertices()) {
+            const Vec3d at = lod::shown_position(vertex, camera.eye - view.origin(), update.morph_scale);
+            CHECK(glm::length(at) < 1e6);
+        }
+    }
+}
+
 TEST_CASE("lod: out of sight errors count as much as is said, in sight all of them") {
     const HeightGrid grid = rough(200, 200, 9);
     const lod::TerrainSurface surface(grid);
