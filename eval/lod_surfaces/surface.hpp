@@ -15,7 +15,7 @@ namespace tetrakis::lod {
 /// A place of a surface, where a vertex of a view can be.
 struct Place {
     Vec3d position{};
-    Vec3d normal{};  ///< of length one
+    Vec3d normal{};  ///< of length one; 0 where faces cancel out
     Vec2d uv{};
     /// Of a midpoint: where the edge that it halves passes it, no farther away than the diamond's error (but for what
     /// Terrain says); of other vertices: the position.
@@ -36,7 +36,8 @@ struct DiamondBounds {
 /// Where a ray meets a surface.
 struct SurfaceHit {
     double t = 0;    ///< at origin + t * direction
-    Vec3d normal{};  ///< of the finest triangle there: of length one, to the side from which it is counter-clockwise
+    Vec3d normal{};  ///< of the finest triangle there: of length one (0: it has no area), to the side from which it is
+                     ///< counter-clockwise
 };
 
 /// A diamond's error is at least this many times the error of the four that its split makes possible, so that a vertex

@@ -19,7 +19,7 @@ struct VertexAttribute {
 /// empty optional arrays mean "none".
 struct PolygonMesh {
     std::vector<Vec3d> positions;              ///< V points
-    std::vector<Vec3d> normals;                ///< V unit normals, or empty
+    std::vector<Vec3d> normals;                ///< V unit normals, 0 where faces cancel out; or empty
     std::vector<std::uint32_t> face_offsets;   ///< F + 1; corners of face f are [face_offsets[f], face_offsets[f + 1])
     std::vector<std::uint32_t> face_vertices;  ///< H vertex numbers, counter-clockwise seen from outside
     std::vector<Vec2d> uvs;                    ///< distinct texture coordinates, or empty
