@@ -31,11 +31,7 @@ inline std::vector<char> regular_corners(const RootLattices& net) {
 /// go on. Nothing lies beyond a boundary, and nothing between the neighbours at a corner that is not regular.
 class GhostGrid {
   public:
-    /// A place (x, y) of the root's lattice, or beyond it.
-    struct Place {
-        std::ptrdiff_t x, y;
-    };
-
+    using Place = FarPlace;
     /// @param regular  regular_corners(net)
     /// @param rings    at most the lattice's segments
     GhostGrid(const RootLattices& net, const RootLayout& at, const std::vector<char>& regular, std::uint32_t rings)

@@ -68,20 +68,18 @@ RootLattices::Around RootLattices::around(std::uint32_t segments, const RootPlac
 RootPlace RootLattices::place_beyond(std::uint32_t segments, std::uint32_t root, std::int64_t x, std::int64_t y) const {
     if (x > 0 && y > 0 && is_inside(segments, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)))
         return {root, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)};
-    struct Far {
-        std::int64_t x, y;
-    };
     const std::uint32_t sides = side_count();
     const auto n = static_cast<std::int64_t>(last_place(segments));
     for (std::uint32_t s = 0; s < sides;) {
-        const Far seen = turned_place<Far>(sides == 4, n, s == 0 ? 0 : sides - s, x, y);
+        const FarPlace seen = turned_place<FarPlace>(sides == 4, n, s == 0 ? 0 : sides - s, x, y);
         if (seen.y >= 0) {
             ++s;
             continue;
         }
         const std::uint32_t t = base_.twin[sides * root + s];
         root = t / sides;
-        const Far there = turned_place<Far>(sides == 4, n, t % sides, n - seen.x, in_cells_ ? -seen.y - 1 : -seen.y);
+        const FarPlace there =
+            turned_place<FarPlace>(sides == 4, n, t % sides, n - seen.x, in_cells_ ? -seen.y - 1 : -seen.y);
         x = there.x;
         y = there.y;
         s = 0;

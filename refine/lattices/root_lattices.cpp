@@ -354,30 +354,6 @@ std::optional<RootLattices::Seen> RootLattices::at_side(const RootLayout& at, st
     return std::nullopt;
 }
 
-RootLattices::Heading RootLattices::ahead(std::uint32_t segments, const Heading& from) const {
-    if (!from.known()) return from;
-    const std::uint32_t n = segments - 1;
-    switch (from.way) {
-        case 0:
-            if (from.x < n) return {from.root, from.x + 1, from.y, from.way};
-            break;
-        case 1:
-            if (from.y < n) return {from.root, from.x, from.y + 1, from.way};
-            break;
-        case 2:
-            if (from.x > 0) return {from.root, from.x - 1, from.y, from.way};
-            break;
-        default:
-            if (from.y > 0) return {from.root, from.x, from.y - 1, from.way};
-            break;
-    }
-    // Side s lies across the way before the s-th; the way away from it is the one after.
-    const std::uint32_t side = (from.way + 1) % 4, t = base_.twin[4 * from.root + side];
-    if (t == none) return {};
-    const Place entered = turned(n, t % 4, n - seen_from(n, side, {from.x, from.y}).x, 0);
-    return {t / 4, entered.x, entered.y, (t % 4 + 1) % 4};
-}
-
 RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context,
                                         const std::vector<std::uint32_t>* only) const {
     const RootLayout at(base_, segments);

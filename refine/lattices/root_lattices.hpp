@@ -28,6 +28,11 @@ struct RootPlace {
     friend constexpr auto operator<=>(const RootPlace&, const RootPlace&) = default;
 };
 
+/// A place of a root's lattice, or beyond it.
+struct FarPlace {
+    std::int64_t x, y;
+};
+
 /// Numbers of the points and faces of all levels below a mesh of quads or triangles, its roots: by arithmetic from the
 /// place in a root's lattice.
 ///
@@ -62,7 +67,6 @@ class RootLattices {
 
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }
-    std::uint32_t control_face(std::uint32_t root) const { return base_face_[root]; }
     /// Calls visit(half-edge) for each edge between two roots, in the order of their numbers.
     template <class Visit>
     void for_each_inner_edge(Visit&& visit) const {
@@ -99,20 +103,6 @@ class RootLattices {
     /// Vertices that creases shrink to from their darts: of the roots around one, the cells of the first and the last
     /// are glued, where there are three; where there are two, a crease of one edge is left between both.
     const std::vector<std::uint32_t>& crease_ends() const { return crease_ends_; }
-
-    /// A way out of a cell: 0 along x, then counter-clockwise.
-    struct Heading {
-        std::uint32_t root = none, x = 0, y = 0, way = 0;
-
-        bool known() const { return root != none; }
-        Heading turned(std::uint32_t quarters) const { return {root, x, y, (way + quarters) % 4}; }
-    };
-    /// Seen from the next cell that way, still ahead; unknown where the net ends.
-    /// @param segments  of a root's sides
-    Heading ahead(std::uint32_t segments, const Heading& from) const;
-    std::uint32_t place(std::uint32_t segments, const Heading& at) const {
-        return (at.root * segments + at.y) * segments + at.x;
-    }
 
     /// The rules' vertices at a level's places; nothing where its faces are no such lattices.
     /// @param halfedge  of each root's half-edges the child at its origin; in cells of each root the half-edge of its

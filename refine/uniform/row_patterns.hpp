@@ -141,9 +141,6 @@ class RowPatterns {
             visit(g, at, weight);
         }
     }
-    struct FarPlace {
-        std::int64_t x, y;
-    };
     std::uint32_t distance(std::uint32_t a, std::uint32_t b) const {
         return net_.side_count() == 4 ? std::max(a, b) : a + b;
     }
