@@ -227,16 +227,11 @@ struct AdaptiveFactoredMesh::State {
             add_cells_around(site, around);
             first.push_back(around.size());
         }
-        std::vector<VertexCell> different = around;
-        std::sort(different.begin(), different.end());
-        different.erase(std::unique(different.begin(), different.end()), different.end());
-        std::vector<Vec3d> found(different.size());
-        written_positions(*points, different, found);
+        std::vector<Vec3d> found(around.size());
+        written_positions(*points, around, found);
         for (std::size_t p = 0; p < sites.size(); ++p) {
             Vec3d sum(0);
-            for (std::size_t i = first[p]; i < first[p + 1]; ++i)
-                sum += found[static_cast<std::size_t>(std::lower_bound(different.begin(), different.end(), around[i]) -
-                                                      different.begin())];
+            for (std::size_t i = first[p]; i < first[p + 1]; ++i) sum += found[i];
             positions[p] = sum / static_cast<double>(first[p + 1] - first[p]);
         }
     }

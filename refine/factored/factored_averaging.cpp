@@ -260,7 +260,7 @@ class FactoredAveraging final : public FactoredFaces {
 
 }  // namespace
 
-std::unique_ptr<FactoredSteps> make_factored_averaging(const ControlMesh& mesh, const RuleOptions& rules) {
+std::unique_ptr<FactoredFaces> make_factored_averaging(const ControlMesh& mesh, const RuleOptions& rules) {
     return std::make_unique<FactoredAveraging>(mesh, rules);
 }
 

@@ -117,7 +117,7 @@ class FactoredDual final : public FactoredFaces {
 
 }  // namespace
 
-std::unique_ptr<FactoredSteps> make_factored_dual(const ControlMesh& mesh, FactoredScheme scheme) {
+std::unique_ptr<FactoredFaces> make_factored_dual(const ControlMesh& mesh, FactoredScheme scheme) {
     return std::make_unique<FactoredDual>(mesh, scheme);
 }
 

@@ -1,19 +1,13 @@
 #include "factored_faces.hpp"
 
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../attributes/used_values.hpp"
 #include "../rules/rule_refiner.hpp"
 
+#include <limits>
+
 namespace tetrakis::detail {
-
-namespace {
-
-template <class Corners>
-void add_face(PolygonMesh& mesh, const Corners& corners) {
-    mesh.face_vertices.insert(mesh.face_vertices.end(), corners.begin(), corners.end());
-    mesh.face_offsets.push_back(static_cast<std::uint32_t>(mesh.face_vertices.size()));
-}
-
-}  // namespace
 
 FactoredFaces::FactoredFaces(const ControlMesh& control) {
     check_halfedge_count(control.halfedge_count(), 1, k_next);
@@ -36,6 +30,19 @@ std::vector<std::uint32_t> FactoredFaces::places() const {
     result.insert(result.end(), midpoint_.begin(), midpoint_.end());
     result.insert(result.end(), centre_.begin(), centre_.end());
     return result;
+}
+
+void FactoredFaces::check_memory(std::uint64_t bytes, std::string_view which) const {
+    detail::check_memory(std::string(which) + " needs", bytes, max_memory_bytes_,
+                         "ask for fewer half-steps or allow more");
+}
+
+void FactoredFaces::check_halfedge_count(std::uint64_t halfedges, std::uint64_t growth, std::string_view which) {
+    constexpr std::uint64_t k_most = std::numeric_limits<int>::max();  // RuleMesh counts with int
+    if (halfedges <= k_most / growth) return;
+    throw Error(ErrorCode::unsupported,
+                "so many half-steps have more elements than 31 bits can count: " + std::string(which) +
+                    " needs up to " + std::to_string(halfedges * growth) + " face corners; ask for fewer half-steps");
 }
 
 void FactoredFaces::check_halfedge_memory(std::uint64_t halfedges, bool finer, std::string_view which) const {
@@ -70,9 +77,8 @@ PolygonMesh FactoredFaces::polygons(const RuleMesh& faces, std::span<const std::
     result.positions = positions_;
     result.face_offsets.push_back(0);
     for (int f = 0; f < faces.face_count(); ++f) {
-        std::vector<std::uint32_t> corners;
-        for (const int v : faces.corners(f)) corners.push_back(vertex[v]);
-        add_face(result, corners);
+        for (const int v : faces.corners(f)) result.face_vertices.push_back(vertex[v]);
+        result.face_offsets.push_back(static_cast<std::uint32_t>(result.face_vertices.size()));
     }
     drop_unused_vertices(result);
     return result;
@@ -83,7 +89,10 @@ PolygonMesh FactoredFaces::polygons(std::span<const std::array<std::uint32_t, 3>
     PolygonMesh result;
     result.positions = positions_;
     result.face_offsets.push_back(0);
-    for (const auto& t : triangles) add_face(result, t);
+    for (const auto& t : triangles) {
+        result.face_vertices.insert(result.face_vertices.end(), t.begin(), t.end());
+        result.face_offsets.push_back(static_cast<std::uint32_t>(result.face_vertices.size()));
+    }
     drop_unused_vertices(result, numbers);
     return result;
 }

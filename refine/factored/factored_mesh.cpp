@@ -1,12 +1,12 @@
 #include "factored_mesh.hpp"
 
 #include "../rules/corner_angles.hpp"
-#include "factored_steps.hpp"
+#include "factored_faces.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/memory.hpp"
 #include "../uniform/refine.hpp"
 
+#include <algorithm>
 #include <string>
 
 namespace tetrakis {
@@ -29,10 +29,12 @@ constexpr Named k_schemes[] = {
     {FactoredScheme::averaging, "averaging", Family::averaging},
     {FactoredScheme::biquartic, "biquartic", Family::averaging},
 };
-constexpr FactoredScheme k_list[] = {FactoredScheme::catmull_clark, FactoredScheme::four_eight,
-                                     FactoredScheme::doo_sabin,     FactoredScheme::doo_sabin_catmull_clark,
-                                     FactoredScheme::midedge,       FactoredScheme::midedge_simplest,
-                                     FactoredScheme::averaging,     FactoredScheme::biquartic};
+
+constexpr auto k_list = [] {
+    std::array<FactoredScheme, std::size(k_schemes)> list{};
+    std::ranges::transform(k_schemes, list.begin(), &Named::scheme);
+    return list;
+}();
 
 const Named& row(FactoredScheme scheme) {
     for (const Named& n : k_schemes)
@@ -42,7 +44,7 @@ const Named& row(FactoredScheme scheme) {
 
 constexpr int k_biquartic_steps = 3;
 
-std::unique_ptr<detail::FactoredSteps> make_steps(const ControlMesh& mesh, FactoredScheme scheme, RuleOptions rules) {
+std::unique_ptr<detail::FactoredFaces> make_steps(const ControlMesh& mesh, FactoredScheme scheme, RuleOptions rules) {
     switch (row(scheme).family) {
         case Family::dual:
             return detail::make_factored_dual(mesh, scheme);
@@ -65,7 +67,7 @@ std::optional<FactoredScheme> factored_scheme_from_name(std::string_view name) {
 }
 
 struct FactoredMesh::State {
-    std::unique_ptr<detail::FactoredSteps> steps;
+    std::unique_ptr<detail::FactoredFaces> steps;
     std::optional<std::string> warning{};
     int half_steps = 0;
     PolygonMesh warned(PolygonMesh mesh) const {
@@ -107,16 +109,5 @@ PolygonMesh FactoredMesh::mesh(std::vector<std::uint32_t>* numbers) const {
     return state_->warned(state_->steps->mesh(numbers));
 }
 PolygonMesh FactoredMesh::active_mesh() const { return state_->warned(state_->steps->active_mesh()); }
-
-void detail::FactoredSteps::check_memory(std::uint64_t bytes, std::string_view which) const {
-    detail::check_memory(std::string(which) + " needs", bytes, max_memory_bytes_,
-                         "ask for fewer half-steps or allow more");
-}
-
-void detail::FactoredSteps::refuse_count(std::uint64_t elements, int bits, std::string_view which) {
-    throw Error(ErrorCode::unsupported, "so many half-steps have more elements than " + std::to_string(bits) +
-                                            " bits can count: " + std::string(which) + " needs up to " +
-                                            std::to_string(elements) + " face corners; ask for fewer half-steps");
-}
 
 }  // namespace tetrakis

@@ -346,7 +346,7 @@ class FactoredPrimal final : public FactoredFaces {
 
 }  // namespace
 
-std::unique_ptr<FactoredSteps> make_factored_primal(const ControlMesh& mesh, FactoredScheme scheme) {
+std::unique_ptr<FactoredFaces> make_factored_primal(const ControlMesh& mesh, FactoredScheme scheme) {
     return std::make_unique<FactoredPrimal>(mesh, scheme);
 }
 
