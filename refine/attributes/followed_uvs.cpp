@@ -1,6 +1,5 @@
 #include "followed_uvs.hpp"
 
-#include "../rules/parallel_blocks.hpp"
 #include "../rules/rule_levels.hpp"
 #include "seam_extension.hpp"
 #include "seam_face.hpp"
@@ -34,33 +33,32 @@ RuleMesh all_sharp(const RuleMesh& mesh) {
     return RuleMesh(mesh.vertex_count(), std::move(faces), std::vector<float>(mesh.vertex_count(), k_sharp));
 }
 
-/// The half-edges of the nine triangles that a triangle is cut into, three at each corner: the triangle at the corner,
-/// the one beside it inside, and the one on the edge.
-template <class Visit>
-void ninths(const RuleMesh& mesh, int at_corner, Visit&& visit) {
-    int first = at_corner, k = 0;
-    for (int triangle = 0; triangle < 3; ++triangle) {
-        for (int h = first, i = 0; i < 3; ++i, h = mesh.next(h)) visit(k++, h);
-        first = mesh.twin(mesh.next(first));
-    }
-}
-
-/// One step of a scheme that splits faces, for both. False where a chart ends before the surface does.
+/// One step of a scheme that cuts faces, for both: the faces at a corner are followed from the child of its half-edge,
+/// a quad, or three triangles of the nine: the one at the corner, the one beside it inside, and the one on the edge.
+/// False where a chart ends before the surface does.
 /// @param partner  per half-edge of the surface, that of the charts
-bool refine_quads(RuleMesh& surface, SeamExtension& charts, std::vector<int>& partner, const SchemeInfo& scheme,
-                  const RuleOptions& rules) {
-    RuleStep step = scheme.step(surface, rules), chart_step = scheme.step(charts.mesh, rules);
-    charts.uvs = next_uvs(chart_step.stencils, charts.uvs);
+bool refine_both(RuleMesh& surface, RuleMesh& charts, std::vector<Vec2d>& uvs, std::vector<int>& partner,
+                 const SchemeInfo& scheme, const RuleOptions& rules) {
+    RuleStep step = scheme.step(surface, rules), chart_step = scheme.step(charts, rules);
+    uvs = next_uvs(chart_step.stencils, uvs);
+    const bool triangles = scheme.refinement == Refinement::sqrt3;
     std::vector<int> finer(static_cast<std::size_t>(step.mesh.halfedge_count()), RuleMesh::none);
     for (std::size_t h = 0; h < partner.size(); ++h) {
         int fine = step.child_halfedge[h], p = chart_step.child_halfedge[partner[h]];
         if (fine == RuleMesh::none) continue;
         if (p == RuleMesh::none) return false;
-        for (int i = 0; i < 4; ++i, fine = step.mesh.next(fine), p = chart_step.mesh.next(p)) finer[fine] = p;
+        for (int face = 0; face < (triangles ? 3 : 1); ++face) {
+            if (face > 0) {
+                fine = step.mesh.twin(step.mesh.next(fine));
+                p = chart_step.mesh.twin(chart_step.mesh.next(p));
+            }
+            for (int i = 0; i < (triangles ? 3 : 4); ++i, fine = step.mesh.next(fine), p = chart_step.mesh.next(p))
+                finer[fine] = p;
+        }
     }
     partner = std::move(finer);
     surface = std::move(step.mesh);
-    charts.mesh = std::move(chart_step.mesh);
+    charts = std::move(chart_step.mesh);
     return true;
 }
 
@@ -176,24 +174,12 @@ FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, 
     for (const Vec3d& p : charts.positions()) out.uvs.emplace_back(p);
     RuleMesh surface = rule_mesh(mesh), chart = rule_mesh(charts);
     std::vector<int> partner(surface.halfedge_count());
-    for (int h = 0; h < surface.halfedge_count(); ++h) partner[h] = h;
+    std::iota(partner.begin(), partner.end(), 0);
     for (int level = 0; level < levels; ++level) {
         if (linear) chart = all_sharp(chart);
-        RuleStep step = scheme.step(surface, with_runner), chart_step = scheme.step(chart, with_runner);
-        out.uvs = next_uvs(chart_step.stencils, out.uvs);
-        std::vector<int> finer(step.mesh.halfedge_count());
-        for (int h = 0; h < surface.halfedge_count(); ++h) {
-            int there[9];
-            ninths(chart_step.mesh, chart_step.child_halfedge[partner[h]], [&](int k, int p) { there[k] = p; });
-            ninths(step.mesh, step.child_halfedge[h], [&](int k, int fine) { finer[fine] = there[k]; });
-        }
-        partner = std::move(finer);
-        surface = std::move(step.mesh);
-        chart = std::move(chart_step.mesh);
+        if (!refine_both(surface, chart, out.uvs, partner, scheme, with_runner)) return {};
     }
-    out.face_uvs.resize(surface.halfedge_count());
-    for (int h = 0; h < surface.halfedge_count(); ++h)
-        out.face_uvs[h] = static_cast<std::uint32_t>(chart.origin(partner[h]));
+    for (const int p : partner) out.face_uvs.push_back(static_cast<std::uint32_t>(chart.origin(p)));
     return out;
 }
 
@@ -229,7 +215,7 @@ FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& schem
     try {
         if (extends_charts(scheme, rules)) {
             for (int level = 0; level < levels; ++level)
-                if (!refine_quads(surface, charts, partner, scheme, with_runner)) return {};
+                if (!refine_both(surface, charts.mesh, charts.uvs, partner, scheme, with_runner)) return {};
             FollowedUvs out{std::move(charts.uvs), {}, {}};
             for (const int p : partner) out.face_uvs.push_back(static_cast<std::uint32_t>(charts.mesh.origin(p)));
             return out;

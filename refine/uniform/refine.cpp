@@ -5,7 +5,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../attributes/followed_uvs.hpp"
-#include "../attributes/missing_ring.hpp"
 #include "../attributes/used_values.hpp"
 #include "../attributes/uv_mesh.hpp"
 #include "../attributes/vertex_attributes.hpp"
@@ -16,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -240,6 +240,38 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     return demand;
 }
 
+/// No number: what is made from a point that is missing is missing.
+constexpr Vec3d k_missing_point(std::numeric_limits<double>::quiet_NaN());
+
+/// The mesh with one more ring of quads along its boundaries, for outer points that are missing: what a boundary that
+/// recedes leaves (AveragingBoundary::recede) is what can be made without them. Vertices and faces keep their numbers,
+/// the others come after; tags, texture coordinates and what belongs to faces stay behind.
+ControlMesh with_missing_ring(const ControlMesh& mesh) {
+    ControlMeshData data;
+    data.source = mesh.data().source;
+    data.positions = mesh.data().positions;
+    data.face_offsets = mesh.data().face_offsets;
+    data.face_vertices = mesh.data().face_vertices;
+    std::vector<std::uint32_t> outer(mesh.vertex_count(), 0);  // 0: none
+    const auto beyond = [&](VertexId v) {
+        std::uint32_t& of = outer[v.value];
+        if (of == 0) {
+            of = static_cast<std::uint32_t>(data.positions.size());
+            data.positions.emplace_back(0);  // a mesh has numbers only
+        }
+        return of;
+    };
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        const HalfedgeId h(i);
+        if (mesh.twin(h).valid()) continue;
+        const VertexId u = mesh.origin(h), v = mesh.target(h);
+        for (const std::uint32_t corner : {v.value, u.value, beyond(u), beyond(v)})
+            data.face_vertices.push_back(corner);
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    return ControlMesh::build(std::move(data));
+}
+
 /// The faces all of whose points and normals are there. False where there is none.
 bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
     const auto missing = [&](std::uint32_t v) {
@@ -279,7 +311,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
                                            detail::RefinedPoints* keep) {
     if (scheme.refinement == Refinement::honeycomb) return std::nullopt;
     const bool recedes = boundary_recedes(scheme, options.rules) && mesh.has_boundary();
-    const std::optional<ControlMesh> wide = recedes ? std::optional(detail::with_missing_ring(mesh)) : std::nullopt;
+    const std::optional<ControlMesh> wide = recedes ? std::optional(with_missing_ring(mesh)) : std::nullopt;
     const ControlMesh& surface = wide ? *wide : mesh;
     const detail::RepeatedRows::Demand demand = demand_of(mesh, scheme, options);
     // Charts are told about by the mesh's own progress.
@@ -304,7 +336,8 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         chart_rows = detail::RepeatedRows::make(*charts, by, levels, of_charts, chart_levels, of_points, quiet);
         if (!chart_rows) return std::nullopt;
     }
-    const RuleOptions rules = recedes ? detail::inside_missing_ring(options.rules) : options.rules;
+    RuleOptions rules = options.rules;
+    if (recedes) rules.averaging_boundary = AveragingBoundary::replicate;  // there are points all around, some missing
     // What recedes is smoothed while it is all there.
     std::shared_ptr<const detail::RuleLevels> smoothed;
     if (recedes && options.smoothing > 0)
@@ -320,7 +353,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
             if (control.size() == rows->control_count()) return rows->refine(control, positions, normals, context);
             std::vector<Vec3d> all(control.begin(), control.end());
             if (smoothed) smoothed->net({&control.data()->x, 3 * control.size()}, 3, {&all.data()->x, 3 * all.size()});
-            all.resize(rows->control_count(), detail::k_missing_point);
+            all.resize(rows->control_count(), k_missing_point);
             rows->refine(all, positions, normals, context);
         }};
     made.make(mesh, options.normals, result);
