@@ -2,7 +2,6 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/corner_cell.hpp"
-#include "../rules/rule_levels.hpp"
 #include "../rules/rule_limit.hpp"
 #include "../rules/rule_refiner.hpp"
 

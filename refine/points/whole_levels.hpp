@@ -7,7 +7,7 @@
 #include "../../schemes/core/scheme_table.hpp"
 #include "../lattices/root_lattices.hpp"
 #include "../rules/limit_point.hpp"
-#include "../rules/parallel_blocks.hpp"
+#include "../rules/rule_levels.hpp"
 #include "../rules/rule_limit.hpp"
 #include "vertex_links.hpp"
 

@@ -1,5 +1,6 @@
 #include "limit_search.hpp"
 
+#include "../../hier/base/vec.hpp"
 #include "../../schemes/analysis/spectrum.hpp"
 #include "../../schemes/core/corner_angles.hpp"
 #include "../../schemes/core/masks.hpp"
@@ -165,35 +166,23 @@ class LimitSearch::Finder {
 
     /// Whether t1 x t2 points up in a flat fan seen from above.
     bool outwards(const Masks& masks, const FanShape& shape) const {
-        struct Point {
-            double x = 0, y = 0;
-        };
         const int n = shape.faces;
         const bool dual = lattice(shape) == FanLattice::dual;
         // A single face does not fill the half plane.
         const double turn = std::min((shape.boundary ? 1 : 2) * std::numbers::pi / n, 2 * std::numbers::pi / 3);
-        const auto ray = [&](int s) { return Point{std::cos(s * turn), std::sin(s * turn)}; };
-        const auto place = [&](FanLabel l) -> Point {
-            if (dual && shape.boundary) return {l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b)};
-            const Point p = ray(l.sector);
-            if (!dual) {
-                const Point q = ray(l.sector + 1);
-                return {l.a * p.x + l.b * q.x, l.a * p.y + l.b * q.y};
-            }
-            const Point before = ray(l.sector - 1), after = ray(l.sector + 1);
-            return {p.x + l.a * (p.x - before.x) + l.b * (p.x - after.x),
-                    p.y + l.a * (p.y - before.y) + l.b * (p.y - after.y)};
+        const auto ray = [&](int s) { return Vec2d(std::cos(s * turn), std::sin(s * turn)); };
+        const auto place = [&](FanLabel l) {
+            if (dual && shape.boundary) return Vec2d(l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b));
+            const Vec2d at = ray(l.sector), after = ray(l.sector + 1);
+            if (!dual) return double(l.a) * at + double(l.b) * after;
+            return at + double(l.a) * (at - ray(l.sector - 1)) + double(l.b) * (at - after);
         };
         const auto apply = [&](const Mask& mask) {
-            Point sum;
-            for (const auto& [label, weight] : mask) {
-                const Point p = place(label);
-                sum.x += weight * p.x;
-                sum.y += weight * p.y;
-            }
+            Vec2d sum(0);
+            for (const auto& [label, weight] : mask) sum += weight * place(label);
             return sum;
         };
-        const Point a = apply(masks.tangent1), b = apply(masks.tangent2);
+        const Vec2d a = apply(masks.tangent1), b = apply(masks.tangent2);
         return a.x * b.y - a.y * b.x > 0;
     }
 

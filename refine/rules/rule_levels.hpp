@@ -1,17 +1,28 @@
 #pragma once
 
+#include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/block_runner.hpp"
 #include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "parallel_blocks.hpp"
 
 #include <cstdint>
-#include <memory>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// Blocks of a step's rows on all threads.
+class ParallelBlocks final : public BlockRunner {
+  public:
+    void run(int count, const std::function<void(int)>& block) const override {
+        for_each_index(
+            static_cast<std::uint32_t>(count), [&](std::uint32_t i) { block(static_cast<int>(i)); }, 1);
+    }
+    bool is_parallel() const override { return !one_thread(); }
+};
 
 /// Writes every row's combination of `width` numbers a point: row by row, in the order of its terms whatever the width.
 void apply(const StencilTable& table, const double* in, int width, double* out);

@@ -5,7 +5,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "check_length.hpp"
 #include "corner_angles.hpp"
 #include "rule_levels.hpp"
 #include "rule_limit.hpp"
@@ -25,18 +24,7 @@ using detail::check_length;
 namespace {
 
 /// Half-edges of the next level per half-edge, at most.
-std::uint64_t growth(const SchemeInfo& scheme) {
-    switch (scheme.refinement) {
-        case Refinement::sqrt3:
-            return 9;
-        case Refinement::vertex_split:
-        case Refinement::face_split:
-        case Refinement::bisection:
-        case Refinement::honeycomb:
-            break;
-    }
-    return 4;
-}
+std::uint64_t growth(const SchemeInfo& scheme) { return scheme.refinement == Refinement::sqrt3 ? 9 : 4; }
 
 // Per half-edge of a level: connectivity, with what is needed to build it, and the stencils of its points (measured for
 // Loop and Catmull-Clark; the long rules of Butterfly, Kobbelt and many averaging steps take up to twice as much).
@@ -108,6 +96,12 @@ struct RuleRefiner::State {
     /// @param points  of the last level, no limits
     void write_normals(const Vec3d* points, std::span<Vec3d> normals) const;
 };
+
+void detail::check_length(const char* what, std::size_t length, std::size_t expected) {
+    if (length != expected)
+        throw Error(ErrorCode::invalid_input, "there are " + std::to_string(length) + " " + what + ", but " +
+                                                  std::to_string(expected) + " are needed");
+}
 
 void detail::check_rounds(int levels, const RefineOptions& options) {
     if (levels < 0)
@@ -216,46 +210,27 @@ template <class Point>
 auto numbers_of(std::span<Point> points) {
     return std::span(&points.data()->x, 3 * points.size());
 }
-const Vec3d* points_of(const std::vector<double>& numbers) { return reinterpret_cast<const Vec3d*>(numbers.data()); }
 
 }  // namespace
 
-void RuleRefiner::refine(std::span<const Vec3d> control, std::span<Vec3d> positions) const {
-    check_length("control positions", control.size(), state_->control_vertices);
-    check_length("positions to write", positions.size(), vertex_count());
-    if (positions.empty()) return;
-    refine(numbers_of(control), 3, numbers_of(positions));
-}
-
 void RuleRefiner::refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals) const {
-    if (normals.empty()) return refine(control, positions);
-    check_normals(normals);
     const State& s = *state_;
-    if (!s.options.limit) {
-        refine(control, positions);
-        return with_threads(s.options.context, [&] { s.write_normals(positions.data(), normals); });
-    }
     check_length("control positions", control.size(), s.control_vertices);
     check_length("positions to write", positions.size(), vertex_count());
+    if (!normals.empty()) {
+        if (!s.options.normals) throw Error(ErrorCode::invalid_input, "the options did not ask for normals");
+        check_length("normals to write", normals.size(), vertex_count());
+    }
+    if (positions.empty()) return;
     with_threads(s.options.context, [&] {
+        if (!s.options.limit) {
+            s.levels->net(numbers_of(control), 3, numbers_of(positions));
+            return s.write_normals(positions.data(), normals);
+        }
         const std::vector<double> net = s.levels->net(numbers_of(control), 3);
         detail::apply(s.limits.positions, net.data(), 3, numbers_of(positions).data());
-        s.write_normals(points_of(net), normals);
+        s.write_normals(reinterpret_cast<const Vec3d*>(net.data()), normals);
     });
-}
-
-void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> normals) const {
-    check_normals(normals);
-    const State& s = *state_;
-    check_length("control positions", control.size(), s.control_vertices);
-    if (normals.empty()) return;
-    with_threads(s.options.context,
-                 [&] { s.write_normals(points_of(s.levels->net(numbers_of(control), 3)), normals); });
-}
-
-void RuleRefiner::check_normals(std::span<const Vec3d> normals) const {
-    if (!state_->options.normals) throw Error(ErrorCode::invalid_input, "the options did not ask for normals");
-    check_length("normals to write", normals.size(), vertex_count());
 }
 
 void RuleRefiner::State::write_normals(const Vec3d* points, std::span<Vec3d> normals) const {

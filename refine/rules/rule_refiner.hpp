@@ -14,6 +14,8 @@ namespace tetrakis {
 
 namespace detail {
 class RuleLevels;
+/// @throws Error  invalid_input, with both numbers, where a caller's array has the wrong length
+void check_length(const char* what, std::size_t length, std::size_t expected);
 /// @throws Error  invalid_input, as RuleRefiner
 void check_rounds(int levels, const RefineOptions& options);
 /// Of the first levels of those asked for.
@@ -70,13 +72,10 @@ class RuleRefiner {
     /// attribute. The same bytes for any number of threads.
     /// @throws Error  invalid_input: width < 1, a span of the wrong length
     void refine(std::span<const double> control, int width, std::span<double> out) const;
-    void refine(std::span<const Vec3d> control, std::span<Vec3d> positions) const;
-    /// Unit limit normals: where a vertex has no tangents (corners, schemes without tangent masks there) the mean
-    /// normal of the faces around it; the mean of both sides on a crease.
-    /// @throws Error  invalid_input: the wrong length, or the options did not ask for normals
-    void normals(std::span<const Vec3d> control, std::span<Vec3d> normals) const;
-    /// Both at once; no normals where there is no room for any.
-    void refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals) const;
+    /// @param normals  empty, or unit limit normals: where a vertex has no tangents (corners, schemes without tangent
+    ///                 masks there) the mean normal of the faces around it; the mean of both sides on a crease
+    /// @throws Error   invalid_input: a span of the wrong length, or normals that the options did not ask for
+    void refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals = {}) const;
 
     /// What refine() does, as one row per vertex of weights of control vertices.
     /// @param wanted  by vertex, 0: leave its row out; empty: all rows
@@ -84,8 +83,6 @@ class RuleRefiner {
     StencilTable stencils(std::span<const char> wanted = {}) const;
 
   private:
-    void check_normals(std::span<const Vec3d> normals) const;
-
     struct State;
     std::unique_ptr<State> state_;
 };

@@ -11,16 +11,6 @@ struct TriangleCut {
     std::vector<std::uint32_t> corners;  ///< three per triangle: places among the polygons' corners
     std::vector<std::uint32_t> faces;    ///< per triangle: its polygon
 
-    /// Items of polygons, per triangle.
-    template <class T>
-    void spread(std::vector<T>& of_faces) const {
-        pick(faces, of_faces);
-    }
-    /// Items of the polygons' corners, per corner of a triangle.
-    template <class T>
-    void spread_corners(std::vector<T>& of_corners) const {
-        pick(corners, of_corners);
-    }
     /// 0, 3, 6, ... to the number of corners.
     std::vector<std::uint32_t> offsets() const {
         std::vector<std::uint32_t> result(faces.size() + 1);
@@ -28,7 +18,7 @@ struct TriangleCut {
         return result;
     }
 
-  private:
+    /// The items at some places: of polygons or of their corners, per triangle or per corner of one.
     template <class T>
     static void pick(const std::vector<std::uint32_t>& places, std::vector<T>& items) {
         std::vector<T> picked;

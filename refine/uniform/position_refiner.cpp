@@ -2,7 +2,6 @@
 
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../rules/check_length.hpp"
 #include "refine.hpp"
 #include "refined_points.hpp"
 

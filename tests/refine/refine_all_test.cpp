@@ -44,10 +44,8 @@ struct Values {
 
 Values values(const RuleRefiner& refiner, const ControlMesh& mesh, bool normals) {
     Values result{std::vector<Vec3d>(refiner.vertex_count()), {}};
-    refiner.refine(mesh.positions(), result.positions);
-    if (!normals) return result;
-    result.normals.resize(refiner.vertex_count());
-    refiner.normals(mesh.positions(), result.normals);
+    if (normals) result.normals.resize(refiner.vertex_count());
+    refiner.refine(mesh.positions(), result.positions, result.normals);
     return result;
 }
 

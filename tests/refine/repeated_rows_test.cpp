@@ -156,7 +156,7 @@ bool check_rows(const ControlMesh& mesh, const Case& c, bool limit = false, bool
     ours.normals.resize(normals ? rows->point_count() : 0);
     rows->refine(mesh.positions(), ours.positions, ours.normals, {});
     std::vector<Vec3d> points(by_rules.vertex_count()), point_normals(ours.normals.size());
-    by_rules.refine(mesh.positions(), points);
+    by_rules.refine(mesh.positions(), points, point_normals);
     const double size = bounding_box(mesh.positions()).diagonal();
     CHECK(farthest_apart(ours.positions, points) < 1e-12 * size);
 
@@ -170,7 +170,6 @@ bool check_rows(const ControlMesh& mesh, const Case& c, bool limit = false, bool
     CHECK(std::ranges::count(cells, 0) == static_cast<std::ptrdiff_t>(cells.size()));
 
     if (!normals) return true;
-    by_rules.normals(mesh.positions(), point_normals);
     std::vector<Vec3d> ends, net(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) ends.push_back(ours.positions[i] + ours.normals[i]);
     RuleRefiner(mesh, scheme, c.levels, {.rules = c.rules}).refine(mesh.positions(), net);
