@@ -44,8 +44,6 @@ class HierarchyJournal {
         return now_;
     }
     std::uint64_t now() const { return now_; }
-    /// The oldest stamp that is answered.
-    std::uint64_t oldest() const { return oldest_; }
 
     /// A change begins; its entries follow.
     void begin_change() { ++now_; }

@@ -6,9 +6,8 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
+#include <span>
 #include <string>
-#include <system_error>
 #include <utility>
 
 namespace tetrakis {
@@ -109,25 +108,9 @@ bool Hierarchy::shrink() {
 }
 
 void Hierarchy::load(const std::filesystem::path& path) {
-    std::vector<std::byte> bytes;
-    // A folder opens like a file, and says that it has the largest size there is.
-    std::error_code ignored;
-    if (const auto status = std::filesystem::status(path, ignored);
-        std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-        throw Error(ErrorCode::io, "cannot read the hierarchy: this is a folder or a device, not a file", path);
-    {
-        std::ifstream in(path, std::ios::binary | std::ios::ate);
-        const std::streamoff size = in ? static_cast<std::streamoff>(in.tellg()) : -1;
-        if (size >= 0) {
-            bytes.resize(static_cast<std::size_t>(size));
-            in.seekg(0);
-            in.read(reinterpret_cast<char*>(bytes.data()), size);
-        }
-        if (size < 0 || !in)
-            throw Error(ErrorCode::io, "cannot read the hierarchy; does the file exist, and may it be read?", path);
-    }
+    const std::string bytes = detail::read_file(path);
     try {
-        load(bytes);
+        load(std::as_bytes(std::span(bytes)));
     } catch (const Error& e) {
         throw Error(e.code(), e.what(), path);
     }

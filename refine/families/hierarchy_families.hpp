@@ -7,6 +7,7 @@
 #include "../../hier/trees/vertex_roots.hpp"
 #include "hierarchy_family.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -43,6 +44,14 @@ int sqrt3_tree_levels(const ControlMesh& mesh);
 
 /// What families share.
 namespace detail {
+
+/// The largest of the values of each owner; not std::max: an error that is no number has to get through.
+inline void take_largest(std::span<const double> values, std::span<const std::uint32_t> owners,
+                         std::span<double> errors) {
+    std::ranges::fill(errors, 0.0);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (!(values[i] <= errors[owners[i]])) errors[owners[i]] = values[i];
+}
 
 /// The part of a family that is the same for every forest: it holds forest, points and tree. A family has, beside what
 /// it overrides, describe(leaf, view), which fills all of a view but the handle's generation (a friend can be private),

@@ -90,8 +90,8 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
                      std::span<double> errors) const override {
         Sqrt3Lattice lattice = forest_.lattice();
         std::vector<Sqrt3Triangle> triangles;
-        std::vector<std::size_t> owner;
-        for (std::size_t i = 0; i < nodes.size(); ++i) {
+        std::vector<std::uint32_t> owner;
+        for (std::uint32_t i = 0; i < nodes.size(); ++i) {
             const Sqrt3Triangle t = triangle_of(nodes[i]);
             const auto add = [&](const Sqrt3Triangle& made) {
                 triangles.push_back(made);
@@ -108,10 +108,7 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
         }
         std::vector<double> found(triangles.size());
         estimator.estimate_sqrt3(triangles, found);
-        std::fill(errors.begin(), errors.end(), 0.0);
-        // Not std::max: an error that is no number has to get through.
-        for (std::size_t k = 0; k < found.size(); ++k)
-            if (!(found[k] <= errors[owner[k]])) errors[owner[k]] = found[k];
+        detail::take_largest(found, owner, errors);
     }
 
     // Leaves are the triangles, in their order.
@@ -145,13 +142,12 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
     }
 
   private:
-    static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }
     static HierarchyNode node_of(const Sqrt3Triangle& t) {
         HierarchyNode node;
         std::uint64_t face = t.face;
         for (int k = t.level; k > 0; --k, face /= 3) node.path |= face % 3 << (64 - k_side_bits * k);
         node.root = static_cast<std::uint32_t>(face);
-        node.depth = static_cast<std::uint8_t>(depth_of(t));
+        node.depth = static_cast<std::uint8_t>(2 * t.level - (t.half ? 1 : 0));
         return node;
     }
     static Sqrt3Triangle triangle_of(const HierarchyNode& node) {

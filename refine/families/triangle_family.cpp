@@ -71,15 +71,12 @@ class TriangleFamily final : public detail::ForestFamily<TriangleFamily, Triangl
                 const GreenTriangles green = forest_.green_triangles(leaves[i]);
                 for (int t = 0; t < green.count; ++t) {
                     triangles.push_back(green.cell[static_cast<std::size_t>(t)]);
-                    owner.push_back(i);
+                    owner.push_back(i - begin);
                 }
             }
             std::vector<double> values(triangles.size());
             estimator.estimate(triangles, values);
-            std::fill(errors.begin() + begin, errors.begin() + end, 0.0);
-            // Not std::max: an error that is no number has to get through.
-            for (std::size_t t = 0; t < values.size(); ++t)
-                if (!(values[t] <= errors[owner[t]])) errors[owner[t]] = values[t];
+            detail::take_largest(values, owner, errors.subspan(begin, end - begin));
         });
     }
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,

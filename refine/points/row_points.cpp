@@ -2,11 +2,11 @@
 
 #include "../../hier/base/error.hpp"
 #include "../rules/face_normals.hpp"
-#include "level_frames.hpp"
 #include "site_rows.hpp"
 #include "whole_levels.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -244,6 +244,23 @@ class RowPoints final : public LevelSource {
 };
 
 }  // namespace
+
+LimitPoint frame_from(const Vec3d& position, const Vec3d& area_normal, const Vec3d& towards) {
+    LimitPoint result;
+    result.position = position;
+    const double length = glm::length(area_normal);
+    if (!(length > 0)) return result;
+    result.normal = area_normal / length;
+    result.tangent1 = towards - glm::dot(towards, result.normal) * result.normal;
+    constexpr double k_along = 1e-12;  // of a direction along the normal rounding is left
+    if (!(glm::length(result.tangent1) > k_along * glm::length(towards))) {
+        const Vec3d across = std::abs(result.normal.x) < 0.9 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
+        result.tangent1 = glm::cross(across, result.normal);
+    }
+    result.tangent2 = glm::cross(result.normal, result.tangent1);
+    result.has_tangent_plane = true;
+    return result;
+}
 
 std::shared_ptr<const LevelSource> row_points(const ControlMesh& mesh, const SchemeInfo& scheme,
                                               const RuleOptions& rules, const VertexRoots* roots,

@@ -10,6 +10,10 @@
 
 namespace tetrakis::detail {
 
+/// A frame from a position, a sum of normals by area and a direction from the position to a neighbour; any direction
+/// across the normal where that one is along it.
+LimitPoint frame_from(const Vec3d& position, const Vec3d& area_normal, const Vec3d& towards);
+
 /// The points of any scheme at any of its sites by the rows of weights that its rules repeat from level to level
 /// (RepeatedRows): of each level above a site only the vertices that its rows lead to, up to the last level that the
 /// rules have to make whole. That takes less than a microsecond a site and level.

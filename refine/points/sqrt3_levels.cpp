@@ -5,7 +5,6 @@
 #include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../schemes/rules/sqrt3.hpp"
 #include "../rules/rule_limit.hpp"
-#include "level_frames.hpp"
 #include "row_points.hpp"
 
 #include <algorithm>

@@ -59,6 +59,20 @@ class KnownCorners {
     std::size_t terms_ = 0;
 };
 
+/// From what the rules say of the kinds, and of a regular corner last.
+bool learn_rows(RowPatterns& patterns, const CornerKinds& corners,
+                const std::vector<std::shared_ptr<const CornerRows>>& all, bool tangents) {
+    std::vector<RowPatterns::KnownRows> sources;
+    for (const auto& of_kind : all) {
+        const RuleLimits& rows = of_kind->rows;
+        if (tangents)
+            sources.push_back({of_kind->corner, of_kind->row, rows.tangent1, &rows.tangent2, rows.begin});
+        else
+            sources.push_back({of_kind->corner, of_kind->row, rows.positions});
+    }
+    return patterns.learn(corners, sources.back(), std::span(sources).first(sources.size() - 1));
+}
+
 }  // namespace
 
 RowLearner::RowLearner(const RootLattices& net, const CornerKinds& corners, const SchemeInfo& scheme,
@@ -166,26 +180,14 @@ bool RowLearner::learn_from_templates(bool limits, const Learn& learn) {
 
 bool RowLearner::learn_step(RowPatterns& patterns) {
     return learn_from_templates(false, [&](const CornerKinds& corners, const Sources& all) {
-        std::vector<RowPatterns::KnownRows> sources;
-        for (const auto& of_kind : all) sources.push_back({of_kind->corner, of_kind->row, of_kind->rows.positions});
-        return patterns.learn(corners, sources.back(), std::span(sources).first(sources.size() - 1));
+        return learn_rows(patterns, corners, all, false);
     });
 }
 
 bool RowLearner::learn_limits(RowPatterns* points, RowPatterns* normals) {
     return learn_from_templates(true, [&](const CornerKinds& corners, const Sources& all) {
-        const auto learn = [&](RowPatterns& patterns, bool tangents) {
-            std::vector<RowPatterns::KnownRows> sources;
-            for (const auto& of_kind : all) {
-                const RuleLimits& limits = of_kind->rows;
-                if (tangents)
-                    sources.push_back({of_kind->corner, of_kind->row, limits.tangent1, &limits.tangent2, limits.begin});
-                else
-                    sources.push_back({of_kind->corner, of_kind->row, limits.positions});
-            }
-            return patterns.learn(corners, sources.back(), std::span(sources).first(sources.size() - 1));
-        };
-        return (points == nullptr || learn(*points, false)) && (normals == nullptr || learn(*normals, true));
+        return (points == nullptr || learn_rows(*points, corners, all, false)) &&
+               (normals == nullptr || learn_rows(*normals, corners, all, true));
     });
 }
 
