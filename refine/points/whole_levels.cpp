@@ -34,7 +34,7 @@ WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, cons
       rules_(rules),
       lattice_(fan_lattice(scheme, rules)),
       max_memory_bytes_(context.max_memory_bytes),
-      finder_(scheme, rules) {
+      search_(scheme, rules) {
     rules_.runner = &runner_;
     levels_[0] = std::make_unique<Level>();
     levels_[0]->step.mesh = rule_mesh(mesh, scheme, rules);
@@ -107,7 +107,7 @@ void WholeLevels::find_limits(int level, std::span<const int> vertices) {
     try {
         for (std::size_t begin = 0; begin < wanted.size(); begin += k_limits_at_once) {
             const auto some = std::span(wanted).subspan(begin, std::min(k_limits_at_once, wanted.size() - begin));
-            const RuleLimits limits = finder_.find(mesh, some);
+            const RuleLimits limits = rule_limits(search_, mesh, some);
             for (std::size_t i = 0; i < some.size(); ++i) {
                 const auto v = static_cast<std::size_t>(some[i]);
                 made.limits[v] = limit_point(limits, static_cast<int>(i), mesh, made.points, some[i]);

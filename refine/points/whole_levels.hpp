@@ -64,7 +64,7 @@ class WholeLevels {
     FirstCells cells_;                 ///< of dual schemes, once there is level 1
     std::optional<RootLattices> net_;  ///< of others, from their first lattice on
     std::mutex mutex_;
-    RuleLimitFinder finder_;
+    LimitSearch search_;
     std::array<std::unique_ptr<Level>, k_max_level + 2> levels_;
 };
 

@@ -404,7 +404,7 @@ class LimitSearch::Finder {
     }
 
     const SchemeInfo& scheme_;
-    const RuleOptions& options_;
+    RuleOptions options_;
     FanLattice lattice_;
     bool dual_, hexagons_, ignores_creases_, one_ring_;
     int most_steps_ = k_most_steps;
@@ -422,7 +422,7 @@ int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
 }
 
 LimitSearch::LimitSearch(const SchemeInfo& scheme, const RuleOptions& options)
-    : finder_(std::make_unique<Finder>(scheme, options)) {}
+    : scheme_(scheme), finder_(std::make_unique<Finder>(scheme, options)) {}
 LimitSearch::~LimitSearch() = default;
 
 std::vector<std::optional<LimitRows>> LimitSearch::find(const RuleMesh& mesh, std::span<const int> vertices) {

@@ -23,9 +23,9 @@ struct LimitRows {
 /// Keeps the masks that it has found.
 class LimitSearch {
   public:
-    /// @param options  must live as long
     LimitSearch(const SchemeInfo& scheme, const RuleOptions& options);
     ~LimitSearch();
+    const SchemeInfo& scheme() const { return scheme_; }
 
     /// Rows of the vertices, empty where there is no mask. All have faces.
     std::vector<std::optional<LimitRows>> find(const RuleMesh& mesh, std::span<const int> vertices);
@@ -35,6 +35,7 @@ class LimitSearch {
 
   private:
     class Finder;
+    const SchemeInfo& scheme_;
     std::unique_ptr<Finder> finder_;
 };
 

@@ -33,7 +33,8 @@ Vec3d sum(const StencilTable& table, int row, std::span<const Vec3d> net) {
 RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options) {
     std::vector<int> all(mesh.vertex_count());
     std::iota(all.begin(), all.end(), 0);
-    return RuleLimitFinder(scheme, options).find(mesh, all, boundary_recedes(scheme, options));
+    LimitSearch search(scheme, options);
+    return rule_limits(search, mesh, all, boundary_recedes(scheme, options));
 }
 
 Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
@@ -68,10 +69,7 @@ LimitPoint limit_point(const RuleLimits& limits, int i, const RuleMesh& mesh, st
     return point;
 }
 
-RuleLimitFinder::RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options)
-    : scheme_(scheme), options_(options), search_(scheme, options_) {}
-
-RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vertices, bool may_miss) {
+RuleLimits rule_limits(LimitSearch& search, const RuleMesh& mesh, std::span<const int> vertices, bool may_miss) {
     // By blocks: rows on their own take several times what they take in the tables.
     constexpr std::size_t block = std::size_t{1} << 13;
     RuleLimits limits;
@@ -81,12 +79,12 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
         some.clear();
         for (const int v : here)
             if (mesh.first(v) != RuleMesh::none) some.push_back(v);
-        const std::vector<std::optional<LimitRows>> found = search_.find(mesh, some);
+        const std::vector<std::optional<LimitRows>> found = search.find(mesh, some);
         for (std::size_t i = 0, k = 0; i < here.size(); ++i) {
             const int v = here[i];
             const bool isolated = mesh.first(v) == RuleMesh::none;
             const std::optional<LimitRows> none, &rows = isolated ? none : found[k++];
-            if (!rows && !isolated && !may_miss) refuse(mesh, v, scheme_);
+            if (!rows && !isolated && !may_miss) refuse(mesh, v, search.scheme());
             if (!rows && !isolated) limits.missing.push_back(v);
             limits.positions.push(rows ? rows->limit : StencilRow{{v, 1}});
             if (rows)

@@ -45,22 +45,10 @@ struct RuleLimits {
 ///                                one where a crease of honeycomb refinement ends
 RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options);
 
-/// The same for parts of meshes; keeps the masks that it has found.
-class RuleLimitFinder {
-  public:
-    RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options);
-    RuleLimitFinder(const RuleLimitFinder&) = delete;
-    RuleLimitFinder& operator=(const RuleLimitFinder&) = delete;
-
-    /// One row, or range of tangents, for each of the vertices in their order. A row does not depend on the others.
-    /// @param may_miss  whether vertices may have no limit (RuleLimits::missing); else they throw
-    RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices, bool may_miss = false);
-
-  private:
-    const SchemeInfo& scheme_;
-    RuleOptions options_;
-    LimitSearch search_;
-};
+/// The same of some vertices: one row, or range of tangents, for each in their order. A row does not depend on the
+/// others.
+/// @param may_miss  whether vertices may have no limit (RuleLimits::missing); else they throw
+RuleLimits rule_limits(LimitSearch& search, const RuleMesh& mesh, std::span<const int> vertices, bool may_miss = false);
 
 /// The normal of a vertex without tangents (FaceNormals).
 Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v);

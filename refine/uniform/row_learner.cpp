@@ -130,8 +130,8 @@ std::shared_ptr<const CornerRows> RowLearner::limit_rows(const CornerKind& kind,
                 row[place] = static_cast<int>(vertices.size());
                 vertices.push_back(static_cast<int>(corner.first_place(place)));
             }
-    if (!finder_) finder_.emplace(scheme_, rules_);
-    RuleLimits limits = finder_->find(corner.mesh(), vertices);
+    if (!search_) search_.emplace(scheme_, rules_);
+    RuleLimits limits = rule_limits(*search_, corner.mesh(), vertices);
     return std::make_shared<CornerRows>(std::move(corner), std::move(row), std::move(limits));
 }
 

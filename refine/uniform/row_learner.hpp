@@ -54,7 +54,7 @@ class RowLearner {
     RuleOptions rules_;
     std::uint64_t max_memory_bytes_;
     std::uint32_t factor_;
-    std::optional<RuleLimitFinder> finder_;
+    std::optional<LimitSearch> search_;
 };
 
 }  // namespace tetrakis::detail

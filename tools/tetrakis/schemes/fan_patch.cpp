@@ -217,7 +217,8 @@ BasisSurface basis_surface(const FanPatch& patch, const SchemeInfo& scheme, cons
     std::vector<Vec3d> net;
     for (std::size_t v = 0; v < patch.plane.size(); ++v)
         net.push_back({patch.plane[v].x, height * patch.height[v], -patch.plane[v].y});
-    const auto limits = tetrakis::detail::RuleLimitFinder(scheme, rules).find(patch.mesh, near);
+    tetrakis::detail::LimitSearch search(scheme, rules);
+    const auto limits = tetrakis::detail::rule_limits(search, patch.mesh, near);
     std::vector<std::int64_t> number(net.size(), -1);
     for (std::size_t i = 0; i < near.size(); ++i) {
         const LimitPoint point = tetrakis::detail::limit_point(limits, static_cast<int>(i), patch.mesh, net, near[i]);
