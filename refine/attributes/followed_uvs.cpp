@@ -140,17 +140,32 @@ class SideBySide {
     }
 
   private:
+    /// The UVs of a face's corners, from one side of the seams that it lies across.
     void face(int f, FollowedUvs& out) const {
-        const auto begin = static_cast<std::size_t>(surface_.face_begin(f));
-        out.control_face[f] = take_side(
-            std::span(out.face_uvs.data() + begin, static_cast<std::size_t>(surface_.face_size(f))),
-            [&](int i) { return partner_[begin + static_cast<std::size_t>(i)]; },
-            [&](int i) {
-                const std::size_t h = begin + static_cast<std::size_t>(i);
-                return SeamOrigin{static_cast<std::uint32_t>(home_[h]),
-                                  corner_.empty() ? 0 : static_cast<std::uint32_t>(corner_[h])};
-            },
-            [&](int p) { return charts_.mesh.next(p); }, [&](int p) { return charts_.mesh.origin(p); }, out.uvs);
+        const int begin = surface_.face_begin(f), size = surface_.face_size(f);
+        const auto at = [&](int i) { return static_cast<std::size_t>(begin + i % size); };
+        const auto uv = [&](int partner) { return static_cast<std::uint32_t>(charts_.mesh.origin(partner)); };
+        const auto home = [&](int i) { return static_cast<std::uint32_t>(home_[at(i)]); };
+        for (int i = 0; i < size; ++i) out.face_uvs[at(i)] = uv(partner_[at(i)]);
+        // Where a seam runs over an inner vertex of two faces, both of its sides meet in faces across it twice: then
+        // what lies in one control face has come from two corners of level 1 there.
+        const SeamRun run = longest_run(
+            size, [&](int i) { return charts_.mesh.next(partner_[at(i)]) == partner_[at(i + 1)]; },
+            [&](int i) { return std::pair(home(i), corner_.empty() ? 0 : corner_[at(i)]); });
+        out.control_face[f] = home_of(run, size, home);
+        if (run.size == size) return;
+        std::vector<std::uint32_t> beyond;
+        for (int p = charts_.mesh.next(partner_[at(run.first + run.size - 1)]); p != partner_[at(run.first)];
+             p = charts_.mesh.next(p))
+            beyond.push_back(uv(p));
+        for_each_beyond(run, size, static_cast<int>(beyond.size()), [&](int i, std::size_t k, double t) {
+            if (t == 0 || t == 1) {
+                out.face_uvs[at(i)] = beyond[t == 0 ? k : k + 1];
+            } else {
+                out.face_uvs[at(i)] = static_cast<std::uint32_t>(out.uvs.size());
+                out.uvs.push_back((1 - t) * out.uvs[beyond[k]] + t * out.uvs[beyond[k + 1]]);
+            }
+        });
     }
 
     RuleMesh surface_;

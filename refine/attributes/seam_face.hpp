@@ -1,12 +1,9 @@
 #pragma once
 
 #include "../../hier/base/most_frequent.hpp"
-#include "../../hier/base/vec.hpp"
 
 #include <algorithm>
-#include <compare>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -16,18 +13,9 @@ struct SeamRun {
     int first, size;
 };
 
-/// Where a corner of a face of a dual scheme comes from. Where a seam runs over an inner vertex of two faces, both of
-/// its sides meet in faces across it twice: then what lies in one control face has come from two corners there.
-struct SeamOrigin {
-    std::uint32_t home;    ///< control face
-    std::uint32_t corner;  ///< half-edge of level 1, from there on
-    auto operator<=>(const SeamOrigin&) const = default;
-};
-
-/// The run whose UVs a face takes: the one with the most corners, then the one that begins in the lowest control face,
-/// then at the lowest corner of level 1.
+/// The run whose UVs a face takes: the one with the most corners, then the one that begins at the lowest origin.
 /// @param goes_on  (i): whether the corner after i lies on the same side
-/// @param origin   (i): the SeamOrigin of corner i
+/// @param origin   (i): of corner i: its control face, and what more it takes to tell runs apart
 template <class GoesOn, class Origin>
 SeamRun longest_run(int size, const GoesOn& goes_on, const Origin& origin) {
     SeamRun best{0, 0};
@@ -61,45 +49,6 @@ void for_each_beyond(const SeamRun& run, int size, int beyond, Visit&& visit) {
         const int k = std::min(static_cast<int>(along), std::max(last - 1, 0));
         visit((run.first + run.size + i) % size, static_cast<std::size_t>(k), along - k);
     }
-}
-
-/// UVs of the corners beyond a run, from those that the chart goes on with, or as new ones between them.
-inline void continue_uvs(const SeamRun& run, std::span<const std::uint32_t> beyond, std::span<std::uint32_t> corners,
-                         std::vector<Vec2d>& uvs) {
-    for_each_beyond(run, static_cast<int>(corners.size()), static_cast<int>(beyond.size()),
-                    [&](int i, std::size_t k, double t) {
-                        std::uint32_t& to = corners[static_cast<std::size_t>(i)];
-                        if (t == 0 || t == 1) {
-                            to = beyond[t == 0 ? k : k + 1];
-                        } else {
-                            to = static_cast<std::uint32_t>(uvs.size());
-                            uvs.push_back((1 - t) * uvs[beyond[k]] + t * uvs[beyond[k + 1]]);
-                        }
-                    });
-}
-
-/// The UVs of a face's corners, from one side of the seams that it lies across. Returns the control face that it
-/// belongs to there.
-/// @param partner  (i): the half-edge of the charts that corner i is
-/// @param from     (i): the SeamOrigin of corner i
-/// @param next     (p): the half-edge of the charts after that one in its face
-/// @param origin   (p): number of the UVs where it begins
-template <class Partner, class From, class Next, class Origin>
-std::uint32_t take_side(std::span<std::uint32_t> corners, const Partner& partner, const From& from, const Next& next,
-                        const Origin& origin, std::vector<Vec2d>& uvs) {
-    const int size = static_cast<int>(corners.size());
-    for (int i = 0; i < size; ++i)
-        corners[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(origin(partner(i)));
-    const auto around = [&](int i) { return partner(i % size); };
-    const SeamRun run = longest_run(
-        size, [&](int i) { return next(around(i)) == around(i + 1); }, from);
-    const std::uint32_t control = home_of(run, size, [&](int i) { return from(i).home; });
-    if (run.size == size) return control;
-    std::vector<std::uint32_t> beyond;
-    for (auto p = next(around(run.first + run.size - 1)); p != partner(run.first); p = next(p))
-        beyond.push_back(static_cast<std::uint32_t>(origin(p)));
-    continue_uvs(run, beyond, corners, uvs);
-    return control;
 }
 
 }  // namespace tetrakis::detail
