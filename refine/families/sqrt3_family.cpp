@@ -113,32 +113,19 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
 
     // Leaves are the triangles, in their order.
     HierarchyFaces faces(bool with_levels) const override {
-        HierarchyFaces faces;
-        const std::size_t face_count = forest_.leaf_count();
-        detail::reserve_large(faces.face_offsets, face_count + 1);
-        detail::reserve_large(faces.face_vertices, 3 * face_count);
-        constexpr std::uint32_t k_unseen = 0xFFFF'FFFFu;
-        detail::PoolVector<std::uint32_t> number(forest_.point_slots(), k_unseen);
-        detail::reserve_large(faces.leaves, face_count);
-        detail::reserve_large(faces.control_faces, face_count);
+        detail::PooledTriangles exported;
         forest_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
-            faces.leaves.push_back(leaf);
-            faces.control_faces.push_back(control_face);
-            for (const PointId point : forest_.points(leaf)) {
-                std::uint32_t& v = number[point.value];
-                if (v == k_unseen) {
-                    v = static_cast<std::uint32_t>(faces.points.size());
-                    faces.points.push_back(point);
-                }
-                faces.face_vertices.push_back(v);
-            }
-            faces.face_offsets.push_back(static_cast<std::uint32_t>(faces.face_vertices.size()));
-            if (with_levels) faces.levels.push_back(static_cast<std::uint8_t>(forest_.level(leaf)));
+            exported.leaves.push_back(leaf);
+            exported.faces.push_back(control_face);
+            const auto [a, b, c] = forest_.points(leaf);
+            exported.triangles.push_back({a.value, b.value, c.value});
         });
-        detail::resize_large(faces.sites, faces.points.size());
-        for_each_index(static_cast<std::uint32_t>(faces.points.size()),
-                       [&](std::uint32_t i) { faces.sites[i] = forest_.site(faces.points[i]); });
-        return faces;
+        detail::number_points(exported, forest_.point_slots(), forest_.leaf_count() / 2);
+        detail::resize_large(exported.sites, exported.points.size());
+        for_each_index(static_cast<std::uint32_t>(exported.points.size()),
+                       [&](std::uint32_t i) { exported.sites[i] = forest_.site(exported.points[i]); });
+        return detail::faces_of(std::move(exported), with_levels,
+                                [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
     }
 
   private:
