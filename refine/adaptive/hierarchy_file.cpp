@@ -44,6 +44,23 @@ std::string names(const HierarchyFileHeader& header) {
     return text;
 }
 
+/// Calls is_split(node) for the nodes of all trees in preorder, and goes on below those of which that is true.
+template <class IsSplit>
+void for_each_node(const HierarchyTree& tree, const std::function<bool(const HierarchyNode&)>& has_node,
+                   const IsSplit& is_split) {
+    std::vector<HierarchyNode> open;
+    for (std::uint32_t r = 0; r < tree.root_bound; ++r) {
+        if (has_node({r, 0, 0})) open.push_back({r, 0, 0});
+        while (!open.empty()) {
+            const HierarchyNode node = open.back();
+            open.pop_back();
+            if (!is_split(node)) continue;
+            for (int k = tree.children_of(node); k-- > 0;)
+                if (const HierarchyNode child = tree.child(node, k); has_node(child)) open.push_back(child);
+        }
+    }
+}
+
 class Fingerprint {
   public:
     // FNV-1a on 64-bit words.
@@ -86,23 +103,12 @@ std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const
         ++bit_count;
     };
     std::size_t next = 0;
-    std::vector<HierarchyNode> open;
-    for (std::uint32_t r = 0; r < tree.root_bound; ++r) {
-        if (!has_node({r, 0, 0})) continue;
-        open.push_back({r, 0, 0});
-        while (!open.empty()) {
-            const HierarchyNode node = open.back();
-            open.pop_back();
-            const bool is_leaf = nodes[next] == node;
-            put(!is_leaf);
-            if (is_leaf) {
-                ++next;
-                continue;
-            }
-            for (int k = tree.children_of(node); k-- > 0;)
-                if (const HierarchyNode child = tree.child(node, k); has_node(child)) open.push_back(child);
-        }
-    }
+    for_each_node(tree, has_node, [&](const HierarchyNode& node) {
+        const bool is_leaf = nodes[next] == node;
+        put(!is_leaf);
+        if (is_leaf) ++next;
+        return !is_leaf;
+    });
     const std::string text = names(header);
     Writer out;
     out.text({k_magic.data(), k_magic.size()});
@@ -154,28 +160,18 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
     const std::uint64_t leaf_count = read_number(bytes, 32, 8);
     const std::span<const std::byte> bits = bytes.subspan(k_fixed + text_size, bit_bytes);
     if (leaf_count > 8 * bit_bytes) refuse("it has fewer bits than leaves");
-    std::vector<HierarchyNode> nodes, open;
+    std::vector<HierarchyNode> nodes;
     nodes.reserve(leaf_count);
     std::uint64_t at = 0;
-    for (std::uint32_t r = 0; r < tree.root_bound; ++r) {
-        if (!has_node({r, 0, 0})) continue;
-        open.push_back({r, 0, 0});
-        while (!open.empty()) {
-            const HierarchyNode node = open.back();
-            open.pop_back();
-            if (at == 8 * bit_bytes) refuse("its trees end too early");
-            const bool is_split = (static_cast<unsigned>(bits[at / 8]) >> at % 8 & 1u) != 0;
-            ++at;
-            if (!is_split) {
-                nodes.push_back(node);
-                continue;
-            }
-            if (node.depth >= tree.max_depth)
-                refuse("a tree is deeper than " + std::to_string(tree.max_depth) + " splits");
-            for (int k = tree.children_of(node); k-- > 0;)
-                if (const HierarchyNode child = tree.child(node, k); has_node(child)) open.push_back(child);
-        }
-    }
+    for_each_node(tree, has_node, [&](const HierarchyNode& node) {
+        if (at == 8 * bit_bytes) refuse("its trees end too early");
+        const bool is_split = (static_cast<unsigned>(bits[at / 8]) >> at % 8 & 1u) != 0;
+        ++at;
+        if (!is_split) nodes.push_back(node);
+        if (is_split && node.depth >= tree.max_depth)
+            refuse("a tree is deeper than " + std::to_string(tree.max_depth) + " splits");
+        return is_split;
+    });
     if (nodes.size() != leaf_count || (at + 7) / 8 != bit_bytes) refuse("its trees have another number of leaves");
     if (at % 8 != 0 && static_cast<unsigned>(bits.back()) >> at % 8 != 0) refuse("it has bits after its trees");
     return nodes;

@@ -143,8 +143,7 @@ std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, 
     require_not_lost();
     return with_threads(context, [&] {
         return refine_until(family_->ordered_leaves(), max_depth, context,
-                            [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
-                                const std::function<void(double)>&) { ask(wanted, leaves, answers); });
+                            [&](const auto& leaves, auto& answers, const auto&) { ask(wanted, leaves, answers); });
     });
 }
 
@@ -185,8 +184,7 @@ std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunConte
     require_not_lost();
     return with_threads(context, [&] {
         return coarsen_until(context, nullptr,
-                             [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
-                                 const std::function<void(double)>&) { ask(wanted, leaves, answers); });
+                             [&](const auto& leaves, auto& answers, const auto&) { ask(wanted, leaves, answers); });
     });
 }
 

@@ -13,7 +13,6 @@ namespace tetrakis::detail {
 /// @param limit      0: none
 /// @throws Error     memory_limit: they take more than the limit
 inline void check_triangle_memory(std::uint64_t triangles, std::uint64_t bytes, std::uint64_t limit) {
-    if (limit == 0 || bytes <= limit) return;
     check_memory("more than " + std::to_string(triangles) + " triangles are wanted, which need", bytes, limit,
                  "use a larger tolerance, or allow more");
 }

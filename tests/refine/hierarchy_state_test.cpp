@@ -234,7 +234,7 @@ TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothi
             const Error error = error_of([&] { h.load(none); });
             CHECK(error.code() == ErrorCode::io);
             CHECK(contains(error.what(), none.string()));
-            CHECK(contains(error.what(), "folder") == (none == scratch.path()));
+            CHECK(contains(error.what(), "directory") == (none == scratch.path()));
         }
         const std::filesystem::path file = scratch.path() / "bad.bin";
         spill(file, "tetrakis, but not one");
