@@ -43,23 +43,20 @@ std::shared_ptr<const LevelSource> with_limits(std::shared_ptr<const LevelSource
     return std::make_shared<OtherLimits>(std::move(levels), options.limit_positions);
 }
 
-/// The levels, with limit positions as the options ask for them.
-std::shared_ptr<const LevelSource> by_rows(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
-                                           const HierarchyOptions& options, const VertexRoots* roots = nullptr) {
-    return with_limits(detail::row_points(mesh, scheme, rules, roots, options.context, options.whole_levels), options);
-}
-
 }  // namespace
 
 Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options) {
     if (const int steps = averaging_steps(scheme, options.rules); steps < 0 || steps > k_most_averaging_steps)
         throw Error(ErrorCode::invalid_input, "the number of averaging steps must be from 0 to 64");
+    const auto by_rows = [&](const RuleOptions& rules, const VertexRoots* roots) {
+        return with_limits(detail::row_points(mesh, scheme, rules, roots, options.context, options.whole_levels),
+                           options);
+    };
     if (scheme.family != MeshFamily::hexagons && fan_lattice(scheme, options.rules) == FanLattice::dual) {
         VertexRoots roots = vertex_roots(mesh, scheme, options.rules);
-        std::shared_ptr<const LevelSource> of_cells = by_rows(mesh, scheme, options.rules, options, &roots);
+        std::shared_ptr<const LevelSource> of_cells = by_rows(options.rules, &roots);
         return Hierarchy(vertex_family(mesh, std::move(of_cells), std::move(roots)), scheme, options.rules);
     }
-    const bool triangles = scheme.family == MeshFamily::triangles;
     if (boundary_recedes(scheme, options.rules) && mesh.has_boundary())
         throw Error(ErrorCode::unsupported,
                     "a boundary that recedes leaves sites without vertex; hierarchies need one that is replicated");
@@ -73,7 +70,8 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     if (scheme.refinement == Refinement::honeycomb)
         throw Error(ErrorCode::unsupported, "there is no hierarchy for " + std::string(scheme.name) +
                                                 ": its vertices are no sites of corner cells or triangles");
-    const auto source = by_rows(mesh, scheme, detail::with_crease_method(mesh, scheme, options.rules), options);
+    const auto source = by_rows(detail::with_crease_method(mesh, scheme, options.rules), nullptr);
+    const bool triangles = scheme.family == MeshFamily::triangles;
     return Hierarchy(triangles ? triangle_family(mesh, source) : bisection_family(mesh, source), scheme, options.rules);
 }
 

@@ -19,7 +19,6 @@ class UsedValues {
         for (const std::uint32_t v : corners) used_[v] = 1;
         all_ = std::find(used_.begin(), used_.end(), 0) == used_.end();
     }
-    bool all() const { return all_; }
 
     /// Removes the values that are not used; the others keep their order. @param width  of each value
     template <class T>

@@ -89,37 +89,9 @@ void detail::drop_unused_points(PolygonMesh& mesh, RefinedPoints* points) {
 
 namespace {
 
-void warn_if_empty(PolygonMesh& result) {
-    if (result.face_count() == 0)
-        result.warnings.push_back("no face is left: all are holes, or touch the boundary under boundary rule none");
-}
-
-void warn_of_smooth_uvs(const SchemeInfo& scheme, PolygonMesh& result) {
-    result.warnings.push_back(
-        "the texture coordinates were refined smoothly, not linearly as their tag asks: "
-        "faces of " +
-        std::string(scheme.name) + " do not lie in faces of the control mesh");
-}
-
 /// By which texture coordinates are refined where their tag asks for linear ones.
 const SchemeInfo& linear_scheme(const SchemeInfo& scheme) {
     return *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear");
-}
-
-/// What a face is made of goes with its UVs.
-void take_materials(const ControlMesh& mesh, const std::vector<std::uint32_t>& control_face, PolygonMesh& result) {
-    const ControlMeshData& data = mesh.data();
-    for (const std::uint32_t control : control_face) {
-        if (!data.face_material.empty()) result.face_material.push_back(data.face_material[control]);
-        if (!data.face_group.empty()) result.face_group.push_back(data.face_group[control]);
-    }
-}
-
-void take_followed(const ControlMesh& mesh, detail::FollowedUvs followed, PolygonMesh& result) {
-    detail::drop_unused(followed.face_uvs, followed.uvs);
-    result.uvs = std::move(followed.uvs);
-    result.face_uvs = std::move(followed.face_uvs);
-    take_materials(mesh, followed.control_face, result);
 }
 
 /// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where they
@@ -132,12 +104,22 @@ bool refine_uvs(const ControlMesh& tagged, const SchemeInfo& scheme, int levels,
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
     const bool across =
         scheme.refinement == Refinement::honeycomb || fan_lattice(scheme, options.rules) == FanLattice::dual;
-    if (across && linear && levels > 0) warn_of_smooth_uvs(scheme, result);
+    if (across && linear && levels > 0)
+        result.warnings.push_back(
+            "the texture coordinates were refined smoothly, not linearly as their tag asks: faces of " +
+            std::string(scheme.name) + " do not lie in faces of the control mesh");
     if (levels > 0 && (triples || across || (!linear && detail::extends_charts(scheme, options.rules)))) {
         detail::FollowedUvs followed = triples ? detail::follow_triangles(mesh, scheme, levels, options.rules)
                                                : detail::follow_across_seams(mesh, scheme, levels, options.rules);
         if (followed.face_uvs.size() != static_cast<std::size_t>(last.halfedge_count())) return false;
-        take_followed(mesh, std::move(followed), result);
+        detail::drop_unused(followed.face_uvs, followed.uvs);
+        result.uvs = std::move(followed.uvs);
+        result.face_uvs = std::move(followed.face_uvs);
+        // What a face is made of goes with its UVs.
+        for (const std::uint32_t control : followed.control_face) {
+            if (!mesh.data().face_material.empty()) result.face_material.push_back(mesh.data().face_material[control]);
+            if (!mesh.data().face_group.empty()) result.face_group.push_back(mesh.data().face_group[control]);
+        }
         return true;
     }
     const SchemeInfo& by = linear ? linear_scheme(scheme) : scheme;
@@ -204,7 +186,8 @@ bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     detail::warn_of_ignored_tags(mesh, scheme, rules, result.warnings);
     if (all_kept) return true;
     keep_faces(kept, result);
-    warn_if_empty(result);
+    if (result.face_count() == 0)
+        result.warnings.push_back("no face is left: all are holes, or touch the boundary under boundary rule none");
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
     return false;
 }
@@ -289,20 +272,6 @@ bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
     return !faces.control.empty();
 }
 
-/// The faces of a mesh whose points are made, and what goes with them.
-/// @param all_used  whether all points are corners of these faces
-/// @param keep      unless null, receives what makes the points
-void take_faces(const ControlMesh& mesh, const SchemeInfo& scheme, const RefineOptions& options,
-                detail::RootLattices::Faces faces, bool all_used, detail::RefinedPoints made,
-                detail::RefinedPoints* keep, PolygonMesh& result) {
-    result.face_offsets = std::move(faces.offsets);
-    result.face_vertices = std::move(faces.vertices);
-    const bool all_kept = keep_surface(
-        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
-    if (keep != nullptr) *keep = std::move(made);
-    if (!all_kept || !all_used) detail::drop_unused_points(result, keep);
-}
-
 /// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
 /// there is none; `first_levels` then has what was done by rules.
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
@@ -368,24 +337,19 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         result.uvs.assign(points.begin(), points.end());
         result.face_uvs = chart_rows->faces(quiet).vertices;
     }
-    take_faces(mesh, scheme, options, std::move(faces), !recedes && rows->uses_all_points(), std::move(made), keep,
-               result);
+    result.face_offsets = std::move(faces.offsets);
+    result.face_vertices = std::move(faces.vertices);
+    const bool all_kept = keep_surface(
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
+    if (keep != nullptr) *keep = std::move(made);
+    if (!all_kept || recedes || !rows->uses_all_points()) detail::drop_unused_points(result, keep);
     return result;
 }
 
-PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
+PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, RefineOptions options,
                            StencilTable* stencils, detail::RefinedPoints* keep) {
-    if (scheme.is_linear() && options.normals) {
-        RefineOptions without = options;
-        without.normals = false;
-        return refine_general(mesh, scheme, levels, without, stencils, keep);
-    }
-    if (const RuleOptions rules = detail::with_crease_method(mesh, scheme, options.rules);
-        rules.chaikin_creases != options.rules.chaikin_creases) {
-        RefineOptions chaikin = options;
-        chaikin.rules = rules;
-        return refine_general(mesh, scheme, levels, chaikin, stencils, keep);
-    }
+    options.normals = options.normals && !scheme.is_linear();
+    options.rules = detail::with_crease_method(mesh, scheme, options.rules);
     detail::check_attributes(mesh, options.attributes);
     std::unique_ptr<detail::RuleLevels> first_levels;
     if (stencils == nullptr) {

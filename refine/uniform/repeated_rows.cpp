@@ -153,13 +153,6 @@ LastLevel last_level(const ControlMesh& mesh, const RootKind& roots, int levels,
     return {points, bytes};
 }
 
-void check_memory(const ControlMesh& mesh, int levels, const LastLevel& last, const RunContext& context) {
-    constexpr double k_most = 0x1p63;
-    detail::check_memory(fmt::format("{} levels, {:.0f} vertices, need", levels, last.points),
-                         static_cast<std::uint64_t>(std::min(last.bytes, k_most)), context.max_memory_bytes,
-                         "ask for fewer levels", mesh.data().source);
-}
-
 }  // namespace
 
 /// Which corners the steps from some level on see, and where rows take over from the rules.
@@ -317,7 +310,10 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const double roots = all->net_.base().face_count / (triangles ? 2.0 : 1.0);
     plan.choose(all->net_, scheme, rules, factor, roots, any_limits, demand.even_if_slower);
     // By the rules, to which the cases above and the few below go, a level takes more.
-    check_memory(mesh, levels, last_size, context);
+    constexpr double k_most_bytes = 0x1p63;
+    check_memory(fmt::format("{} levels, {:.0f} vertices, need", levels, last_size.points),
+                 static_cast<std::uint64_t>(std::min(last_size.bytes, k_most_bytes)), context.max_memory_bytes,
+                 "ask for fewer levels", mesh.data().source);
     if (!demand.even_if_slower && plan.cost > roots * std::pow(factor * factor, levels - begin)) return nullptr;
     if (plan.cost > demand.most_points) return nullptr;
     if (!all->learn(plan, scheme, rules, demand, context)) return nullptr;
