@@ -141,17 +141,23 @@ class FactoredPrimal final : public FactoredFaces {
     static void each(int count, const Body& body) {
         for_each_index(static_cast<std::uint32_t>(count), [&](std::uint32_t i) { body(static_cast<int>(i)); });
     }
-    /// Calls edge(half-edge of it, neighbour) and face(face) for what is around a vertex, from start_ on.
+    /// Calls edge(half-edge of it, neighbour) and face(face) for what is around a vertex, from start_ on. Returns the
+    /// number of edges.
     template <class Edge, class Face>
-    void around(int v, const Edge& edge, const Face& face) const {
-        int h = start_[v];
+    int around(int v, const Edge& edge, const Face& face) const {
+        int h = start_[v], edges = 0;
         do {
             edge(h, mesh_.target(h));
             face(mesh_.face(h));
+            ++edges;
             const int before = mesh_.prev(h);
             h = mesh_.twin(before);
-            if (h == RuleMesh::none) edge(before, mesh_.origin(before));
+            if (h == RuleMesh::none) {
+                edge(before, mesh_.origin(before));
+                ++edges;
+            }
         } while (h != RuleMesh::none && h != start_[v]);
+        return edges;
     }
     VertexRule rule(int v) const {
         bool sharp = is_sharp(mesh_.vertex_sharpness(v));
@@ -202,13 +208,8 @@ class FactoredPrimal final : public FactoredFaces {
         const auto smooth = [&] {
             const auto first = static_cast<std::uint32_t>(mesh_.vertex_count());
             Vec3d edges(0), faces(0);
-            int n = 0;
-            around(
-                v,
-                [&](int, int neighbour) {
-                    edges += positions_[vertex_[neighbour]];
-                    ++n;
-                },
+            const int n = around(
+                v, [&](int, int neighbour) { edges += positions_[vertex_[neighbour]]; },
                 [&](int f) { faces += next[first + static_cast<std::uint32_t>(f)]; });
             const RingMask m = CatmullClark::vertex_mask(n);
             return m.vertex * positions_[vertex_[v]] + m.edge * edges + m.face * faces;
@@ -230,14 +231,8 @@ class FactoredPrimal final : public FactoredFaces {
         const VertexRule rule = this->rule(v);
         if (rule == VertexRule::crease || rule == VertexRule::corner) return positions_[vertex_[v]];
         Vec3d edges(0);
-        int n = 0;
-        around(
-            v,
-            [&](int, int neighbour) {
-                edges += positions_[vertex_[neighbour]];
-                ++n;
-            },
-            [](int) {});
+        const int n = around(
+            v, [&](int, int neighbour) { edges += positions_[vertex_[neighbour]]; }, [](int) {});
         return 0.5 * positions_[vertex_[v]] + (0.5 / n) * edges;
     }
 
@@ -283,13 +278,8 @@ class FactoredPrimal final : public FactoredFaces {
             return k_crease_vertex_mask.vertex * previous_[vertex_[v]] + k_crease_vertex_mask.neighbour * along;
         }
         Vec3d faces(0);
-        int n = 0;
-        around(
-            v, [](int, int) {},
-            [&](int f) {
-                faces += positions_[centre_[f]];
-                ++n;
-            });
+        const int n = around(
+            v, [](int, int) {}, [&](int f) { faces += positions_[centre_[f]]; });
         return 0.5 * positions_[vertex_[v]] + (0.5 / n) * faces;
     }
     Vec3d four_eight_centre(int f) const {
