@@ -3,7 +3,7 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
-#include "../../refine/attributes/numbered_uvs.hpp"
+#include "../../refine/attributes/used_values.hpp"
 #include "../../refine/rules/rule_limit.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../bounds/dual_bound.hpp"

@@ -1,4 +1,4 @@
-#include "numbered_uvs.hpp"
+#include "used_values.hpp"
 
 #include "../../hier/base/parallel.hpp"
 
