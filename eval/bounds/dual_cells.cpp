@@ -140,7 +140,7 @@ void DualCells::find(std::span<const VertexCell> leaves, const std::function<voi
         std::sort(cells.begin(), cells.end());
         cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
         found.resize(cells.size());
-        written_positions(source_, cells, found);
+        written_positions(source_, cell_sites(cells), found);
         auto next = each.begin();
         const auto take = [&] {
             return found[static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), *next++) -

@@ -177,7 +177,7 @@ void DualLimits::points(std::span<const Corner> corners, std::span<Vec3d> positi
             set(i, sum);
         }
     };
-    written_positions(*source_, cells, found);
+    written_positions(*source_, cell_sites(cells), found);
     for_each_sum([&](std::size_t i, const Vec3d& sum) { positions[i] = sum / double(begin[i + 1] - begin[i]); });
     if (normals.empty()) return;
     source_->normals(cell_sites(cells), found);

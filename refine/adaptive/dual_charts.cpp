@@ -216,7 +216,7 @@ class DualCharts::Follower {
         if (limit)
             charts_.points_->limit_positions(cell_sites(once), points);
         else
-            written_positions(*charts_.points_, once, points);
+            written_positions(*charts_.points_, cell_sites(once), points);
         const auto value = [&](std::size_t i) {
             return Vec2d(
                 points[static_cast<std::size_t>(std::lower_bound(once.begin(), once.end(), cells_[i]) - once.begin())]);

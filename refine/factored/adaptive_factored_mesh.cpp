@@ -228,7 +228,7 @@ struct AdaptiveFactoredMesh::State {
             first.push_back(around.size());
         }
         std::vector<Vec3d> found(around.size());
-        written_positions(*points, around, found);
+        written_positions(*points, cell_sites(around), found);
         for (std::size_t p = 0; p < sites.size(); ++p) {
             Vec3d sum(0);
             for (std::size_t i = first[p]; i < first[p + 1]; ++i) sum += found[i];

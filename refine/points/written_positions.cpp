@@ -19,8 +19,4 @@ void written_positions(const LevelSource& source, std::span<const Site> sites, s
     }
 }
 
-void written_positions(const LevelSource& source, std::span<const VertexCell> cells, std::span<Vec3d> out) {
-    written_positions(source, cell_sites(cells), out);
-}
-
 }  // namespace tetrakis
