@@ -8,7 +8,7 @@
 
 namespace tetrakis::detail {
 
-/// One level of repeated averaging (averaging.hpp) without its points: which of them there are, of what each is the
+/// One level of repeated averaging without its points: which of them there are, of what each is the
 /// mean, and the mesh that is made of them at the end.
 ///
 /// The points are first those of the bilinear split, at the vertices of split(). Averaging 0, 2, ... makes one for each
