@@ -34,7 +34,8 @@ class ProceduralSurface final : public Surface {
     /// A square about the origin, heights along z at (x, y, 0). uv: (x, y) from the corner of the lowest ones, in
     /// sides.
     /// @param finest  triangles with longest sides of this length or less are not split; a side at most
-    /// @throws Error  invalid_input: lengths that are not positive, a function that is missing, bounds that contradict each
+    /// @throws Error  invalid_input: lengths that are not positive, a function that is missing, bounds that contradict
+    /// each
     ///                other; unsupported: more levels than sites have
     static ProceduralSurface plane(double side, double finest, ProceduralHeights heights);
     /// A ball about the origin, heights outwards, at places on the ball. uv: as of PlanetSurface.
