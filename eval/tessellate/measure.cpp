@@ -171,12 +171,66 @@ double mapped_distance(const SurfaceMap<Family>& map, const Vec3d& q, SurfacePar
     return best;
 }
 
-double longest_side(const TriangleMesh& mesh, std::size_t t) {
-    double longest = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-        longest = std::max(longest, glm::length(mesh.positions[mesh.triangles[t][k]] -
-                                                mesh.positions[mesh.triangles[t][(k + 1) % 3]]));
-    return longest;
+/// The way from a target to the mesh, sampled on the target itself: what the projection never reached counts as well.
+/// @param triangle_error  raised where a point of the target is nearest to a triangle and within its size, so that
+///                        splitting the triangle may help
+Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, const TriangleBvh& bvh,
+                         std::uint64_t samples, std::vector<double>& triangle_error, const RunContext& context) {
+    const auto count = static_cast<std::uint32_t>(target.triangles.size());
+    const auto area = [&](std::uint32_t t) {
+        const auto& tri = target.triangles[t];
+        const Vec3d& a = target.positions[tri[0]];
+        return 0.5 * glm::length(glm::cross(target.positions[tri[1]] - a, target.positions[tri[2]] - a));
+    };
+    double whole = 0;
+    for (std::uint32_t t = 0; t < count; ++t) whole += area(t);
+    const double spacing = std::sqrt(whole / static_cast<double>(samples));
+    const std::uint32_t blocks = (count + k_block - 1) / k_block;
+    std::vector<Sums> sums(blocks);
+    struct Worst {
+        double distance = -1;
+        std::uint32_t triangle = ClosestPoint::k_none;
+    };
+    std::vector<Worst> worst(count);
+    for_each_reported(blocks, 1, context, "measure", 0.9, 1, [&](std::uint32_t block) {
+        Sums& sum = sums[block];
+        CoherentClosest walker(bvh);
+        for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
+            const auto& tri = target.triangles[t];
+            const Vec3d a = target.positions[tri[0]], b = target.positions[tri[1]], c = target.positions[tri[2]];
+            // By its share of the area: a target may have few large triangles, or both large and small ones. Long thin
+            // ones, which have little area, get points along them.
+            const double longest = std::max({glm::length(b - a), glm::length(c - b), glm::length(a - c)});
+            const double along = std::min<double>(k_most_intervals, spacing > 0 ? longest / spacing : 0.0);
+            const double within = spacing > 0 ? std::sqrt(2 * area(t)) / spacing : 0.0;
+            const int n = std::max(1, static_cast<int>(std::ceil(std::max(along, within))));
+            const double weight = area(t) / (0.5 * (n + 1.0) * (n + 2.0));
+            for (int i = 0; i <= n; ++i)
+                for (int j = 0; i + j <= n; ++j) {
+                    const double b0 = static_cast<double>(n - i - j) / n, b1 = static_cast<double>(i) / n,
+                                 b2 = static_cast<double>(j) / n;
+                    const ClosestPoint hit = walker.closest(b0 * a + b1 * b + b2 * c);
+                    if (hit.distance > worst[t].distance) worst[t] = {hit.distance, hit.triangle};
+                    sum.weighted += weight * hit.distance;
+                    sum.squared += weight * hit.distance * hit.distance;
+                    sum.weight += weight;
+                    ++sum.samples;
+                }
+            sum.forward = std::max(sum.forward, worst[t].distance);
+        }
+    });
+    for (const Worst& hit : worst) {
+        if (hit.triangle == ClosestPoint::k_none) continue;
+        const auto& tri = mesh.triangles[hit.triangle];
+        double longest = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            longest = std::max(longest, glm::length(mesh.positions[tri[k]] - mesh.positions[tri[(k + 1) % 3]]));
+        if (hit.distance <= longest)
+            triangle_error[hit.triangle] = std::max(triangle_error[hit.triangle], hit.distance);
+    }
+    Sums total;
+    for (const Sums& sum : sums) total += sum;
+    return total;
 }
 
 /// Barycentrics from weights of the second and third corner.
@@ -389,16 +443,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         search(total);
     }
     const std::uint64_t pairs = total.samples;
-    if (map.target) {
-        // The way from the target itself: what the projection never reached counts as well.
-        const DirectedDistance from =
-            directed_distance(*map.target_mesh, bvh, {.samples = samples, .per_triangle = true}, context);
-        total += {from.max, 0, from.mean * from.area, from.rms * from.rms * from.area, from.area, from.samples};
-        // Where it is within a triangle's size, splitting the triangle may help.
-        for (std::uint32_t t = 0; t < count; ++t)
-            if (from.nearest_max[t] <= longest_side(mesh, t))
-                triangle_error[t] = std::max<double>(triangle_error[t], from.nearest_max[t]);
-    }
+    if (map.target) total += measure_from_target(*map.target_mesh, mesh, bvh, samples, triangle_error, context);
     MeasuredError result;
     result.forward = total.forward;
     result.backward = total.backward;
