@@ -35,8 +35,7 @@ class ProceduralSurface final : public Surface {
     /// sides.
     /// @param finest  triangles with longest sides of this length or less are not split; a side at most
     /// @throws Error  invalid_input: lengths that are not positive, a function that is missing, bounds that contradict
-    /// each
-    ///                other; unsupported: more levels than sites have
+    ///                each other; unsupported: more levels than sites have
     static ProceduralSurface plane(double side, double finest, ProceduralHeights heights);
     /// A ball about the origin, heights outwards, at places on the ball. uv: as of PlanetSurface.
     static ProceduralSurface ball(double radius, double finest, ProceduralHeights heights);

@@ -23,6 +23,7 @@ struct LimitRows {
 /// Keeps the masks that it has found.
 class LimitSearch {
   public:
+    /// @param options  their runner lives longer
     LimitSearch(const SchemeInfo& scheme, const RuleOptions& options);
     ~LimitSearch();
     const SchemeInfo& scheme() const { return scheme_; }

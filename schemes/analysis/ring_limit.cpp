@@ -77,6 +77,8 @@ RingLimit dart_limit(SchemeKind scheme, const RingLayout& at, int sharp) {
     const SpectralAnalysis analysis = analyse(one_ring, {.faces = n, .dart = true}, {});
     const std::vector<FanLabel>& labels = analysis.matrix.labels.all();
     RingLimit::Sector& s = limit.sectors[0];
+    if (analysis.tangent1.empty())
+        throw std::invalid_argument("so many edges around the end of a crease have no limit mask");
     // The mode grows towards the crease edge.
     double along = 0;
     for (std::size_t i = 0; i < labels.size(); ++i)
