@@ -426,7 +426,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         }
         if (begin < count) total.backward = std::max(total.backward, triangle_error[order[begin]]);
     };
-    // What is exact alone may be the largest.
+    // The largest error has to come from exact samples.
     const auto is_exact = [&](const Sums& sums) {
         return !map.plain() || sums.largest() == 0 || sums.largest() > exact_from;
     };

@@ -148,7 +148,7 @@ class SideBySide {
         const auto home = [&](int i) { return static_cast<std::uint32_t>(home_[at(i)]); };
         for (int i = 0; i < size; ++i) out.face_uvs[at(i)] = uv(partner_[at(i)]);
         // Where a seam runs over an inner vertex of two faces, both of its sides meet in faces across it twice: then
-        // what lies in one control face has come from two corners of level 1 there.
+        // the part of it in one control face has come from two corners of level 1 there.
         const SeamRun run = longest_run(
             size, [&](int i) { return charts_.mesh.next(partner_[at(i)]) == partner_[at(i + 1)]; },
             [&](int i) { return std::pair(home(i), corner_.empty() ? 0 : corner_[at(i)]); });

@@ -141,8 +141,9 @@ class FactoredPrimal final : public FactoredFaces {
     static void each(int count, const Body& body) {
         for_each_index(static_cast<std::uint32_t>(count), [&](std::uint32_t i) { body(static_cast<int>(i)); });
     }
-    /// Calls edge(half-edge of it, neighbour) and face(face) for what is around a vertex, from start_ on. Returns the
-    /// number of edges.
+    /// Calls edge(half-edge of it, neighbour) for the edges and face(face) for the faces around a vertex, from start_
+    /// on.
+    /// @return  how many edges there are
     template <class Edge, class Face>
     int around(int v, const Edge& edge, const Face& face) const {
         int h = start_[v], edges = 0;

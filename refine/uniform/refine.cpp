@@ -223,7 +223,7 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     return demand;
 }
 
-/// No number: what is made from a point that is missing is missing.
+/// No number, so that a point that a missing one goes into is no number, too.
 constexpr Vec3d k_missing_point(std::numeric_limits<double>::quiet_NaN());
 
 /// The mesh with one more ring of quads along its boundaries, for outer points that are missing: what a boundary that

@@ -60,7 +60,7 @@ RingLimit smooth_limit(SchemeKind scheme, const RingLayout& at) {
     const int n = at.faces;
     ClosedMasks masks = closed_masks(scheme, {.faces = n});
     if (n == 2) {
-        // At an angle of pi the closed forms vanish: the two differences are what is left.
+        // At an angle of pi the closed forms vanish; differences of opposite points take their place.
         masks.tangent1 = {{{0, 1, 0}, 1}, {{1, 1, 0}, -1}};
         if (at.quads) masks.tangent2 = {{{0, 1, 1}, 1}, {{1, 1, 1}, -1}};
     }
