@@ -154,7 +154,14 @@ Vec3d ProceduralSurface::base(const Site& site) const {
 Vec3d ProceduralSurface::up(const Vec3d& base) const {
     return std::isfinite(radius_) ? base / radius_ : Vec3d(0, 0, 1);
 }
-Vec3d ProceduralSurface::ground(const Vec3d& base) const { return base + heights_.height(base) * up(base); }
+Vec3d ProceduralSurface::ground(const Vec3d& base) const {
+    const double height = heights_.height(base);
+    if (!std::isfinite(height))
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("a procedural height of {} at ({}, {}, {}); heights are finite", height, base.x, base.y,
+                                base.z));
+    return base + height * up(base);
+}
 
 void ProceduralSurface::places(std::span<const Site> sites, std::span<Place> places) const {
     const bool is_ball = std::isfinite(radius_);

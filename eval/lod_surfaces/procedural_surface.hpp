@@ -11,7 +11,7 @@ namespace tetrakis::lod {
 /// Heights that are computed where they are asked for, with what has to be known of them everywhere. The functions say
 /// the same each time and may be called by any threads at once.
 struct ProceduralHeights {
-    std::function<double(const Vec3d& place)> height;
+    std::function<double(const Vec3d& place)> height;  ///< finite: what asks for others throws invalid_input
     /// How far heights over a triangle in space, in a ball of this radius, are at most from the plane between those at
     /// its corners. Does not fall as radii grow.
     std::function<double(double radius)> deviation;

@@ -290,25 +290,43 @@ std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& 
     return ray.found ? std::optional(SurfaceHit{ray.first, ray.normal}) : std::nullopt;
 }
 
+/// The cells in which a diamond and all that its splits make possible lie: as wide as that, so two at most along each
+/// axis.
+struct TerrainSurface::Around {
+    Around(const TerrainSurface& surface, LatticePlace p) {
+        const auto last_x = surface.lattice_.last_x(), last_y = surface.lattice_.last_y();
+        const std::int32_t reach = LatticeDiamond::reach(p);
+        x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, last_x);
+        y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, last_y);
+        const int wanted = std::bit_width(static_cast<std::uint32_t>(2 * reach - 1)) - k_log_cell;
+        const int k = std::clamp(wanted, 0, static_cast<int>(surface.heights_.size()) - 1), shift = k + k_log_cell;
+        const HeightLevel& level = surface.heights_[static_cast<std::size_t>(k)];
+        north = level.row(y0 >> shift) + (x0 >> shift);
+        south = level.row(std::min(y1 >> shift, level.rows - 1)) + (x0 >> shift);
+        east = std::min(x1 >> shift, level.columns - 1) - (x0 >> shift);
+    }
+    std::int32_t x0, x1, y0, y1, east;
+    const Heights *north, *south;
+};
+
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
-    const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
     // The loop waits for memory.
-    for (const Site& site : sites) __builtin_prefetch(codes_.data() + code_index(lattice_.place(site)));
+    for (const Site& site : sites) {
+        const LatticePlace p = lattice_.place(site);
+        const Around around(*this, p);
+        __builtin_prefetch(codes_.data() + code_index(p));
+        __builtin_prefetch(around.north);
+        __builtin_prefetch(around.south);
+    }
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const LatticePlace p = lattice_.place(sites[i]);
-        const std::int32_t reach = LatticeDiamond::reach(p);
-        const std::int32_t x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, last_x),
-                           y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, last_y);
-        // The cells that are as wide: it lies in two at most, along each axis.
-        const int wanted = std::bit_width(static_cast<std::uint32_t>(2 * reach - 1)) - k_log_cell;
-        const int k = std::clamp(wanted, 0, static_cast<int>(heights_.size()) - 1), shift = k + k_log_cell;
-        const HeightLevel& level = heights_[static_cast<std::size_t>(k)];
-        const std::int32_t west = x0 >> shift, east = std::min(x1 >> shift, level.columns - 1);
-        const Heights* const north = level.row(y0 >> shift);
-        const Heights* const south = level.row(std::min(y1 >> shift, level.rows - 1));
-        const Heights a = north[west], b = north[east], c = south[west], d = south[east];
-        const Vec3d first(east_of(x0), north_of(y1), double{std::min(std::min(a.low, b.low), std::min(c.low, d.low))}),
-            last(east_of(x1), north_of(y0), double{std::max(std::max(a.high, b.high), std::max(c.high, d.high))});
+        const Around around(*this, p);
+        const Heights a = around.north[0], b = around.north[around.east], c = around.south[0],
+                      d = around.south[around.east];
+        const Vec3d first(east_of(around.x0), north_of(around.y1),
+                          double{std::min(std::min(a.low, b.low), std::min(c.low, d.low))}),
+            last(east_of(around.x1), north_of(around.y0),
+                 double{std::max(std::max(a.high, b.high), std::max(c.high, d.high))});
         bounds[i].center = (first + last) / 2.0;
         bounds[i].half_sides = (last - first) / 2.0;
         bounds[i].error = lengths_.length(code(p));

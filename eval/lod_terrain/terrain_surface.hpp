@@ -65,6 +65,7 @@ class TerrainSurface final : public Terrain {
     detail::GroundSquare square(LatticePlace p) const {
         return {p, [this](LatticePlace corner) { return position(corner); }};
     }
+    struct Around;
     struct RaySearch;
     void search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const;
     double east_of(std::int32_t column) const;

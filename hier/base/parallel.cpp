@@ -9,10 +9,13 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cfenv>
 #include <chrono>
+#include <future>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #if defined(__SSE2__)
 #    include <immintrin.h>
@@ -23,8 +26,23 @@ namespace tetrakis::detail {
 void run_blocks(std::uint32_t count, std::uint32_t grain, BlockCall call, const void* body) {
     if (count == 0) return;
     if (count <= grain) return call(body, 0, count);
+#if defined(__SANITIZE_THREAD__)
+    // ThreadSanitizer does not see how oneTBB's threads wait for each other, and would report every loop.
+    std::atomic<std::uint64_t> next = 0;
+    const auto run = [&] {
+        for (std::uint64_t begin; (begin = next.fetch_add(grain)) < count;)
+            call(body, static_cast<std::uint32_t>(begin),
+                 static_cast<std::uint32_t>(std::min<std::uint64_t>(begin + grain, count)));
+    };
+    std::vector<std::future<void>> others;
+    for (int i = 1; i < oneapi::tbb::this_task_arena::max_concurrency(); ++i)
+        others.push_back(std::async(std::launch::async, run));
+    run();
+    for (std::future<void>& other : others) other.get();
+#else
     oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::uint32_t>(0, count, grain),
                               [=](const auto& range) { call(body, range.begin(), range.end()); });
+#endif
 }
 
 void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunContext& context, std::string_view stage,

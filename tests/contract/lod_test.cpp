@@ -508,6 +508,12 @@ TEST_CASE("lod: bad input [bad-input]") {
             CHECK(update.leaves <= 1000);
         }
     CHECK(view.update(with([](lod::Camera&) {}), {.leaves = 0}).leaves == 4 * surface.roots().face_count());
+    lod::ProceduralHeights heights = lod::fractal_heights(5, 60, 3);
+    heights.height = [&](const Vec3d& place) { return place.x > 20 ? nan : 0.0; };
+    const auto partly = lod::ProceduralSurface::plane(100, 1, heights);
+    CHECK_THROWS_WITH_AS(lod::View(partly).update(with([](lod::Camera&) {})), doctest::Contains("height of nan at"),
+                         Error);
+    CHECK_THROWS_WITH_AS(partly.hit({30, 0, 9}, {0, 0, -1}), doctest::Contains("heights are finite"), Error);
     HeightGrid flat = grid;
     std::fill(flat.heights.begin(), flat.heights.end(), 0.0f);
     const lod::TerrainSurface plane(flat);
