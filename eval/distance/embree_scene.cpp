@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/task_arena.h>
 
-#include <exception>
+#include <algorithm>
+#include <cmath>
 #include <thread>
 
 namespace tetrakis::detail {
@@ -52,6 +53,7 @@ struct BuildMonitor {
 }  // namespace
 
 void EmbreeScene::build(RTCGeometry geometry, const RunContext& context) {
+    rtcSetGeometryPointQueryFunction(geometry, &EmbreeScene::on_candidate);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene_, geometry, 0);
     rtcReleaseGeometry(geometry);
@@ -70,6 +72,61 @@ void EmbreeScene::build(RTCGeometry geometry, const RunContext& context) {
                         ? fmt::format("the bounding volume hierarchy needs more than the {} bytes left for it", limit_)
                         : std::string("no memory left for the bounding volume hierarchy"));
     throw Error(ErrorCode::invalid_input, fmt::format("Embree rejects the geometry (error {})", failure));
+}
+
+bool EmbreeScene::Search::offer(std::uint32_t primitive) {
+    const double distance = call(exact, primitive, found.distance);
+    if (distance == found.distance) found.primitive = std::min(found.primitive, primitive);
+    if (!(distance < found.distance)) return false;
+    found = {primitive, distance};
+    return true;
+}
+
+float EmbreeScene::Search::radius() const {
+    // Embree computes squared box distances in float: one rounding in each difference of coordinates, five in squares
+    // and sum, one in the squared radius; together below 8 * 2^-24 relative in the square, 2^-22 in the distance. Four
+    // times that also covers the double roundings of the local frame.
+    constexpr double k_inflation = 0x1p-20;
+    // The square must not underflow to zero, or a primitive that touches the point would be culled.
+    constexpr double k_smallest = 0x1p-60;
+    const double radius = (found.distance * scale + slack) * (1 + k_inflation);
+    return radius < std::numeric_limits<float>::max() ? round_up(std::max(radius, k_smallest))
+                                                      : std::numeric_limits<float>::infinity();
+}
+
+bool EmbreeScene::on_candidate(RTCPointQueryFunctionArguments* args) {
+    auto& search = *static_cast<Search*>(args->userPtr);
+    if (search.thrown) return false;
+    try {
+        if (!search.offer(args->primID)) return false;
+    } catch (...) {  // nothing may be thrown through Embree
+        search.thrown = std::current_exception();
+        args->query->radius = 0;
+        return true;
+    }
+    const float radius = search.radius();
+    if (radius >= args->query->radius) return false;
+    args->query->radius = radius;
+    return true;
+}
+
+void EmbreeScene::run(Search& search, const Vec3d& local, std::uint32_t count, double rounding) const {
+    const double reach = std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)});
+    if (!(reach <= k_farthest_float_query)) {  // too far for squares of floats: every primitive is a candidate
+        for (std::uint32_t i = 0; i < count; ++i) search.offer(i);
+        return;
+    }
+    RTCPointQuery query;
+    query.x = static_cast<float>(local.x);
+    query.y = static_cast<float>(local.y);
+    query.z = static_cast<float>(local.z);
+    query.time = 0;
+    search.slack = glm::length(local - Vec3d(query.x, query.y, query.z)) + rounding * reach;
+    query.radius = search.radius();
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(scene_, &query, &context, nullptr, &search);
+    if (search.thrown) std::rethrow_exception(search.thrown);
 }
 
 bool EmbreeScene::on_memory(void* self, ssize_t bytes, bool /*post*/) {

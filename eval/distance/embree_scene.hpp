@@ -10,12 +10,24 @@
 
 #include <atomic>
 #include <cstdint>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <type_traits>
 
 namespace tetrakis::detail {
 
-/// An Embree device with one scene. Embree reports its failures through the device; check() turns them into Errors.
+/// An Embree device with one scene of one geometry. Embree reports its failures through the device; build() turns them
+/// into Errors.
 class EmbreeScene {
   public:
+    struct Nearest {
+        static constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+        std::uint32_t primitive = k_none;
+        double distance = std::numeric_limits<double>::infinity();
+        bool found() const { return primitive != k_none; }
+    };
+
     /// @param max_memory_bytes  what Embree may allocate for this scene; 0: no limit
     EmbreeScene(RTCSceneFlags flags, std::uint64_t max_memory_bytes);
     ~EmbreeScene();
@@ -29,10 +41,47 @@ class EmbreeScene {
     /// @throws Error memory_limit, cancelled, or invalid_input with Embree's reason; whatever context.progress throws
     void build(RTCGeometry geometry, const RunContext& context);
 
+    /// The nearest primitive within max_distance (inclusive), among equals the lowest number. Embree finds candidates
+    /// in float, with radii rounded outward, so that none is missed; the distances compared are the caller's.
+    /// Thread-safe.
+    /// @param frame     of the geometry's coordinates
+    /// @param count     primitives
+    /// @param rounding  what the geometry's rounding to float may move, as a share of the query point's local
+    /// coordinates
+    /// @param exact     double exact(primitive, best): its distance from `point`; may be any larger number where it
+    ///                  exceeds `best`. What it throws ends the search and is thrown from here
+    template <class Exact>
+    Nearest nearest(const LocalFrame& frame, std::uint32_t count, double rounding, const Vec3d& point,
+                    double max_distance, Exact&& exact) const {
+        Search search{{Nearest::k_none, max_distance},
+                      const_cast<void*>(static_cast<const void*>(std::addressof(exact))),
+                      [](void* f, std::uint32_t primitive, double best) -> double {
+                          return (*static_cast<std::remove_reference_t<Exact>*>(f))(primitive, best);
+                      },
+                      frame.scale};
+        run(search, frame.to_local(point), count, rounding);
+        return search.found;
+    }
+
     /// Bytes that Embree holds now (the caller's shared buffers not included).
     std::uint64_t memory_bytes() const { return static_cast<std::uint64_t>(bytes_.load()); }
 
   private:
+    struct Search {
+        Nearest found;  ///< the best so far
+        void* exact;
+        double (*call)(void*, std::uint32_t, double);
+        double scale;      ///< of the local frame
+        double slack = 0;  ///< in it: how far float rounding moved the query point and the primitives
+        std::exception_ptr thrown{};
+
+        /// Returns whether this primitive is nearer than those before.
+        bool offer(std::uint32_t primitive);
+        /// A float radius that misses nothing as near as what has been found.
+        float radius() const;
+    };
+    void run(Search& search, const Vec3d& local, std::uint32_t count, double rounding) const;
+    static bool on_candidate(RTCPointQueryFunctionArguments* args);
     static bool on_memory(void* self, ssize_t bytes, bool post);
     static void on_error(void* self, RTCError code, const char* text);
 
@@ -43,22 +92,7 @@ class EmbreeScene {
     std::atomic<int> failure_ = RTC_ERROR_NONE;
 };
 
-// Embree computes squared box distances in float: one rounding in each difference of coordinates, five in squares and
-// sum, one in the squared radius; together below 8 * 2^-24 relative in the square, 2^-22 in the distance. Four times
-// that also covers the double roundings of the local frame.
-inline constexpr double k_radius_inflation = 0x1p-20;
-
 // Squares and sums of local coordinates up to this stay finite in float.
 inline constexpr double k_farthest_float_query = 0x1p60;
-
-/// A float radius that misses nothing within `distance` (in local units) of the exact query point, when `slack` bounds
-/// how far float rounding moved the query point and the primitives.
-inline float search_radius(double distance, double slack) {
-    const double radius = (distance + slack) * (1 + k_radius_inflation);
-    // The square must not underflow to zero, or a primitive that touches the point would be culled.
-    constexpr double k_smallest = 0x1p-60;
-    return radius < std::numeric_limits<float>::max() ? round_up(std::max(radius, k_smallest))
-                                                      : std::numeric_limits<float>::infinity();
-}
 
 }  // namespace tetrakis::detail

@@ -1,7 +1,9 @@
 #include "limit_closest.hpp"
 
+#include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../surface/local_frame.hpp"
+#include "embree_scene.hpp"
 #include "nearest_in_root.hpp"
 
 #include <algorithm>
@@ -181,24 +183,57 @@ bool cell_beyond(const Roots& roots, const typename Roots::Cell& cell, const Vec
 }  // namespace
 
 template <class Patches>
+struct LimitClosest<Patches>::Boxes {
+    std::vector<Box3d> box;  ///< of a root's surface; empty in holes
+    detail::LocalFrame frame;
+    detail::EmbreeScene scene;
+
+    explicit Boxes(std::uint64_t max_memory_bytes) : scene(RTC_SCENE_FLAG_NONE, max_memory_bytes) {}
+
+    static void put_bounds(const RTCBoundsFunctionArguments* args) {
+        const auto& boxes = *static_cast<const Boxes*>(args->geometryUserPtr);
+        const Box3d& box = boxes.box[args->primID];
+        // Embree leaves out primitives with an inverted box.
+        const Vec3d lower = box.empty() ? Vec3d(1) : boxes.frame.to_local(box.lower),
+                    upper = box.empty() ? Vec3d(-1) : boxes.frame.to_local(box.upper);
+        *args->bounds_o = {detail::round_down(lower.x), detail::round_down(lower.y), detail::round_down(lower.z), 0,
+                           detail::round_up(upper.x),   detail::round_up(upper.y),   detail::round_up(upper.z),   0};
+    }
+};
+
+template <class Patches>
 LimitClosest<Patches>::LimitClosest(const Patches& patches) : patches_(patches) {
     rounding_ = detail::surface_rounding(patches.mesh());
 }
+
+template <class Patches>
+LimitClosest<Patches>::~LimitClosest() = default;
 
 template <class Patches>
 void LimitClosest<Patches>::prepare(const RunContext& context) const {
     std::call_once(built_, [&] {
         const auto roots = roots_of(patches_);
         const ControlMesh& mesh = patches_.mesh();
-        const auto box_of = [&](std::uint32_t i) {
+        auto boxes = std::make_unique<Boxes>(context.max_memory_bytes);
+        boxes->box.resize(roots.count());
+        Box3d bounds;
+        constexpr std::uint32_t k_boxes_per_report = 4096;
+        for (std::uint32_t i = 0; i < roots.count(); ++i) {
+            if (i % k_boxes_per_report == 0) context.report("build", static_cast<double>(i) / roots.count());
             const HalfedgeId root = roots.root(i);
-            if (mesh.is_hole(mesh.face(root))) return Box3d{};
+            if (mesh.is_hole(mesh.face(root))) continue;
             // Room for the rounding of positions, so that no order of search misses what another one finds.
-            Box3d box = roots.box(root);
+            Box3d& box = boxes->box[i] = roots.box(root);
             box.lower -= Vec3d(rounding_), box.upper += Vec3d(rounding_);
-            return box;
-        };
-        bvh_ = std::make_unique<ClosestBvh>(roots.count(), box_of, context);
+            bounds.add(box);
+        }
+        boxes->frame = detail::LocalFrame::of(bounds);
+        RTCGeometry geometry = rtcNewGeometry(boxes->scene.device(), RTC_GEOMETRY_TYPE_USER);
+        rtcSetGeometryUserPrimitiveCount(geometry, roots.count());
+        rtcSetGeometryUserData(geometry, boxes.get());
+        rtcSetGeometryBoundsFunction(geometry, &Boxes::put_bounds, nullptr);
+        with_threads(context, [&] { boxes->scene.build(geometry, context); });
+        boxes_ = std::move(boxes);
     });
 }
 
@@ -229,7 +264,8 @@ template <class Patches>
 double LimitClosest<Patches>::global(const Vec3d& q, double best) const {
     prepare({});
     const auto roots = roots_of(patches_);
-    const ClosestBvh::Hit hit = bvh_->query(q, best, [&](std::uint32_t i, double so_far) {
+    const auto exact = [&](std::uint32_t i, double so_far) {
+        if (boxes_->box[i].empty()) return std::numeric_limits<double>::infinity();
         const HalfedgeId root = roots.root(i);
         const auto& cell = roots.cell(root);
         if (cell_beyond(roots, cell, q, so_far + rounding_, 0)) return so_far;
@@ -238,8 +274,8 @@ double LimitClosest<Patches>::global(const Vec3d& q, double best) const {
                         detail::nearest_in_root(
                             roots.shape, smooth, q, [&](double x, double y) { return patches_.frame(root, x, y); },
                             [&](double x, double y) { return roots.position(root, cell, x, y); }));
-    });
-    return hit.found() ? std::min(best, hit.distance) : best;
+    };
+    return boxes_->scene.nearest(boxes_->frame, roots.count(), 0, q, best, exact).distance;
 }
 
 template class LimitClosest<QuadPatches>;

@@ -3,7 +3,6 @@
 #include "../loop_patches/loop_patches.hpp"
 #include "../patches/quad_patches.hpp"
 #include "../surface/surface_point.hpp"
-#include "closest_bvh.hpp"
 
 #include <memory>
 #include <mutex>
@@ -16,6 +15,7 @@ template <class Patches>
 class LimitClosest {
   public:
     explicit LimitClosest(const Patches& patches);
+    ~LimitClosest();
 
     /// Builds the boxes of global(), with progress and within the memory limit, unless they are there.
     /// @throws Error memory_limit, cancelled
@@ -31,7 +31,8 @@ class LimitClosest {
     const Patches& patches_;
     double rounding_;  ///< of positions
     mutable std::once_flag built_;
-    mutable std::unique_ptr<ClosestBvh> bvh_;
+    struct Boxes;
+    mutable std::unique_ptr<Boxes> boxes_;
 };
 
 using QuadClosest = LimitClosest<QuadPatches>;

@@ -50,14 +50,6 @@ Vec3d median(std::span<const Vec3d> positions) {
     return result;
 }
 
-struct Search {
-    const void* state;
-    Vec3d point;
-    double best, best_squared;  // the distance to beat, and its square rounded up
-    double slack;
-    ClosestPoint* out;
-};
-
 template <class Out, class Convert>
 void look_up(const TriangleBvh& bvh, std::span<const Vec3d> points, std::span<Out> out, const RunContext& context,
              Convert&& convert) {
@@ -77,33 +69,6 @@ void look_up(const TriangleBvh& bvh, std::span<const Vec3d> points, std::span<Ou
 }
 
 }  // namespace
-
-struct TriangleBvhCallbacks {
-    static bool candidate(RTCPointQueryFunctionArguments* args) {
-        auto& search = *static_cast<Search*>(args->userPtr);
-        const auto& state = *static_cast<const TriangleBvh::State*>(search.state);
-        const auto& corner = state.triangles[args->primID];
-        const Vec3d &p = search.point, &a = state.positions[corner[0]], &b = state.positions[corner[1]],
-                    &c = state.positions[corner[2]];
-        // Most candidates are out of reach by their boxes: Embree knows those of several triangles at a time alone.
-        const Vec3d low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
-        const Vec3d off = glm::max(glm::max(low - p, p - high), Vec3d(0));
-        if (glm::dot(off, off) > search.best_squared) return false;
-        const detail::TrianglePoint nearest = detail::nearest_on_triangle(p, a, b, c);
-        if (nearest.squared_distance > search.best_squared) return false;
-        const double distance = std::sqrt(nearest.squared_distance);
-        if (distance > search.best || (distance == search.best && args->primID > search.out->triangle)) return false;
-        const bool nearer = distance < search.best;
-        *search.out = {nearest.point, distance, args->primID, nearest.u, nearest.v};
-        if (!nearer) return false;
-        search.best = distance;
-        search.best_squared = nearest.squared_distance * (1 + 0x1p-50);
-        const float radius = detail::search_radius(distance * state.frame.scale, search.slack);
-        if (radius >= args->query->radius) return false;
-        args->query->radius = radius;
-        return true;
-    }
-};
 
 TriangleBvh::~TriangleBvh() = default;
 TriangleBvh::TriangleBvh(TriangleBvh&&) noexcept = default;
@@ -143,7 +108,6 @@ TriangleBvh::TriangleBvh(std::span<const Vec3d> positions, std::span<const std::
         });
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0,
                                    sizeof(triangles[0]), triangles.size());
-        rtcSetGeometryPointQueryFunction(geometry, &TriangleBvhCallbacks::candidate);
         state.scene.build(geometry, context);
     });
 }
@@ -156,28 +120,23 @@ ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const
     const State& state = *state_;
     ClosestPoint result;
     if (state.triangles.empty()) return result;
-    const Vec3d local = state.frame.to_local(point);
-    const double reach = std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)});
-    RTCPointQuery query;
-    query.time = 0;
-    Search search{&state, point, max_distance, max_distance * max_distance * (1 + 0x1p-50), 0, &result};
-    if (!(reach <= detail::k_farthest_float_query)) {  // too far for squares of floats: every triangle is a candidate
-        query.radius = std::numeric_limits<float>::infinity();
-        RTCPointQueryFunctionArguments args{};
-        args.query = &query;
-        args.userPtr = &search;
-        for (args.primID = 0; args.primID < state.triangles.size(); ++args.primID)
-            TriangleBvhCallbacks::candidate(&args);
-    } else {
-        query.x = static_cast<float>(local.x);
-        query.y = static_cast<float>(local.y);
-        query.z = static_cast<float>(local.z);
-        search.slack = glm::length(local - Vec3d(query.x, query.y, query.z)) + k_vertex_rounding * reach;
-        query.radius = detail::search_radius(max_distance * state.frame.scale, search.slack);
-        RTCPointQueryContext context;
-        rtcInitPointQueryContext(&context);
-        rtcPointQuery(state.scene.scene(), &query, &context, nullptr, &search);
-    }
+    const auto exact = [&](std::uint32_t t, double best) {
+        constexpr double k_too_far = std::numeric_limits<double>::infinity();
+        const auto& corner = state.triangles[t];
+        const Vec3d &a = state.positions[corner[0]], &b = state.positions[corner[1]], &c = state.positions[corner[2]];
+        const double best_squared = best * best * (1 + 0x1p-50);
+        // Most candidates are out of reach by their boxes: Embree knows those of several triangles at a time alone.
+        const Vec3d low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
+        const Vec3d off = glm::max(glm::max(low - point, point - high), Vec3d(0));
+        if (glm::dot(off, off) > best_squared) return k_too_far;
+        const detail::TrianglePoint nearest = detail::nearest_on_triangle(point, a, b, c);
+        if (nearest.squared_distance > best_squared) return k_too_far;
+        const double distance = std::sqrt(nearest.squared_distance);
+        if (distance < best || (distance == best && t < result.triangle))
+            result = {nearest.point, distance, t, nearest.u, nearest.v};
+        return distance;
+    };
+    state.scene.nearest(state.frame, triangle_count(), k_vertex_rounding, point, max_distance, exact);
     return result;
 }
 

@@ -74,7 +74,6 @@ class TriangleBvh {
     void distances(std::span<const Vec3d> points, std::span<double> out, const RunContext& context = {}) const;
 
   private:
-    friend struct TriangleBvhCallbacks;
     struct State;
     std::unique_ptr<State> state_;
 };
