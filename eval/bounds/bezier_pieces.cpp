@@ -3,15 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-// Both versions give the same bits: neither fuses products and sums. ThreadSanitizer is not there yet when the loader
-// chooses between them.
-#if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_THREAD__)
-#    define TETRAKIS_FOR_AVX2_TOO __attribute__((target_clones("avx2", "default")))
-#else
-#    define TETRAKIS_FOR_AVX2_TOO
-#endif
-
 namespace tetrakis::detail {
 
 namespace {
@@ -86,34 +77,6 @@ TensorWeights<D> tensor_weights(const std::array<Vec2d, 3>& triangle) {
         }
     return weights;
 }
-
-using Quartic = BezierTriangle<4>;
-
-// Bernstein coefficients of the basis functions by symmetry classes (see box_spline.cpp), 12 times their value; u, v, w
-// are the exponents of the corners they are near.
-constexpr double single(int u, int v) { return u == 4 ? 1 : u == 3 && v == 1 ? 0.5 : 0; }
-constexpr double across(int u, int v, int w) {
-    return w == 0 ? (u == 2 ? 2 : u == 1 || v == 1 ? 1.5 : 1) : w == 1 ? 0.5 : 0;
-}
-constexpr double corner(int u, int v, int w) {
-    if (u >= 3) return 6;
-    if (u == 2) return v == 1 ? 5 : 4;
-    if (u == 1) return v == 0 || w == 0 ? 2 : 3;
-    return across(v, w, 0);
-}
-
-constexpr auto k_weights = [] {
-    std::array<std::array<double, Quartic::k_count>, 12> table{};  // by point of the net
-    for (int j = 0; j <= 4; ++j)
-        for (int i = 0; i + j <= 4; ++i) {
-            const int u = 4 - i - j, v = i, w = j;
-            const std::array<double, 12> row = {corner(u, v, w), corner(v, w, u), corner(w, u, v), across(w, u, v),
-                                                single(u, w),    single(u, v),    across(u, v, w), single(v, u),
-                                                single(v, w),    across(v, w, u), single(w, v),    single(w, u)};
-            for (std::size_t k = 0; k < 12; ++k) table[k][Quartic::index(i, j)] = row[k] / 12;
-        }
-    return table;
-}();
 
 }  // namespace
 
@@ -197,18 +160,6 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
         at[k][0] = 1 - at[k][1] - at[k][2];
     }
     return quarter.over(at);
-}
-
-TETRAKIS_FOR_AVX2_TOO
-BezierTriangle<4> box_spline_triangle(const Net12& net) {
-    std::array<std::array<double, Quartic::k_count>, 3> sum{};
-    for (std::size_t k = 0; k < 12; ++k)
-        for (int c = 0; c < 3; ++c)
-            for (std::size_t i = 0; i < Quartic::k_count; ++i)
-                sum[static_cast<std::size_t>(c)][i] += k_weights[k][i] * net[k][c];
-    Quartic result;
-    for (std::size_t i = 0; i < Quartic::k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
-    return result;
 }
 
 double linear_deviation(const Net12& net) {

@@ -2,7 +2,6 @@
 
 #include "../loop_patches/box_spline.hpp"
 #include "../patches/bicubic.hpp"
-#include "bezier_triangle.hpp"
 
 #include <array>
 
@@ -29,11 +28,8 @@ BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& 
 /// @param side  of the cell, 0 to 3: the triangle lies between that side and the centre
 BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::array<Vec2d, 3>& triangle);
 
-/// A regular triangle of a Loop surface: a polynomial of degree 4.
-BezierTriangle<4> box_spline_triangle(const Net12& net);
-
-/// Bound on |S - L| over such a triangle, L the linear interpolant of its corners. A triangle within whose sides are
-/// those of this one times h has at most h^2 times that.
+/// Bound on |S - L| over a regular triangle of a Loop surface, L the linear interpolant of its corners. A triangle
+/// within whose sides are those of this one times h has at most h^2 times that.
 double linear_deviation(const Net12& net);
 
 }  // namespace tetrakis::detail

@@ -83,13 +83,12 @@ class PieceBounder : private PatchBounder<Face> {
         this->start(wanted_.decide_at, !wanted_.tight);
         this->set_face(target_);
         const auto on_net = [&](const Net9& net, const DualPiece& part) {
-            DualCells::for_each_polynomial(net, part, midedge_,
-                                           [&](const auto& patch, const DualPiece& of) { bound_over(patch, of); });
+            DualCells::for_each_polynomial(net, part, midedge_, [&](const auto& patch, const DualPiece& of) {
+                if (!this->rejected_) this->bound_surface(patch, of.edge);
+            });
         };
         const auto on_hull = [&](std::span<const Vec3d> points) {
-            double upper = 0;
-            for (const Vec3d& p : points) upper = std::max(upper, this->node_error(target_.local(p), -1) + this->pad_);
-            if (!this->settled(upper)) this->give_up(upper);
+            this->needs_split(0, [&](bool) { return this->hull_error(points, {-1, -1, -1}, false); });
         };
         cells_.visit(cell, piece, on_net, on_hull);
         const LeafError found = this->finish();
@@ -97,13 +96,6 @@ class PieceBounder : private PatchBounder<Face> {
     }
 
   private:
-    template <int Degree>
-    void bound_over(BezierTriangle<Degree> patch, const DualPiece& part) {
-        if (this->rejected_) return;
-        for (Vec3d& p : patch.point) p = target_.local(p);
-        this->bound_patch(patch, part.edge);
-    }
-
     const DualCells& cells_;
     bool midedge_;
     DualBound::Wanted wanted_;

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "../loop_patches/bezier_triangle.hpp"
 #include "../loop_patches/loop_patches.hpp"
-#include "bezier_triangle.hpp"
 #include "patch_bounder.hpp"
 
 #include <array>
@@ -57,21 +57,18 @@ class LoopBounder : private detail::PatchBounder<> {
     /// A triangle within a cell.
     struct Piece {
         Corners at;
-        std::array<Vec3d, 3> linear;  ///< the leaf's L at the corners
         Edges edge;
     };
 
-    LeafError error_in(Level& level, Piece& piece, const EdgeSliding& sliding);
+    LeafError error_in(Level& level, const Piece& piece, const EdgeSliding& sliding);
     Level& locate(const CellTriangle& leaf, Corners& at);
     Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
     void bound_cell(const detail::LoopCell& cell, const Piece& piece, int depth);
-    void bound_regular(const Patch& cell, const Piece& piece);
     /// Bound on the error of a piece of an irregular cell: a star's by norms, any other's by its hull.
-    /// @param may_split  as hull_error()
+    /// @param may_split  as hull_error() has it
     double irregular_error(const detail::LoopCell& cell, const Piece& piece, bool may_split) const;
-    /// The surface of a cell lies in the hull of the cell's points, its sides do, too.
-    /// @param may_split  then any value that settles nothing will do where the error does not
-    double hull_error(const detail::LoopCell& cell, const Edges& edge, bool may_split) const;
+    /// corner_error() where the surface's corners, and the function linear between them, are the cell's.
+    double corner_error_in(const std::array<Vec3d, 3>& cell, const Piece& piece) const;
 
     const LoopPatches& patches_;
     HalfedgeId root_;

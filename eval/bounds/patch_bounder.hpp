@@ -1,7 +1,7 @@
 #pragma once
 
+#include "../loop_patches/bezier_triangle.hpp"
 #include "../triangles/triangle_distance.hpp"
-#include "bezier_triangle.hpp"
 
 #include <algorithm>
 #include <array>
@@ -25,6 +25,17 @@ struct QuickError {
 
 namespace tetrakis::detail {
 
+/// Number and barycentrics of the points of a lattice with n intervals a side: rows from corner 2 towards the edge from
+/// corner 0 to corner 1.
+template <class Visit>
+void for_each_lattice_point(int n, Visit&& visit) {
+    int index = 0;
+    for (int row = 0; row <= n; ++row)
+        for (int i = 0; i <= row; ++i, ++index)
+            visit(index, static_cast<double>(row - i) / n, static_cast<double>(i) / n,
+                  static_cast<double>(n - row) / n);
+}
+
 /// Bounds the error of one leaf over polynomial patches. Errors are convex functions of a point, so that the largest
 /// over a patch's control points bounds them; patches are bisected until that lies on one side of the tolerance, or
 /// within a twentieth of an error that is attained.
@@ -45,25 +56,46 @@ class PatchBounder {
         splits_ = 0;
         stretch_ = 1;
         rejected_ = false;
-        distance_ = false;
     }
     LeafError finish() const {
         if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
         return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
     }
-    /// From here on errors are distances to this face; before, sizes of S - L.
     void set_face(const Face& face) {
-        distance_ = true;
         face_ = face;
         stretch_ = face_.stretch();
         if (stretch_ > 1) decide_at_ /= stretch_ * k_stretch_rounding;
     }
 
-    /// @param node  a point in the face's frame, or S - L
+    /// @param node  a point in the face's frame
     /// @param edge  of the leaf that it has to be near, or -1
     double node_error(const Vec3d& node, int edge) const {
-        if (!distance_) return glm::length(node);
         return edge >= 0 ? face_.to_edge(node, static_cast<std::size_t>(edge)) : face_.to_face(node);
+    }
+    /// The largest error at the corners of a piece. Over all of it no error exceeds that by more than the surface is
+    /// off a linear function with these corners: errors are convex, and change no faster than points move.
+    double corner_error(const std::array<Vec3d, 3>& corner, const Edges& edge) const {
+        double most = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int before = edge[(k + 2) % 3];
+            most = std::max(most, node_error(corner[k], edge[k]));
+            if (before != edge[k]) most = std::max(most, node_error(corner[k], before));
+        }
+        return most;
+    }
+    /// Of a piece that lies in the convex hull of these points, its sides too.
+    /// @param may_split  then any value that settles nothing will do where the error does not
+    template <class Points>
+    double hull_error(const Points& points, const Edges& edge, bool may_split) const {
+        double error = 0;
+        for (const Vec3d& p : points) {
+            const Vec3d local = face_.local(p);
+            error = std::max(error, node_error(local, -1));
+            for (const int e : edge)
+                if (e >= 0) error = std::max(error, node_error(local, e));
+            if (may_split && !is_settled(error + pad_)) break;
+        }
+        return error;
     }
     /// Takes note of an error that is attained. False when that rejects the leaf.
     bool attain(double error) {
@@ -85,8 +117,27 @@ class PatchBounder {
     void give_up(double upper) { upper_ = std::max(upper_, upper); }
     /// Whether no more pieces of this leaf are to be split: those that are left count by what is known of them.
     bool exhausted() const { return splits_ >= k_most_splits; }
+    /// Whether a piece has to be split, which it may be so many times more; takes note of its bound if not.
+    /// @param bound  double bound(may_split)
+    template <class Bound>
+    bool needs_split(int depth, Bound&& bound) {
+        const bool may_split = depth > 0 && !exhausted();
+        const double upper = bound(may_split) + pad_;
+        if (settled(upper)) return false;
+        if (may_split)
+            ++splits_;
+        else
+            give_up(upper);
+        return may_split;
+    }
 
-    /// @param patch  nodes as node_error() takes them
+    /// @param patch  of the surface
+    template <int Degree>
+    void bound_surface(BezierTriangle<Degree> patch, const Edges& edge) {
+        for (Vec3d& p : patch.point) p = face_.local(p);
+        bound_patch(patch, edge);
+    }
+    /// @param patch  in the face's frame
     template <int Degree>
     void bound_patch(const BezierTriangle<Degree>& patch, const Edges& edge) {
         for (std::size_t k = 0; k < 3; ++k) {
@@ -101,7 +152,6 @@ class PatchBounder {
     double decide_at_ = 0, lower_ = 0, upper_ = 0, stretch_ = 1;
     int splits_ = 0;
     bool rejected_ = false, may_reject_ = true;
-    bool distance_ = false;
     Face face_;
 
   private:
@@ -113,18 +163,18 @@ class PatchBounder {
     void bound_bisected(const BezierTriangle<Degree>& patch, const Edges& edge, int depth) {
         using Patch = BezierTriangle<Degree>;
         if (rejected_) return;
-        const bool may_split = depth > 0 && !exhausted();
-        double upper = lower_ + pad_;
-        for (std::size_t i = 0; i < Patch::k_count; ++i) {
-            const int side = Patch::k_side[i];
-            if (side == Patch::k_corner) continue;
-            const int on = side == Patch::k_inside ? -1 : edge[static_cast<std::size_t>(side)];
-            upper = std::max(upper, node_error(patch.point[i], on) + pad_);
-            if (may_split && !is_settled(upper)) break;
-        }
-        if (settled(upper)) return;
-        if (!may_split) return give_up(upper);
-        ++splits_;
+        const auto bound = [&](bool may_split) {
+            double upper = lower_;
+            for (std::size_t i = 0; i < Patch::k_count; ++i) {
+                const int side = Patch::k_side[i];
+                if (side == Patch::k_corner) continue;
+                const int on = side == Patch::k_inside ? -1 : edge[static_cast<std::size_t>(side)];
+                upper = std::max(upper, node_error(patch.point[i], on));
+                if (may_split && !is_settled(upper + pad_)) break;
+            }
+            return upper;
+        };
+        if (!needs_split(depth, bound)) return;
         const auto [first, second] = patch.halves();
         if (!attain(node_error(first.point[Patch::corner(2)], edge[0]))) return;
         bound_bisected(first, {edge[2], edge[0], -1}, depth - 1);

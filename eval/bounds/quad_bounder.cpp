@@ -1,14 +1,11 @@
 #include "quad_bounder.hpp"
 
 #include "../surface/local_frame.hpp"
-#include "../triangles/point_triangle.hpp"
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
 #include "star_norms.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 namespace tetrakis {
 
@@ -24,53 +21,18 @@ namespace {
 
 Vec2d corner_at(int k) { return Vec2d(k_corner_x[k & 3], k_corner_y[k & 3]); }
 
-/// A point of a cell with a crease.
-struct StripPoint {
-    Vec2d at;
-    Vec3d linear;     ///< L there
-    double distance;  ///< from the crease
-};
-StripPoint mix(const StripPoint& a, const StripPoint& b, double t) {
-    return {(1 - t) * a.at + t * b.at, (1 - t) * a.linear + t * b.linear, (1 - t) * a.distance + t * b.distance};
-}
-
 }  // namespace
 
 QuadBounder::QuadBounder(const QuadPatches& patches)
     : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches), walk_(patches) {}
 
-double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const Corners& corners, bool may_split) const {
-    const Vec3d* points = node.kind == QuadNode::Kind::star ? node.star->points.data() : node.local->points.data();
-    const std::size_t count = node.kind == QuadNode::Kind::star ? node.star->points.size() : node.local->points.size();
-    double least = std::numeric_limits<double>::infinity(), most = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        // A corner of the piece that all the leaf's edges at the piece meet at stands for all of them.
-        const std::size_t opposite = (k + 1) % 3;
-        if (distance_ && piece.edge[opposite] >= 0) continue;
-        double far = 0;
-        for (std::size_t i = 0; i < count && far < least; ++i) {
-            const Vec3d d = points[i] - corners.linear[k];
-            far = std::max(far, glm::dot(d, d));
-        }
-        most = std::max(most, far);
-        if (distance_)
-            least = std::min(least, far);
-        else if (may_split && !is_settled(std::sqrt(most)))
-            break;
-    }
-    return std::sqrt(distance_ ? least : most);
-}
-
 double QuadBounder::irregular_error(const QuadNode& node, const Piece& piece, const Corners& corners,
                                     bool may_split) const {
-    const detail::StarNorms* norms = node.kind == QuadNode::Kind::star
-                                         ? detail::StarNorms::catmull_clark(node.star->valence, node.star->far_valence)
-                                         : nullptr;
-    if (!norms) return hull_error(node, piece, corners, may_split);
-    // No error is larger than |S - L|, and L differs from the linear function through the piece's corners by no more
-    // than it does at those.
+    if (node.kind != QuadNode::Kind::star) return hull_error(node.local->points, piece.edge, may_split);
+    const detail::StarNorms* norms = detail::StarNorms::catmull_clark(node.star->valence, node.star->far_valence);
+    if (!norms) return hull_error(node.star->points, piece.edge, may_split);
     const int turn = (piece.turn - node.turn) & 3;
-    return norms->deviation(node.star->points, piece.quarter ? 4 + turn : turn) + corners.largest_deviation();
+    return norms->deviation(node.star->points, piece.quarter ? 4 + turn : turn) + corner_error(corners, piece.edge);
 }
 
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
@@ -79,18 +41,13 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
 
 void QuadBounder::bound(PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
     if (!cell.irregular()) return bound_regular(cell, piece, corners);
-    const bool may_split = depth > 0 && !exhausted();
-    const double upper = irregular_error(*cell.node, piece, corners, may_split) + pad_;
-    if (settled(upper)) return;
-    if (!may_split) return give_up(upper);
-    split(cell, piece, corners, depth);
+    const auto error = [&](bool may_split) { return irregular_error(*cell.node, piece, corners, may_split); };
+    if (needs_split(depth, error)) split(cell, piece, corners, depth);
 }
 
 void QuadBounder::split(PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
-    ++splits_;
-    // The new corners are the midpoints of the edges (of the base alone for a quarter).
-    const auto& L = corners.linear;
-    const auto& D = corners.deviation;
+    // The new corners are over the midpoints of the edges (of the base alone for a quarter).
+    const auto& C = corners;
     const auto& E = piece.edge;
     const int k = piece.turn, k1 = (k + 1) & 3, k2 = (k + 2) & 3, k3 = (k + 3) & 3;
     const auto part = [&](int at, int turn, Edges edge) {
@@ -104,28 +61,22 @@ void QuadBounder::split(PathCell& cell, const Piece& piece, const Corners& corne
         return p;
     };
     constexpr int none = -1;
-    std::array<Vec3d, 3> l, d;
+    Corners m;
     const auto middle = [&](std::size_t i, int point) {
-        const Vec3d s = cell.point(point);
-        l[i] = near_middle(s, L[i], L[(i + 1) % 3]);
-        d[i] = s - l[i];
-        return attain(node_error(measured_form(s, d[i]), E[i]));
+        m[i] = face_.local(cell.point(point));
+        return attain(node_error(m[i], E[i]));
     };
     if (piece.quarter) {
         if (!middle(1, k_side_point[k])) return;
-        bound(part(k, k1, {none, E[0], E[1]}), {{l[1], L[0], L[1]}, {d[1], D[0], D[1]}}, depth - 1);
-        bound(part(k1, k, {E[1], E[2], none}), {{l[1], L[2], L[0]}, {d[1], D[2], D[0]}}, depth - 1);
+        bound(part(k, k1, {none, E[0], E[1]}), {m[1], C[0], C[1]}, depth - 1);
+        bound(part(k1, k, {E[1], E[2], none}), {m[1], C[2], C[0]}, depth - 1);
         return;
     }
     if (!middle(0, k_side_point[k]) || !middle(1, k_centre_point) || !middle(2, k_side_point[k3])) return;
-    bound(part(k, k, {E[0], none, E[2]}), {{L[0], l[0], l[2]}, {D[0], d[0], d[2]}}, depth - 1);
-    bound(part(k, k2, {none, none, none}), {{l[1], l[2], l[0]}, {d[1], d[2], d[0]}}, depth - 1);
-    bound(part(k1, k, {E[0], E[1], none}), {{l[0], L[1], l[1]}, {d[0], D[1], d[1]}}, depth - 1);
-    bound(part(k3, k, {none, E[1], E[2]}), {{l[2], l[1], L[2]}, {d[2], d[1], D[2]}}, depth - 1);
-}
-
-Vec3d QuadBounder::near_middle(const Vec3d& p, const Vec3d& a, const Vec3d& b) const {
-    return a + (distance_ ? detail::nearest_on_segment(b - a, p - a) : 0.5) * (b - a);
+    bound(part(k, k, {E[0], none, E[2]}), {C[0], m[0], m[2]}, depth - 1);
+    bound(part(k, k2, {none, none, none}), {m[1], m[2], m[0]}, depth - 1);
+    bound(part(k1, k, {E[0], E[1], none}), {m[0], C[1], m[1]}, depth - 1);
+    bound(part(k3, k, {none, E[1], E[2]}), {m[2], m[1], C[2]}, depth - 1);
 }
 
 QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
@@ -156,18 +107,16 @@ QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
     return piece;
 }
 
-QuadBounder::Corners QuadBounder::leaf_corners(PathCell& cell, const Piece& piece) {
+QuadBounder::Corners QuadBounder::corners_of(PathCell& cell, const Piece& piece) {
     const int k = piece.turn;
-    Corners corners;
-    if (piece.quarter) {
-        corners.linear = {cell.point(k_centre_point), cell.point(k_corner_point[k]),
-                          cell.point(k_corner_point[(k + 1) & 3])};
-    } else {
-        corners.linear = {cell.point(k_corner_point[k]), cell.point(k_corner_point[(k + 1) & 3]),
-                          cell.point(k_corner_point[(k + 3) & 3])};
-    }
-    corners.deviation = {Vec3d(0), Vec3d(0), Vec3d(0)};
-    return corners;
+    if (piece.quarter)
+        return {cell.point(k_centre_point), cell.point(k_corner_point[k]), cell.point(k_corner_point[(k + 1) & 3])};
+    return {cell.point(k_corner_point[k]), cell.point(k_corner_point[(k + 1) & 3]),
+            cell.point(k_corner_point[(k + 3) & 3])};
+}
+
+Vec3d QuadBounder::middle_of(PathCell& cell, const Piece& piece) {
+    return cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
 }
 
 bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
@@ -182,46 +131,37 @@ LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
         bound_root(leaf.root, nullptr, sliding);
         return finish();
     }
-    // The middle of the base decides most leaves that must be split.
     const Piece piece = piece_of(leaf);
     PathCell& cell = home(piece);
-    const Corners corners = leaf_corners(cell, piece);
-    const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
-    set_face(detail::TriangleDistance(corners.linear, sliding));
-    const bool slides = stretch_ > 1 && face_.slides(1);
-    if (attain(slides ? face_.to_edge(face_.local(middle), 1)
-                      : detail::segment_distance(middle, corners.linear[1], corners.linear[2])))
+    Corners corners = corners_of(cell, piece);
+    set_face(detail::TriangleDistance(corners, sliding));
+    // The middle of the base decides most leaves that must be split.
+    if (attain(node_error(face_.local(middle_of(cell, piece)), 1))) {
+        for (Vec3d& p : corners) p = face_.local(p);
         bound(cell, piece, corners, detail::k_max_refinement);
+    }
     return finish();
 }
 
 void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSliding& sliding) {
-    // Two half-cells that share the edge from the midpoint m of the base to the centre c. Edges of the leaf: from c to
-    // v, v to w, w to c.
+    // Two half-cells that share the edge from the middle m of the base to the face's centre c. Edges of the leaf: from
+    // c to v, v to w, w to c.
     const HalfedgeId g = patches_.mesh().next(h);
     const Piece first{h, 0, 0, 0, 1, false, {-1, 0, 1}}, second{g, 0, 0, 0, 3, false, {1, 2, -1}};
-    Corners left = leaf_corners(home(first), first), right = leaf_corners(home(second), second);
-    const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
-    const Vec3d linear_centre = centre ? *centre : c;
-    if (!centre) {
-        set_face(detail::TriangleDistance({c, v, w}, sliding));
-        // The middles of the edges decide most leaves that must be split.
-        const auto reject = [&](const Vec3d& p, std::size_t edge) {
-            return !attain(face_.to_edge(face_.local(p), edge));
-        };
-        if (reject(m, 1) || reject(home(second).point(k_centre_point), 2) ||
-            reject(home(first).point(k_centre_point), 0))
-            return;
-    }
-    const Vec3d base = near_middle(m, v, w);
-    left.linear = {base, linear_centre, v};
-    right.linear = {base, w, linear_centre};
-    left.deviation[0] = right.deviation[0] = m - base;
-    left.deviation[1] = right.deviation[2] = c - linear_centre;
-    if (!attain(std::max(node_error(measured_form(m, m - base), 1), centre ? glm::length(c - linear_centre) : 0.0)))
+    const Corners left = corners_of(home(first), first);
+    const Vec3d to_centre = home(first).point(k_centre_point);
+    const Corners right = corners_of(home(second), second);
+    const Vec3d c = left[1], v = left[2], w = right[1];
+    set_face(detail::TriangleDistance({centre ? *centre : c, v, w}, sliding));
+    if (centre && !attain(glm::length(c - *centre))) return;
+    const Vec3d m = face_.local(left[0]);
+    // The middles of the edges decide most leaves that must be split.
+    if (!attain(node_error(m, 1)) || !attain(node_error(face_.local(home(second).point(k_centre_point)), 2)) ||
+        !attain(node_error(face_.local(to_centre), 0)))
         return;
-    bound(first, left, detail::k_max_refinement);
-    bound(second, right, detail::k_max_refinement);
+    const Vec3d apex = face_.local(c);
+    bound(first, {m, apex, face_.local(v)}, detail::k_max_refinement);
+    bound(second, {m, face_.local(w), apex}, detail::k_max_refinement);
 }
 
 LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject) {
@@ -243,19 +183,18 @@ QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
     }
     const Piece piece = piece_of(leaf);
     PathCell& cell = home(piece);
-    const Corners corners = leaf_corners(cell, piece);
-    const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
-    // corners.linear starts at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
-    quick.corners = {corners.linear[1], corners.linear[2], corners.linear[0]};
-    quick.middle = middle - 0.5 * (quick.corners[0] + quick.corners[1]);
+    // They start at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
+    const auto [apex, start, end] = corners_of(cell, piece);
+    quick.corners = {start, end, apex};
+    quick.middle = middle_of(cell, piece) - 0.5 * (start + end);
     return quick;
 }
 
 void QuadBounder::bound_regular(const PathCell& cell, const Piece& piece, const Corners& corners) {
     // The longest side first.
-    const auto& L = corners.linear;
     const auto& E = piece.edge;
-    const Part part{longest_first(piece.quarter, piece.turn), {L[1], L[2], L[0]}, {E[1], E[2], E[0]}};
+    const std::array<Vec2d, 3> at = longest_first(piece.quarter, piece.turn);
+    const Edges edge{E[1], E[2], E[0]};
     static const auto weights = [] {
         std::array<std::array<detail::SexticWeights, 4>, 2> of;
         for (int turn = 0; turn < 4; ++turn)
@@ -264,56 +203,41 @@ void QuadBounder::bound_regular(const PathCell& cell, const Piece& piece, const 
         return of;
     }();
     if (cell.crease)
-        bound_strips(cell, part);
+        bound_strips(cell, at, edge);
     else
-        bound_part(*cell.net, part, corners.largest_deviation(),
+        bound_part(*cell.net, at, {corners[1], corners[2], corners[0]}, edge,
                    weights[piece.quarter][static_cast<std::size_t>(piece.turn)]);
 }
 
-void QuadBounder::bound_part(const detail::Net16& net, const Part& part, double at_corners,
-                             const detail::SexticWeights& weights) {
-    // As for irregular cells. Most pieces need no more.
-    if (settled(detail::bicubic_deviation(net, part.at) + at_corners + pad_)) return;
-    using Patch = detail::BezierTriangle<6>;
-    if (distance_) {
-        detail::Net16 local;
-        for (int y = -1; y <= 2; ++y)
-            for (int x = -1; x <= 2; ++x) local.set(x, y, face_.local(net.at(x, y)));
-        return bound_patch(detail::bicubic_over(local, weights), part.edge);
-    }
-    Patch patch = detail::bicubic_over(net, weights);
-    for (int j = 0; j <= 6; ++j)
-        for (int i = 0; i + j <= 6; ++i)
-            patch.point[Patch::index(i, j)] -=
-                (1.0 / 6) * ((6.0 - i - j) * part.linear[0] + double(i) * part.linear[1] + double(j) * part.linear[2]);
-    bound_patch(patch, part.edge);
+void QuadBounder::bound_part(const detail::Net16& net, const std::array<Vec2d, 3>& at, const Corners& corners,
+                             const Edges& edge, const detail::SexticWeights& weights) {
+    // Most pieces need no more.
+    if (settled(detail::bicubic_deviation(net, at) + corner_error(corners, edge) + pad_)) return;
+    detail::Net16 local;
+    for (int y = -1; y <= 2; ++y)
+        for (int x = -1; x <= 2; ++x) local.set(x, y, face_.local(net.at(x, y)));
+    bound_patch(detail::bicubic_over(local, weights), edge);
 }
 
-void QuadBounder::bound_strips(const PathCell& cell, const Part& part) {
+void QuadBounder::bound_strips(const PathCell& cell, const std::array<Vec2d, 3>& piece, const Edges& edges) {
     const int axis = cell.crease.side == 0 || cell.crease.side == 2 ? 1 : 0;  // across the crease
     const bool far = cell.crease.side == 1 || cell.crease.side == 2;
-    std::array<StripPoint, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i)
-        corners[i] = {part.at[i], part.linear[i], far ? 1 - part.at[i][axis] : part.at[i][axis]};
-    const detail::LabelledPolygon<StripPoint> whole(corners, part.edge);
+    const auto distance = [&](const Vec2d& p) { return far ? 1 - p[axis] : p[axis]; };
+    const detail::LabelledPolygon<Vec2d> whole(piece, edges);
     std::array<detail::CreaseStrip, 3> strips;
     const auto strip_count = static_cast<std::size_t>(crease_strips(*cell.net, cell.crease, strips));
     for (const detail::CreaseStrip& strip : std::span(strips).first(strip_count)) {
-        whole.clipped([&](const StripPoint& p) { return p.distance - strip.begin; })
-            .clipped([&](const StripPoint& p) { return strip.end - p.distance; })
-            .for_each_triangle([&](std::array<StripPoint, 3> at, const Edges& edge) {
+        whole.clipped([&](const Vec2d& p) { return distance(p) - strip.begin; })
+            .clipped([&](const Vec2d& p) { return strip.end - distance(p); })
+            .for_each_triangle([&](std::array<Vec2d, 3> at, const Edges& edge) {
                 if (rejected_) return;
-                for (StripPoint& p : at) {
-                    const double distance = (p.distance - strip.origin) / strip.span;
-                    p.at[axis] = far ? 1 - distance : distance;
-                }
-                const Part triangle{{at[0].at, at[1].at, at[2].at}, {at[0].linear, at[1].linear, at[2].linear}, edge};
-                double at_corners = 0;
+                Corners corners;
                 for (std::size_t k = 0; k < 3; ++k) {
-                    const Vec3d s = regular_position(strip.net, {}, triangle.at[k].x, triangle.at[k].y);
-                    at_corners = std::max(at_corners, glm::length(s - triangle.linear[k]));
+                    const double across = (distance(at[k]) - strip.origin) / strip.span;
+                    at[k][axis] = far ? 1 - across : across;
+                    corners[k] = face_.local(regular_position(strip.net, {}, at[k].x, at[k].y));
                 }
-                bound_part(strip.net, triangle, at_corners, detail::sextic_weights(triangle.at));
+                bound_part(strip.net, at, corners, edge, detail::sextic_weights(at));
             });
     }
 }
@@ -323,65 +247,22 @@ std::array<Vec2d, 3> QuadBounder::longest_first(bool quarter, int turn) {
     return {corner_at(turn + 1), corner_at(turn + 3), corner_at(turn)};
 }
 
-void QuadBounder::sample_smooth(const detail::Net16& net, const Piece& piece, int n, std::span<Vec3d> positions) {
-    // All points stand on sixteenths of the cell. Along x each column leaves four control points along y.
-    constexpr int k_parts = 16;
-    static const auto weights = [] {
-        std::array<detail::Weights4, k_parts + 1> at;
-        for (int i = 0; i <= k_parts; ++i)
-            at[static_cast<std::size_t>(i)] = detail::cubic_basis(static_cast<double>(i) / k_parts);
-        return at;
-    }();
-    const auto sum = [](const detail::Weights4& w, const double* p) {
-        return (w[0] * p[0] + w[1] * p[1]) + (w[2] * p[2] + w[3] * p[3]);
-    };
-    std::array<std::array<std::array<double, 4>, 3>, k_parts + 1> columns;
-    for (std::size_t x = 0; x <= k_parts; x += static_cast<std::size_t>(k_parts / (piece.quarter ? 2 * n : n)))
-        for (int k = 0; k < 3; ++k)
-            for (int r = 0; r < 4; ++r)
-                columns[x][static_cast<std::size_t>(k)][static_cast<std::size_t>(r)] =
-                    sum(weights[x], net.c[k] + 4 * r);
-    // The piece's corners are the leaf's 2, 0, 1.
-    const auto [next, last, own] = longest_first(piece.quarter, piece.turn);
-    const Vec2d start = double(k_parts) * own, a = (k_parts / double(n)) * (next - own),
-                b = (k_parts / double(n)) * (last - own);
-    std::size_t out = 0;
-    for (int row = 0; row <= n; ++row)
-        for (int j = 0; j <= row; ++j, ++out) {
-            const Vec2d p = start + double(row - j) * a + double(j) * b;
-            const auto& column = columns[static_cast<std::size_t>(p.x)];
-            for (std::size_t k = 0; k < 3; ++k)
-                positions[out][static_cast<int>(k)] = sum(weights[static_cast<std::size_t>(p.y)], column[k].data());
-        }
-}
-
 void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {
-    if (!is_root(leaf) && (n == 2 || n == 4 || n == 8)) {
-        const Piece piece = piece_of(leaf);
-        const PathCell& cell = home(piece);
-        if (cell.smooth()) {
-            sample_smooth(*cell.net, piece, n, positions);
-            return;
-        }
-    }
-    std::size_t out = 0;
-    const auto put = [&](HalfedgeId root, double x, double y) {
-        positions[out++] = QuadPatches::position(patches_.root_node(root), x, y);
-    };
-    const double unit = std::ldexp(1.0, -leaf.level);
-    const bool root_leaf = is_root(leaf);
-    const HalfedgeId beyond = root_leaf ? patches_.mesh().next(leaf.root) : HalfedgeId{};
-    for (int row = 0; row <= n; ++row)  // distance from corner 2
-        for (int i = 0; i <= row; ++i) {
-            const double b1 = static_cast<double>(i) / n, b2 = static_cast<double>(n - row) / n,
-                         b0 = static_cast<double>(row - i) / n;
-            const double x = (b0 * leaf.corner[0].x + b1 * leaf.corner[1].x + b2 * leaf.corner[2].x) * unit;
-            const double y = (b0 * leaf.corner[0].y + b1 * leaf.corner[1].y + b2 * leaf.corner[2].y) * unit;
-            if (root_leaf && x > 1)
-                put(beyond, y, std::min(1.0, 2 - x));
-            else
-                put(leaf.root, std::min(x, 1.0), std::min(y, 1.0));
-        }
+    const bool root = is_root(leaf);
+    const Piece piece = root ? Piece{leaf.root, 0, 0, 0, 0, false, {}} : piece_of(leaf);
+    // The leaf's corners in its cell; a root leaf's second one lies in the next cell.
+    const std::array<Vec2d, 3> corner =
+        root ? std::array{Vec2d(0), Vec2d(2, 0), Vec2d(1)} : longest_first(piece.quarter, piece.turn);
+    const PathCell& cell = home(piece);
+    const QuadNode* beyond = root ? &patches_.root_node(patches_.mesh().next(leaf.root)) : nullptr;
+    detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
+        const Vec2d p = b0 * corner[0] + b1 * corner[1] + b2 * corner[2];
+        const double x = std::clamp(p.x, 0.0, 2.0), y = std::clamp(p.y, 0.0, 1.0);
+        positions[static_cast<std::size_t>(i)] = root && x > 1 ? QuadPatches::position(*beyond, y, 2 - x)
+                                                 : cell.irregular()
+                                                     ? QuadPatches::position(*cell.node, std::min(x, 1.0), y)
+                                                     : regular_position(*cell.net, cell.crease, std::min(x, 1.0), y);
+    });
 }
 
 }  // namespace tetrakis

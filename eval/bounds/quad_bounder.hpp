@@ -40,8 +40,7 @@ class QuadBounder : private detail::PatchBounder<> {
         return leaf_error(leaf, floor, sliding, false).upper;
     }
 
-    /// Size of S - L over the depth-0 leaf of a root, L linear over each of its two cells with the value at the face's
-    /// centre given (it need not lie on the surface).
+    /// The error of the depth-0 leaf of a root against a triangle with another corner in place of the face's centre.
     LeafError root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject = true);
 
     /// Corners, the deviation in the middle of the base edge. Depth-0 leaves included.
@@ -62,52 +61,37 @@ class QuadBounder : private detail::PatchBounder<> {
         bool quarter = false;
         Edges edge{-1, -1, -1};  ///< of the leaf that edge k (corner k to k + 1) lies on, or -1
     };
-    struct Corners {
-        std::array<Vec3d, 3> linear;     ///< L at the piece's corners
-        std::array<Vec3d, 3> deviation;  ///< S - L there
-
-        double largest_deviation() const {
-            const auto [a, b, c] = deviation;
-            return std::sqrt(std::max({glm::dot(a, a), glm::dot(b, b), glm::dot(c, c)}));
-        }
-    };
+    /// The surface at a piece's corners.
+    using Corners = std::array<Vec3d, 3>;
 
     /// Corners 1, 2 and 0 of a piece in its cell: the longest side first.
     static std::array<Vec2d, 3> longest_first(bool quarter, int turn);
-    static void sample_smooth(const detail::Net16& net, const Piece& piece, int n, std::span<Vec3d> positions);
     static bool is_root(const CellTriangle& leaf);
     static Piece piece_of(const CellTriangle& leaf);
     detail::PathCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
-    static Corners leaf_corners(detail::PathCell& cell, const Piece& piece);
+    static Corners corners_of(detail::PathCell& cell, const Piece& piece);
+    /// The middle of the base of a leaf that is no root.
+    static Vec3d middle_of(detail::PathCell& cell, const Piece& piece);
     void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSliding& sliding);
+    /// @param corners  in the triangle's frame
     void bound(const Piece& piece, const Corners& corners, int depth);
     void bound(detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
     void split(detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
     /// Bounds a piece of a regular cell.
     void bound_regular(const detail::PathCell& cell, const Piece& piece, const Corners& corners);
-    /// A triangle in the parameters of a bicubic net.
-    struct Part {
-        std::array<Vec2d, 3> at;
-        std::array<Vec3d, 3> linear;  ///< L at its corners
-        Edges edge;                   ///< as of Piece
-    };
     /// A cell with a crease of finite sharpness is strips along the crease, each one bicubic patch.
-    void bound_strips(const detail::PathCell& cell, const Part& part);
-    /// @param at_corners  the largest |S - L| there
-    /// @param weights     of part.at
-    void bound_part(const detail::Net16& net, const Part& part, double at_corners,
+    /// @param at  the piece's corners in the cell
+    void bound_strips(const detail::PathCell& cell, const std::array<Vec2d, 3>& at, const Edges& edge);
+    /// @param at       a triangle in the net's parameters
+    /// @param corners  the surface at its corners, in the triangle's frame
+    /// @param weights  of `at`
+    void bound_part(const detail::Net16& net, const std::array<Vec2d, 3>& at, const Corners& corners, const Edges& edge,
                     const detail::SexticWeights& weights);
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
-    /// @param may_split  then any value that settles nothing will do where the error does not
+    /// @param may_split  as hull_error() has it
     double irregular_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners,
                            bool may_split) const;
-    double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners, bool may_split) const;
-    /// The point of a side that the surface's point over its middle is compared with.
-    Vec3d near_middle(const Vec3d& p, const Vec3d& a, const Vec3d& b) const;
-    /// The form in which errors are measured: positions in the triangle's frame, or S - L.
-    Vec3d measured_form(const Vec3d& position, const Vec3d& deviation) const {
-        return distance_ ? face_.local(position) : deviation;
-    }
+
     const QuadPatches& patches_;
     detail::QuadCellPath walk_;
 };

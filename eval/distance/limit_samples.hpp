@@ -48,16 +48,6 @@ void put_lattice_sites(const ControlMesh& mesh, const CellTriangle& t, int bits,
         for (int i = 0; i <= row; ++i) *out++ = lattice_site_of<Family>(mesh, t, bits, row, i);
 }
 
-/// Number and barycentrics of lattice points: rows from corner 2 towards the edge corner 0 - corner 1.
-template <class Visit>
-void for_each_lattice_point(int n, Visit&& visit) {
-    int index = 0;
-    for (int row = 0; row <= n; ++row)
-        for (int i = 0; i <= row; ++i, ++index)
-            visit(index, static_cast<double>(row - i) / n, static_cast<double>(i) / n,
-                  static_cast<double>(n - row) / n);
-}
-
 /// The sample of a triangle's lattice with n intervals a side that is farthest off, as PlaneMeasure takes it; on
 /// hard edges, off the edge itself.
 inline Maximum farthest_sample(std::span<const Vec3d> s, int n, const PlaneMeasure& plane,

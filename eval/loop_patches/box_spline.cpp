@@ -4,83 +4,93 @@ namespace tetrakis::detail {
 
 namespace {
 
-// The basis functions by symmetry classes, 12 times their value; u, v, w are the coordinates of the corners they are
-// near. A point beside one corner u, on the side of v.
-double single(double u, double v) { return u * u * u * (u + 2 * v); }
+using Quartic = BezierTriangle<4>;
+
+// Bernstein coefficients of the basis functions by symmetry classes, 12 times their value; u, v, w are the exponents of
+// the corners they are near. A point beside one corner u, on the side of v.
+constexpr double single(int u, int v) { return u == 4 ? 1 : u == 3 && v == 1 ? 0.5 : 0; }
 // A point across the edge of u and v.
-double across(double u, double v, double w) {
-    const double s = u + v, uv = u * v;
-    const double q = u * u + v * v;
-    return q * q + uv * (6 * q + 10 * uv) + 2 * w * s * s * s;
+constexpr double across(int u, int v, int w) {
+    return w == 0 ? (u == 2 ? 2 : u == 1 || v == 1 ? 1.5 : 1) : w == 1 ? 0.5 : 0;
 }
 // The corner u itself; symmetric in v and w.
-double corner(double u, double v, double w) {
-    const double s = v + w, p = v * w;
-    const double s2 = s * s;
-    // v^2 + w^2 = s^2 - 2p, v^3 + w^3 = s (s^2 - 3p), v^4 + w^4 = s^4 - 4 s^2 p + 2 p^2.
-    return u * u * (6 * u * u + 24 * u * s + 24 * s2 + 12 * p) + u * s * (8 * s2 + 12 * p) + s2 * s2 + 2 * s2 * p +
-           2 * p * p;
+constexpr double corner(int u, int v, int w) {
+    if (u >= 3) return 6;
+    if (u == 2) return v == 1 ? 5 : 4;
+    if (u == 1) return v == 0 || w == 0 ? 2 : 3;
+    return across(v, w, 0);
 }
 
 constexpr double k_scale = 1.0 / 12;
 
-struct Gradient {
-    double u, v, w;
-};
-Gradient single_gradient(double u, double v) { return {u * u * (4 * u + 6 * v), 2 * u * u * u, 0}; }
-Gradient across_gradient(double u, double v, double w) {
-    const double s = u + v, s2 = s * s;
-    const double uv = u * v;
-    return {4 * u * u * u + 18 * u * uv + 24 * uv * v + 6 * v * v * v + 6 * w * s2,
-            4 * v * v * v + 18 * v * uv + 24 * uv * u + 6 * u * u * u + 6 * w * s2, 2 * s2 * s};
-}
-Gradient corner_gradient(double u, double v, double w) {
-    const double u2 = u * u, v2 = v * v, w2 = w * w, vw = v * w;
-    return {
-        24 * u2 * u + 72 * u2 * (v + w) + 48 * u * (v2 + w2) + 120 * u * vw + 8 * (v2 * v + w2 * w) + 36 * vw * (v + w),
-        24 * u2 * u + 48 * u2 * v + 60 * u2 * w + 24 * u * v2 + 36 * u * (2 * vw + w2) + 4 * v2 * v + 18 * v * vw +
-            6 * w2 * w + 24 * vw * w,
-        24 * u2 * u + 48 * u2 * w + 60 * u2 * v + 24 * u * w2 + 36 * u * (2 * vw + v2) + 4 * w2 * w + 18 * w * vw +
-            6 * v2 * v + 24 * vw * v};
+/// By control point, and the same by point of the net.
+constexpr auto k_rows = [] {
+    std::array<std::array<double, 12>, Quartic::k_count> table{};
+    for (int j = 0; j <= 4; ++j)
+        for (int i = 0; i + j <= 4; ++i) {
+            const int u = 4 - i - j, v = i, w = j;
+            table[Quartic::index(i, j)] = {corner(u, v, w), corner(v, w, u), corner(w, u, v), across(w, u, v),
+                                           single(u, w),    single(u, v),    across(u, v, w), single(v, u),
+                                           single(v, w),    across(v, w, u), single(w, v),    single(w, u)};
+            for (double& weight : table[Quartic::index(i, j)]) weight *= k_scale;
+        }
+    return table;
+}();
+constexpr auto k_columns = [] {
+    std::array<std::array<double, Quartic::k_count>, 12> table{};
+    for (std::size_t k = 0; k < 12; ++k)
+        for (std::size_t i = 0; i < Quartic::k_count; ++i) table[k][i] = k_rows[i][k];
+    return table;
+}();
+
+/// Weights of a polynomial's control points.
+template <int Degree>
+using Weights = std::array<double, BezierTriangle<Degree>::k_count>;
+
+/// In the derivative towards a corner, from those of the derivative's own control points.
+template <int Degree>
+Weights<Degree + 1> derivative(const Weights<Degree>& of, int corner) {
+    Weights<Degree + 1> weights{};
+    for (int j = 0; j <= Degree; ++j)
+        for (int i = 0; i + j <= Degree; ++i) {
+            const double weight = (Degree + 1) * of[BezierTriangle<Degree>::index(i, j)];
+            weights[BezierTriangle<Degree + 1>::index(i + (corner == 1), j + (corner == 2))] += weight;
+            weights[BezierTriangle<Degree + 1>::index(i, j)] -= weight;
+        }
+    return weights;
 }
 
-/// All second derivatives of a regular triangle. Along edge e (corner e to corner e + 1) the second derivative is the
-/// bilinear box spline of the net's second differences along the edge (de Boor, Hoellig, Riemenschneider 1993, ch. I),
-/// and on the triangle that is: linear between the differences at the corners, plus the product of the barycentric
-/// coordinates of the edge's two ends times one fourth difference.
-struct BoxSplineHessian {
-    std::array<std::array<Vec3d, 3>, 3> corner;  ///< [edge][corner]
-    std::array<Vec3d, 3> bend;                   ///< [edge]
-
-    explicit BoxSplineHessian(const Net12& net) {
-        const auto second = [&](int a, int b, int c) { return net[a] + net[b] - 2.0 * net[c]; };
-        corner[0] = {second(1, 4, 0), second(8, 0, 1), second(9, 3, 2)};
-        corner[1] = {second(3, 6, 0), second(2, 7, 1), second(11, 1, 2)};
-        corner[2] = {second(2, 5, 0), second(9, 6, 1), second(10, 0, 2)};
-        bend[0] = second(7, 5, 6) + corner[0][2] - corner[0][0] - corner[0][1];
-        bend[1] = second(10, 8, 9) + corner[1][0] - corner[1][1] - corner[1][2];
-        bend[2] = second(11, 4, 3) + corner[2][1] - corner[2][2] - corner[2][0];
-    }
-    Vec3d along(int edge, const Bary& b) const {
-        return b[0] * corner[edge][0] + b[1] * corner[edge][1] + b[2] * corner[edge][2] +
-               (b[edge] * b[edge == 2 ? 0 : edge + 1]) * bend[edge];
-    }
-};
+/// The combination of the patch's control points.
+TETRAKIS_FOR_AVX2_TOO
+Vec3d combine(const Net12& net, const Weights<4>& of_points) {
+    std::array<double, 12> weights{};
+    for (std::size_t i = 0; i < of_points.size(); ++i)
+        for (std::size_t k = 0; k < 12; ++k) weights[k] += of_points[i] * k_rows[i][k];
+    Vec3d sum = weights[0] * net[0];
+    for (std::size_t k = 1; k < 12; ++k) sum += weights[k] * net[k];
+    return sum;
+}
 
 }  // namespace
 
-std::array<double, 12> box_spline_weights(const Bary& at) {
-    const double u = at[0], v = at[1], w = at[2];
-    return {k_scale * corner(u, v, w), k_scale * corner(v, w, u), k_scale * corner(w, u, v), k_scale * across(w, u, v),
-            k_scale * single(u, w),    k_scale * single(u, v),    k_scale * across(u, v, w), k_scale * single(v, u),
-            k_scale * single(v, w),    k_scale * across(v, w, u), k_scale * single(w, v),    k_scale * single(w, u)};
+TETRAKIS_FOR_AVX2_TOO
+BezierTriangle<4> box_spline_triangle(const Net12& net) {
+    std::array<std::array<double, Quartic::k_count>, 3> sum{};
+    for (std::size_t k = 0; k < 12; ++k)
+        for (int c = 0; c < 3; ++c)
+            for (std::size_t i = 0; i < Quartic::k_count; ++i)
+                sum[static_cast<std::size_t>(c)][i] += k_columns[k][i] * net[k][c];
+    Quartic result;
+    for (std::size_t i = 0; i < Quartic::k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
+    return result;
 }
 
 Vec3d box_spline_position(const Net12& net, const Bary& at) {
-    const auto weights = box_spline_weights(at);
-    Vec3d sum = weights[0] * net[0];
-    for (int i = 1; i < 12; ++i) sum += weights[i] * net[i];
-    return sum;
+    const auto [u, v, w] = at;
+    const double u2 = u * u, v2 = v * v, w2 = w * w;
+    return combine(net, {u2 * u2, 4 * u2 * u * v, 6 * u2 * v2, 4 * u * v2 * v, v2 * v2, 4 * u2 * u * w, 12 * u2 * v * w,
+                         12 * u * v2 * w, 4 * v2 * v * w, 6 * u2 * w2, 12 * u * v * w2, 6 * v2 * w2, 4 * u * w2 * w,
+                         4 * v * w2 * w, w2 * w2});
 }
 
 Vec3d box_spline_corner(const Net12& net, int corner) {
@@ -91,43 +101,18 @@ Vec3d box_spline_corner(const Net12& net, int corner) {
 }
 
 BoxSplineTangents box_spline_tangents(const Net12& net, const Bary& at) {
-    const double u = at[0], v = at[1], w = at[2];
-    BoxSplineTangents out{Vec3d(0), Vec3d(0)};
-    const auto add = [&](int i, double gu, double gv, double gw) {
-        out.dx += (k_scale * (gv - gu)) * net[i];
-        out.dy += (k_scale * (gw - gu)) * net[i];
-    };
-    Gradient g = corner_gradient(u, v, w);
-    add(0, g.u, g.v, g.w);
-    g = corner_gradient(v, w, u);
-    add(1, g.w, g.u, g.v);
-    g = corner_gradient(w, u, v);
-    add(2, g.v, g.w, g.u);
-    g = across_gradient(w, u, v);
-    add(3, g.v, g.w, g.u);
-    g = single_gradient(u, w);
-    add(4, g.u, 0, g.v);
-    g = single_gradient(u, v);
-    add(5, g.u, g.v, 0);
-    g = across_gradient(u, v, w);
-    add(6, g.u, g.v, g.w);
-    g = single_gradient(v, u);
-    add(7, g.v, g.u, 0);
-    g = single_gradient(v, w);
-    add(8, 0, g.u, g.v);
-    g = across_gradient(v, w, u);
-    add(9, g.w, g.u, g.v);
-    g = single_gradient(w, v);
-    add(10, 0, g.v, g.u);
-    g = single_gradient(w, u);
-    add(11, g.v, 0, g.u);
-    return out;
+    const auto [u, v, w] = at;
+    const Weights<3> cubic = {u * u * u,     3 * u * u * v, 3 * u * v * v, v * v * v,     3 * u * u * w,
+                              6 * u * v * w, 3 * v * v * w, 3 * u * w * w, 3 * v * w * w, w * w * w};
+    return {combine(net, derivative<3>(cubic, 1)), combine(net, derivative<3>(cubic, 2))};
 }
 
 BoxSplineBends box_spline_bends(const Net12& net, const Bary& at) {
-    const BoxSplineHessian hessian(net);
-    const Vec3d dxx = hessian.along(0, at), dyy = hessian.along(2, at);
-    return {dxx, 0.5 * (dxx + dyy - hessian.along(1, at)), dyy};
+    const auto [u, v, w] = at;
+    const Weights<2> square = {u * u, 2 * u * v, v * v, 2 * u * w, 2 * v * w, w * w};
+    const auto by_x = derivative<2>(square, 1), by_y = derivative<2>(square, 2);
+    return {combine(net, derivative<3>(by_x, 1)), combine(net, derivative<3>(by_x, 2)),
+            combine(net, derivative<3>(by_y, 2))};
 }
 
 }  // namespace tetrakis::detail

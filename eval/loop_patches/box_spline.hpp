@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
+#include "bezier_triangle.hpp"
 
 #include <array>
 
@@ -15,9 +16,9 @@ using Bary = std::array<double, 3>;
 /// (2,-1) (2,0) (1,1): of (1,0); [10, 11] (0,2) (-1,2): of (0,1).
 using Net12 = std::array<Vec3d, 12>;
 
-/// Weights of the 12 points for the position at a point of the triangle. Source: Stam 1998 (subdivision surfaces of
-/// Loop), appendix A, in another order.
-std::array<double, 12> box_spline_weights(const Bary& at);
+/// The patch as a polynomial of degree 4. Source: Stam 1998 (subdivision surfaces of Loop), appendix A, in another
+/// order.
+BezierTriangle<4> box_spline_triangle(const Net12& net);
 
 Vec3d box_spline_position(const Net12& net, const Bary& at);
 

@@ -66,8 +66,8 @@ class FanError {
              std::span<const Vec3d> corner_positions)
         : map_(map), estimator_(estimator), fans_(fans), positions_(corner_positions) {}
 
-    /// Certified upper bound on the parametric error of the fan, the surface's roots laid over the regular polygon that
-    /// its triangles cut: each root against the sector's own flat triangle, plus what the fan departs from those.
+    /// Certified upper bound on the error of the fan: each root against a flat triangle over its sector of the regular
+    /// polygon that the fan's triangles cut, plus what the fan departs from those triangles.
     /// Decides at `decide_at`: infinite where the error is certainly larger, unless may_reject is false: then tight.
     double certified(FaceId face, double decide_at, bool may_reject) const;
     struct Estimate {

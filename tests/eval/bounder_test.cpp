@@ -18,23 +18,6 @@ using namespace tetrakis;
 
 namespace {
 
-/// Largest |S - L| at the points of a lattice, L the linear interpolant of the three corners.
-double sampled_error(const QuadPatches& patches, const CellTriangle& leaf, int n, const Vec3d* apex = nullptr) {
-    const ControlMesh& mesh = patches.mesh();
-    const auto surface = [&](double b0, double b1, double b2) {
-        const SurfaceParameter at = QuadFamily::parameter(mesh, leaf, b0, b1, b2);
-        return patches.evaluate(at.root, at.x, at.y).position;
-    };
-    const Vec3d c0 = surface(1, 0, 0), c1 = surface(0, 1, 0), c2 = apex ? *apex : surface(0, 0, 1);
-    double worst = 0;
-    for (int i = 0; i <= n; ++i)
-        for (int j = 0; i + j <= n; ++j) {
-            const double b0 = double(i) / n, b1 = double(j) / n, b2 = double(n - i - j) / n;
-            worst = std::max(worst, glm::length(surface(b0, b1, b2) - (b0 * c0 + b1 * c1 + b2 * c2)));
-        }
-    return worst;
-}
-
 /// The error of a leaf (see QuadBounder) at the points of a lattice; and the largest distance from a lattice point of
 /// the triangle to the samples, less what lies between these.
 struct SampledError {
@@ -42,14 +25,15 @@ struct SampledError {
 };
 
 /// @param surface  the surface at barycentrics (b0, b1, b2) of the leaf
+/// @param apex     the triangle's last corner, if it is not the surface's
 template <class Surface>
-SampledError sampled_distance(int n, Surface&& surface) {
+SampledError sampled_distance(int n, Surface&& surface, const Vec3d* apex = nullptr) {
     std::vector<Vec3d> points;
     const auto index = [n](int i, int j) { return static_cast<std::size_t>(i * (2 * n + 3 - i) / 2 + j); };
     for (int i = 0; i <= n; ++i)
         for (int j = 0; i + j <= n; ++j) points.push_back(surface(double(i) / n, double(j) / n, double(n - i - j) / n));
-    const Vec3d c0 = points[index(n, 0)], c1 = points[index(0, n)], c2 = points[index(0, 0)];
-    SampledError sampled;
+    const Vec3d c0 = points[index(n, 0)], c1 = points[index(0, n)], c2 = apex ? *apex : points[index(0, 0)];
+    SampledError sampled{glm::length(points[index(0, 0)] - c2), 0};
     double spacing = 0;
     for (int i = 0; i <= n; ++i)
         for (int j = 0; i + j <= n; ++j) {
@@ -129,13 +113,19 @@ TEST_CASE("[inv9] bounds of roots whose centre is given") {
         const QuadPatches patches(mesh);
         QuadBounder bounder(patches);
         const double rounding = 1e-12 * bounding_box(mesh.positions()).diagonal();
+        const double added = 2 * detail::surface_rounding(mesh);
         test::Random random(seed);
         for (int i = 0; i < 40; ++i) {
             const HalfedgeId root(random.below(mesh.halfedge_count()));
             const Vec3d centre = mesh.position(mesh.origin(root)) + Vec3d(random.uniform(), random.uniform(), 0);
-            const double sampled = sampled_error(patches, {root, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}}, 16, &centre);
+            const auto surface = [&](double b0, double b1, double b2) {
+                const SurfaceParameter at = QuadFamily::parameter(mesh, root_triangle(root), b0, b1, b2);
+                return patches.evaluate(at.root, at.x, at.y).position;
+            };
+            const auto [sampled, back] = sampled_distance(16, surface, &centre);
+            CHECK(bounder.root_error(root, centre, 0, false).upper >= back - rounding);
             CHECK(bounder.root_error(root, centre, 0, false).upper >= sampled - rounding);
-            CHECK(bounder.root_error(root, centre, 0, false).upper <= 1.25 * sampled + rounding);
+            CHECK(bounder.root_error(root, centre, 0, false).upper <= 1.25 * sampled + added);
             CHECK(bounder.root_error(root, centre, 0.5 * sampled).upper >= sampled - rounding);
         }
     }
@@ -195,7 +185,7 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
             ++checked;
             const LeafEstimator<QuadFamily> estimator(map, closest, EstimatorKind::certified, 0.1);
             const FanError error(map, estimator, fans, corners);
-            // The fan's triangles over the regular polygon, against the surface laid over it.
+            // The surface, laid over the regular polygon of the fan's triangles.
             double sampled = 0;
             for (const auto& t : fans.of(face)) {
                 OutputTriangle triangle;
@@ -206,8 +196,13 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
                     for (int j = 0; i + j <= m; ++j) {
                         const double b0 = double(i) / m, b1 = double(j) / m, b2 = double(m - i - j) / m;
                         const SurfaceParameter at = triangle.parameter<QuadFamily>(mesh, b0, b1, b2);
-                        sampled = std::max(sampled, glm::length(map(at) - (b0 * corners[t[0]] + b1 * corners[t[1]] +
-                                                                           b2 * corners[t[2]])));
+                        double nearest = k_infinity;
+                        for (const auto& other : fans.of(face))
+                            nearest =
+                                std::min(nearest, detail::nearest_on_triangle(map(at), corners[other[0]],
+                                                                              corners[other[1]], corners[other[2]])
+                                                      .squared_distance);
+                        sampled = std::max(sampled, std::sqrt(nearest));
                     }
             }
             CHECK(error.certified(face, 0, false) >= sampled - 1e-12);

@@ -6,6 +6,15 @@
 #include <cstddef>
 #include <utility>
 
+// Both versions give the same bits: neither fuses products and sums. ThreadSanitizer is not there yet when the loader
+// chooses between them.
+#if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_THREAD__)
+#    define TETRAKIS_FOR_AVX2_TOO __attribute__((target_clones("avx2", "default")))
+#else
+#    define TETRAKIS_FOR_AVX2_TOO
+#endif
+
 namespace tetrakis::detail {
 
 /// A polynomial of some degree over a triangle in Bernstein-Bezier form: it lies in the convex hull of its control
