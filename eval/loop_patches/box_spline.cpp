@@ -43,33 +43,33 @@ constexpr auto k_columns = [] {
     return table;
 }();
 
-/// Weights of a polynomial's control points.
-template <int Degree>
-using Weights = std::array<double, BezierTriangle<Degree>::k_count>;
+/// All second derivatives of a regular triangle. Along edge e (corner e to corner e + 1) the second derivative is the
+/// bilinear box spline of the net's second differences along the edge (de Boor, Hoellig, Riemenschneider 1993, ch. I),
+/// and on the triangle that is: linear between the differences at the corners, plus the product of the barycentric
+/// coordinates of the edge's two ends times one fourth difference.
+struct BoxSplineHessian {
+    std::array<std::array<Vec3d, 3>, 3> corner;  ///< [edge][corner]
+    std::array<Vec3d, 3> bend;                   ///< [edge]
 
-/// In the derivative towards a corner, from those of the derivative's own control points.
-template <int Degree>
-Weights<Degree + 1> derivative(const Weights<Degree>& of, int corner) {
-    Weights<Degree + 1> weights{};
-    for (int j = 0; j <= Degree; ++j)
-        for (int i = 0; i + j <= Degree; ++i) {
-            const double weight = (Degree + 1) * of[BezierTriangle<Degree>::index(i, j)];
-            weights[BezierTriangle<Degree + 1>::index(i + (corner == 1), j + (corner == 2))] += weight;
-            weights[BezierTriangle<Degree + 1>::index(i, j)] -= weight;
-        }
-    return weights;
-}
-
-/// The combination of the patch's control points.
-TETRAKIS_FOR_AVX2_TOO
-Vec3d combine(const Net12& net, const Weights<4>& of_points) {
-    std::array<double, 12> weights{};
-    for (std::size_t i = 0; i < of_points.size(); ++i)
-        for (std::size_t k = 0; k < 12; ++k) weights[k] += of_points[i] * k_rows[i][k];
-    Vec3d sum = weights[0] * net[0];
-    for (std::size_t k = 1; k < 12; ++k) sum += weights[k] * net[k];
-    return sum;
-}
+    explicit BoxSplineHessian(const Net12& net) {
+        const auto second = [&](int a, int b, int c) { return net[a] + net[b] - 2.0 * net[c]; };
+        corner[0] = {second(1, 4, 0), second(8, 0, 1), second(9, 3, 2)};
+        corner[1] = {second(3, 6, 0), second(2, 7, 1), second(11, 1, 2)};
+        corner[2] = {second(2, 5, 0), second(9, 6, 1), second(10, 0, 2)};
+        bend[0] = second(7, 5, 6) + corner[0][2] - corner[0][0] - corner[0][1];
+        bend[1] = second(10, 8, 9) + corner[1][0] - corner[1][1] - corner[1][2];
+        bend[2] = second(11, 4, 3) + corner[2][1] - corner[2][2] - corner[2][0];
+    }
+    Vec3d along(int edge, const Bary& b) const {
+        return b[0] * corner[edge][0] + b[1] * corner[edge][1] + b[2] * corner[edge][2] +
+               (b[edge] * b[edge == 2 ? 0 : edge + 1]) * bend[edge];
+    }
+    /// The mean on the way from corner 0 to a point.
+    Vec3d mean(int edge, const Bary& b) const {
+        const Bary half{0.5 * (1 + b[0]), 0.5 * b[1], 0.5 * b[2]};
+        return (1.0 / 6) * (corner[edge][0] + 4.0 * along(edge, half) + along(edge, b));
+    }
+};
 
 }  // namespace
 
@@ -85,12 +85,20 @@ BezierTriangle<4> box_spline_triangle(const Net12& net) {
     return result;
 }
 
+TETRAKIS_FOR_AVX2_TOO
 Vec3d box_spline_position(const Net12& net, const Bary& at) {
     const auto [u, v, w] = at;
     const double u2 = u * u, v2 = v * v, w2 = w * w;
-    return combine(net, {u2 * u2, 4 * u2 * u * v, 6 * u2 * v2, 4 * u * v2 * v, v2 * v2, 4 * u2 * u * w, 12 * u2 * v * w,
-                         12 * u * v2 * w, 4 * v2 * v * w, 6 * u2 * w2, 12 * u * v * w2, 6 * v2 * w2, 4 * u * w2 * w,
-                         4 * v * w2 * w, w2 * w2});
+    const std::array<double, Quartic::k_count> bernstein = {
+        u2 * u2,         4 * u2 * u * v,  6 * u2 * v2,     4 * u * v2 * v, v2 * v2,
+        4 * u2 * u * w,  12 * u2 * v * w, 12 * u * v2 * w, 4 * v2 * v * w, 6 * u2 * w2,
+        12 * u * v * w2, 6 * v2 * w2,     4 * u * w2 * w,  4 * v * w2 * w, w2 * w2};
+    std::array<double, 12> weights{};
+    for (std::size_t i = 0; i < Quartic::k_count; ++i)
+        for (std::size_t k = 0; k < 12; ++k) weights[k] += bernstein[i] * k_rows[i][k];
+    Vec3d sum = weights[0] * net[0];
+    for (std::size_t k = 1; k < 12; ++k) sum += weights[k] * net[k];
+    return sum;
 }
 
 Vec3d box_spline_corner(const Net12& net, int corner) {
@@ -101,18 +109,18 @@ Vec3d box_spline_corner(const Net12& net, int corner) {
 }
 
 BoxSplineTangents box_spline_tangents(const Net12& net, const Bary& at) {
-    const auto [u, v, w] = at;
-    const Weights<3> cubic = {u * u * u,     3 * u * u * v, 3 * u * v * v, v * v * v,     3 * u * u * w,
-                              6 * u * v * w, 3 * v * v * w, 3 * u * w * w, 3 * v * w * w, w * w * w};
-    return {combine(net, derivative<3>(cubic, 1)), combine(net, derivative<3>(cubic, 2))};
+    // From those at corner 0 by second derivatives, whose mean on the way is exact.
+    const BoxSplineHessian hessian(net);
+    const Vec3d xx = hessian.mean(0, at), yy = hessian.mean(2, at), xy = 0.5 * (xx + yy - hessian.mean(1, at));
+    const Vec3d a = net[1] - net[4], b = net[2] - net[5], c = net[3] - net[6];
+    return {(1.0 / 6) * (2.0 * a + b - c) + at[1] * xx + at[2] * xy,
+            (1.0 / 6) * (2.0 * b + a + c) + at[1] * xy + at[2] * yy};
 }
 
 BoxSplineBends box_spline_bends(const Net12& net, const Bary& at) {
-    const auto [u, v, w] = at;
-    const Weights<2> square = {u * u, 2 * u * v, v * v, 2 * u * w, 2 * v * w, w * w};
-    const auto by_x = derivative<2>(square, 1), by_y = derivative<2>(square, 2);
-    return {combine(net, derivative<3>(by_x, 1)), combine(net, derivative<3>(by_x, 2)),
-            combine(net, derivative<3>(by_y, 2))};
+    const BoxSplineHessian hessian(net);
+    const Vec3d dxx = hessian.along(0, at), dyy = hessian.along(2, at);
+    return {dxx, 0.5 * (dxx + dyy - hessian.along(1, at)), dyy};
 }
 
 }  // namespace tetrakis::detail
