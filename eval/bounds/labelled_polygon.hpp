@@ -36,6 +36,8 @@ class LabelledPolygon {
         return out;
     }
     bool empty() const { return size_ < 3; }
+    std::size_t size() const { return size_; }
+    const Point& corner(std::size_t i) const { return corner_[i].at; }
     /// Calls take(corners, edges) for triangles that it is made of.
     template <class Take>
     void for_each_triangle(Take&& take) const {

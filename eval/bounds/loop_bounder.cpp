@@ -175,7 +175,7 @@ double LoopBounder::irregular_error(const LoopCell& cell, const Piece& piece, bo
     const std::span points(cell.star->points(), static_cast<std::size_t>(detail::loop_star_size(valence)));
     const detail::StarNorms* norms = detail::StarNorms::loop(valence);
     if (!norms) return hull_error(points, piece.edge, may_split);
-    return norms->deviation(points, 0) +
+    return norms->deviation(points) +
            corner_error_in({patches_.corner(cell, 0), patches_.corner(cell, 1), patches_.corner(cell, 2)}, piece);
 }
 

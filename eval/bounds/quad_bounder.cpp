@@ -26,26 +26,33 @@ Vec2d corner_at(int k) { return Vec2d(k_corner_x[k & 3], k_corner_y[k & 3]); }
 QuadBounder::QuadBounder(const QuadPatches& patches)
     : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches), walk_(patches) {}
 
-double QuadBounder::irregular_error(const QuadNode& node, const Piece& piece, const Corners& corners,
+double QuadBounder::irregular_error(const PathCell& cell, const Piece& piece, const Corners& corners,
                                     bool may_split) const {
+    const QuadNode& node = *cell.node;
     if (node.kind != QuadNode::Kind::star) return hull_error(node.local->points, piece.edge, may_split);
     const detail::StarNorms* norms = detail::StarNorms::catmull_clark(node.star->valence, node.star->far_valence);
     if (!norms) return hull_error(node.star->points, piece.edge, may_split);
-    const int turn = (piece.turn - node.turn) & 3;
-    return norms->deviation(node.star->points, piece.quarter ? 4 + turn : turn) + corner_error(corners, piece.edge);
+    // The surface against the bilinear function of its corners, and that against the one linear between its values at
+    // the piece's corners: u v differs from that by 1 / 4 at most on half the cell, by 1 / 16 on a quarter.
+    const Vec3d c0 = cell.point(k_corner_point[0]), c1 = cell.point(k_corner_point[1]),
+                c2 = cell.point(k_corner_point[2]), c3 = cell.point(k_corner_point[3]);
+    const double off = norms->deviation(node.star->points), twist = glm::length(c0 - c1 + c2 - c3);
+    if (!piece.quarter) return off + 0.25 * twist + corner_error(corners, piece.edge);
+    const Vec3d centre = face_.local(0.25 * (c0 + c1 + c2 + c3));
+    return off + 0.0625 * twist + corner_error({centre, corners[1], corners[2]}, piece.edge);
 }
 
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
     if (!rejected_) bound(home(piece), piece, corners, depth);
 }
 
-void QuadBounder::bound(PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
+void QuadBounder::bound(const PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
     if (!cell.irregular()) return bound_regular(cell, piece, corners);
-    const auto error = [&](bool may_split) { return irregular_error(*cell.node, piece, corners, may_split); };
+    const auto error = [&](bool may_split) { return irregular_error(cell, piece, corners, may_split); };
     if (needs_split(depth, error)) split(cell, piece, corners, depth);
 }
 
-void QuadBounder::split(PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
+void QuadBounder::split(const PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
     // The new corners are over the midpoints of the edges (of the base alone for a quarter).
     const auto& C = corners;
     const auto& E = piece.edge;
@@ -107,7 +114,7 @@ QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
     return piece;
 }
 
-QuadBounder::Corners QuadBounder::corners_of(PathCell& cell, const Piece& piece) {
+QuadBounder::Corners QuadBounder::corners_of(const PathCell& cell, const Piece& piece) {
     const int k = piece.turn;
     if (piece.quarter)
         return {cell.point(k_centre_point), cell.point(k_corner_point[k]), cell.point(k_corner_point[(k + 1) & 3])};
@@ -115,7 +122,7 @@ QuadBounder::Corners QuadBounder::corners_of(PathCell& cell, const Piece& piece)
             cell.point(k_corner_point[(k + 3) & 3])};
 }
 
-Vec3d QuadBounder::middle_of(PathCell& cell, const Piece& piece) {
+Vec3d QuadBounder::middle_of(const PathCell& cell, const Piece& piece) {
     return cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
 }
 
@@ -132,7 +139,7 @@ LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
         return finish();
     }
     const Piece piece = piece_of(leaf);
-    PathCell& cell = home(piece);
+    const PathCell& cell = home(piece);
     Corners corners = corners_of(cell, piece);
     set_face(detail::TriangleDistance(corners, sliding));
     // The middle of the base decides most leaves that must be split.
@@ -173,7 +180,7 @@ LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double d
 QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
     QuickError quick;
     if (is_root(leaf)) {
-        PathCell& cell = walk_.cell(leaf.root, 0, 0, 0);
+        const PathCell& cell = walk_.cell(leaf.root, 0, 0, 0);
         const Vec3d v = cell.point(k_corner_point[0]), m = cell.point(k_corner_point[1]),
                     c = cell.point(k_corner_point[2]);
         const Vec3d w = walk_.cell(patches_.mesh().next(leaf.root), 0, 0, 0).point(k_corner_point[0]);
@@ -182,7 +189,7 @@ QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
         return quick;
     }
     const Piece piece = piece_of(leaf);
-    PathCell& cell = home(piece);
+    const PathCell& cell = home(piece);
     // They start at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
     const auto [apex, start, end] = corners_of(cell, piece);
     quick.corners = {start, end, apex};
@@ -220,8 +227,8 @@ void QuadBounder::bound_part(const detail::Net16& net, const std::array<Vec2d, 3
 }
 
 void QuadBounder::bound_strips(const PathCell& cell, const std::array<Vec2d, 3>& piece, const Edges& edges) {
-    const int axis = cell.crease.side == 0 || cell.crease.side == 2 ? 1 : 0;  // across the crease
-    const bool far = cell.crease.side == 1 || cell.crease.side == 2;
+    const int axis = cell.crease.across_y() ? 1 : 0;  // across the crease
+    const bool far = cell.crease.far();
     const auto distance = [&](const Vec2d& p) { return far ? 1 - p[axis] : p[axis]; };
     const detail::LabelledPolygon<Vec2d> whole(piece, edges);
     std::array<detail::CreaseStrip, 3> strips;

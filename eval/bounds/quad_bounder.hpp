@@ -68,15 +68,15 @@ class QuadBounder : private detail::PatchBounder<> {
     static std::array<Vec2d, 3> longest_first(bool quarter, int turn);
     static bool is_root(const CellTriangle& leaf);
     static Piece piece_of(const CellTriangle& leaf);
-    detail::PathCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
-    static Corners corners_of(detail::PathCell& cell, const Piece& piece);
+    const detail::PathCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
+    static Corners corners_of(const detail::PathCell& cell, const Piece& piece);
     /// The middle of the base of a leaf that is no root.
-    static Vec3d middle_of(detail::PathCell& cell, const Piece& piece);
+    static Vec3d middle_of(const detail::PathCell& cell, const Piece& piece);
     void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSliding& sliding);
     /// @param corners  in the triangle's frame
     void bound(const Piece& piece, const Corners& corners, int depth);
-    void bound(detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
-    void split(detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
+    void bound(const detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
+    void split(const detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
     /// Bounds a piece of a regular cell.
     void bound_regular(const detail::PathCell& cell, const Piece& piece, const Corners& corners);
     /// A cell with a crease of finite sharpness is strips along the crease, each one bicubic patch.
@@ -89,7 +89,7 @@ class QuadBounder : private detail::PatchBounder<> {
                     const detail::SexticWeights& weights);
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
     /// @param may_split  as hull_error() has it
-    double irregular_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners,
+    double irregular_error(const detail::PathCell& cell, const Piece& piece, const Corners& corners,
                            bool may_split) const;
 
     const QuadPatches& patches_;

@@ -10,8 +10,7 @@ void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, 
         child_net(net, qx, qy, out);
         return;
     }
-    const bool across_y = crease.side == 0 || crease.side == 2;
-    const bool far = crease.side == 1 || crease.side == 2;  // the crease is at 1, not at 0
+    const bool across_y = crease.across_y(), far = crease.far();
     const double weight = std::min(1.0, static_cast<double>(crease.sharpness));
     const int along = across_y ? 1 : 4, across = across_y ? 4 : 1;
     const int q_along = across_y ? qx : qy, q_across = across_y ? qy : qx;
@@ -32,8 +31,7 @@ void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, 
 }
 
 int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3>& strips) {
-    const bool across_y = crease.side == 0 || crease.side == 2;
-    const bool far = crease.side == 1 || crease.side == 2;
+    const bool across_y = crease.across_y(), far = crease.far();
     const int along = across_y ? 1 : 4, across = across_y ? 4 : 1;
     const CreasePieces pieces = CreasePieces::make(crease.sharpness);
     for (int s = 0; s < pieces.count; ++s) {
@@ -70,38 +68,15 @@ void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Wei
     wx[0] = cubic_basis(x), wx[1] = cubic_basis_d1(x), wx[2] = cubic_basis_d2(x);
     wy[0] = cubic_basis(y), wy[1] = cubic_basis_d1(y), wy[2] = cubic_basis_d2(y);
     if (!crease) return;
-    const bool across_y = crease.side == 0 || crease.side == 2;
-    const bool far = crease.side == 1 || crease.side == 2;
+    const bool across_y = crease.across_y(), far = crease.far();
     Weights4(&w)[3] = across_y ? wy : wx;
     const double t = across_y ? y : x;
-    crease_basis(crease_pieces(crease.sharpness), far ? 1 - t : t, w[0], w[1], w[2]);
+    for (int d = 0; d < 3; ++d) {
+        w[d] = crease_basis(crease_pieces(crease.sharpness), far ? 1 - t : t, d);
+        if (far) std::reverse(w[d].begin(), w[d].end());
+    }
     if (!far) return;
-    for (Weights4& weights : w) {
-        std::swap(weights[0], weights[3]);
-        std::swap(weights[1], weights[2]);
-    }
     for (double& d : w[1]) d = -d;
-}
-
-CellPoints cell_points(const Net16& net) {
-    CellPoints point;
-    for (int k = 0; k < 3; ++k) {
-        const double* p = net.c[k];
-        // Cubic B-splines at 0, 1/2 and 1, first along y.
-        double rows[3][4];
-        for (int x = 0; x < 4; ++x) {
-            rows[0][x] = ((p[x] + p[8 + x]) + 4 * p[4 + x]) * (1.0 / 6);
-            rows[1][x] = ((p[x] + p[12 + x]) + 23 * (p[4 + x] + p[8 + x])) * (1.0 / 48);
-            rows[2][x] = ((p[4 + x] + p[12 + x]) + 4 * p[8 + x]) * (1.0 / 6);
-        }
-        for (std::size_t y = 0; y < 3; ++y) {
-            const double* r = rows[y];
-            point[3 * y][k] = ((r[0] + r[2]) + 4 * r[1]) * (1.0 / 6);
-            point[3 * y + 1][k] = ((r[0] + r[3]) + 23 * (r[1] + r[2])) * (1.0 / 48);
-            point[3 * y + 2][k] = ((r[1] + r[3]) + 4 * r[2]) * (1.0 / 6);
-        }
-    }
-    return point;
 }
 
 }  // namespace tetrakis::detail

@@ -2,10 +2,10 @@
 
 #include "../../hier/base/vec.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 
 namespace tetrakis::detail {
 
@@ -93,38 +93,8 @@ inline void half_curve(const double* p, int stride, bool upper, double* q, int o
 inline void child_net(const Net16& net, int qx, int qy, Net16& out) {
     for (int k = 0; k < 3; ++k) {
         double rows[16];
-        const double* p = net.c[k];
-        if (qx == 0) {
-            for (int r = 0; r < 16; r += 4) {
-                rows[r] = 0.5 * (p[r] + p[r + 1]);
-                rows[r + 1] = 0.125 * (p[r] + p[r + 2]) + 0.75 * p[r + 1];
-                rows[r + 2] = 0.5 * (p[r + 1] + p[r + 2]);
-                rows[r + 3] = 0.125 * (p[r + 1] + p[r + 3]) + 0.75 * p[r + 2];
-            }
-        } else {
-            for (int r = 0; r < 16; r += 4) {
-                rows[r] = 0.125 * (p[r] + p[r + 2]) + 0.75 * p[r + 1];
-                rows[r + 1] = 0.5 * (p[r + 1] + p[r + 2]);
-                rows[r + 2] = 0.125 * (p[r + 1] + p[r + 3]) + 0.75 * p[r + 2];
-                rows[r + 3] = 0.5 * (p[r + 2] + p[r + 3]);
-            }
-        }
-        double* o = out.c[k];
-        if (qy == 0) {
-            for (int x = 0; x < 4; ++x) {
-                o[x] = 0.5 * (rows[x] + rows[4 + x]);
-                o[4 + x] = 0.125 * (rows[x] + rows[8 + x]) + 0.75 * rows[4 + x];
-                o[8 + x] = 0.5 * (rows[4 + x] + rows[8 + x]);
-                o[12 + x] = 0.125 * (rows[4 + x] + rows[12 + x]) + 0.75 * rows[8 + x];
-            }
-        } else {
-            for (int x = 0; x < 4; ++x) {
-                o[x] = 0.125 * (rows[x] + rows[8 + x]) + 0.75 * rows[4 + x];
-                o[4 + x] = 0.5 * (rows[4 + x] + rows[8 + x]);
-                o[8 + x] = 0.125 * (rows[4 + x] + rows[12 + x]) + 0.75 * rows[8 + x];
-                o[12 + x] = 0.5 * (rows[8 + x] + rows[12 + x]);
-            }
-        }
+        for (int r = 0; r < 16; r += 4) half_curve(net.c[k] + r, 1, qx != 0, rows + r, 1);
+        for (int x = 0; x < 4; ++x) half_curve(rows + x, 4, qy != 0, out.c[k] + x, 4);
     }
 }
 
@@ -134,6 +104,9 @@ struct SideCrease {
     std::int8_t side = -1;
     float sharpness = 0;
     explicit operator bool() const { return side >= 0; }
+    bool across_y() const { return side == 0 || side == 2; }
+    /// The crease is at 1, not at 0.
+    bool far() const { return side == 1 || side == 2; }
 };
 
 /// Where the across-crease curve is one cubic: break points, ascending, and the weights of each piece's control points.
@@ -200,32 +173,20 @@ struct CreasePieces {
 /// CreasePieces::make() of the sharpness, known from this thread's last call where that asked for the same one.
 const CreasePieces& crease_pieces(float sharpness);
 
-/// Basis of the across-crease curve at t: weights of p_-1, p_0, p_1, p_2.
-inline Weights4 crease_values(const CreasePieces& pieces, double t) {
-    const int i = pieces.find(t);
-    const bool whole = pieces.whole(i);
-    const double scale = whole ? 1 : 1 / (pieces.end[i] - pieces.begin[i]);
-    const Weights4 basis = cubic_basis(whole ? t : (t - pieces.begin[i]) * scale);
-    Weights4 weights{};
-    for (int k = 0; k < 4; ++k)
-        for (int j = 0; j < 4; ++j) weights[j] += basis[k] * pieces.control[i][k][j];
-    return weights;
-}
-
-/// The same with its derivatives.
-inline void crease_basis(const CreasePieces& pieces, double t, Weights4& w0, Weights4& w1, Weights4& w2) {
+/// Basis of the across-crease curve at t, or its first or second derivative: weights of p_-1, p_0, p_1, p_2.
+inline Weights4 crease_basis(const CreasePieces& pieces, double t, int derivative = 0) {
     const int i = pieces.find(t);
     const bool whole = pieces.whole(i);
     const double scale = whole ? 1 : 1 / (pieces.end[i] - pieces.begin[i]);
     const double local = whole ? t : (t - pieces.begin[i]) * scale;
-    const Weights4 b0 = cubic_basis(local), b1 = cubic_basis_d1(local), b2 = cubic_basis_d2(local);
-    w0 = w1 = w2 = {};
+    const Weights4 basis = derivative == 0   ? cubic_basis(local)
+                           : derivative == 1 ? cubic_basis_d1(local)
+                                             : cubic_basis_d2(local);
+    const double factor = derivative == 0 ? 1 : derivative == 1 ? scale : scale * scale;
+    Weights4 weights{};
     for (int k = 0; k < 4; ++k)
-        for (int j = 0; j < 4; ++j) {
-            w0[j] += b0[k] * pieces.control[i][k][j];
-            w1[j] += scale * b1[k] * pieces.control[i][k][j];
-            w2[j] += scale * scale * b2[k] * pieces.control[i][k][j];
-        }
+        for (int j = 0; j < 4; ++j) weights[j] += factor * basis[k] * pieces.control[i][k][j];
+    return weights;
 }
 
 /// Quarter of a single-crease cell: quarters at the crease get sharpness max(s - 1, 0) on the same side, the others are
@@ -248,21 +209,10 @@ void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Wei
 /// Position on a regular or single-crease cell; its weights are the values of regular_basis(), bit by bit.
 inline Vec3d regular_position(const Net16& net, SideCrease crease, double x, double y) {
     if (!crease) return combine(net, cubic_basis(x), cubic_basis(y));
-    const bool across_y = crease.side == 0 || crease.side == 2;
-    const bool far = crease.side == 1 || crease.side == 2;
-    const double t = across_y ? y : x;
-    Weights4 across = crease_values(crease_pieces(crease.sharpness), far ? 1 - t : t);
-    if (far) {
-        std::swap(across[0], across[3]);
-        std::swap(across[1], across[2]);
-    }
-    return across_y ? combine(net, cubic_basis(x), across) : combine(net, across, cubic_basis(y));
+    const double t = crease.across_y() ? y : x;
+    Weights4 across = crease_basis(crease_pieces(crease.sharpness), crease.far() ? 1 - t : t);
+    if (crease.far()) std::reverse(across.begin(), across.end());
+    return crease.across_y() ? combine(net, cubic_basis(x), across) : combine(net, across, cubic_basis(y));
 }
-
-/// Limit positions of a cell at (column / 2, row / 2), number 3 * row + column: corners, middles of the sides, centre.
-using CellPoints = std::array<Vec3d, 9>;
-
-/// Those of a smooth regular cell.
-CellPoints cell_points(const Net16& net);
 
 }  // namespace tetrakis::detail

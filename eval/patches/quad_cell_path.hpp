@@ -15,17 +15,8 @@ struct PathCell {
     std::uint64_t x = 0, y = 0;
 
     bool irregular() const { return net == nullptr; }
-    bool smooth() const { return net != nullptr && !crease; }
     /// Limit position at (column / 2, row / 2), i = 3 * row + column.
-    const Vec3d& point(int i);
-
-  private:
-    friend class QuadCellPath;
-    void forget() { kept_ = nullptr, known_ = 0; }
-
-    const CellPoints* kept_ = nullptr;  ///< point(), of a smooth cell: the node's, or own_
-    CellPoints own_;
-    std::uint16_t known_ = 0;  ///< of others but generic ones: bit i: own_[i] is there
+    Vec3d point(int i) const;
 };
 
 /// Walks down the cells of a root by subdividing nets and keeps the way, so that cells asked for in path order share
@@ -35,19 +26,12 @@ class QuadCellPath {
     explicit QuadCellPath(const QuadPatches& patches);
 
     /// The cell (x, y) of a level; valid until the next call.
-    PathCell& cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y);
+    const PathCell& cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y);
 
   private:
-    struct RootPoints {
-        HalfedgeId root;
-        CellPoints points;
-    };
-    const CellPoints* root_points(const QuadNode& node, HalfedgeId root);
-
     const QuadPatches& patches_;
     HalfedgeId root_;
-    std::uint64_t times_forgotten_ = 0;    ///< as the patches had it when the cells were reached
-    std::vector<RootPoints> root_points_;  ///< of roots seen lately: they are asked for again and again
+    std::uint64_t times_forgotten_ = 0;  ///< as the patches had it when the cells were reached
     std::vector<PathCell> cells_;
     std::vector<Net16> nets_;
     int depth_ = -1;

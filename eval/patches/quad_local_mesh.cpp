@@ -54,55 +54,6 @@ std::pmr::vector<Vec3d> fan_ring(const QuadLocalMesh& mesh, const CornerFan& fan
     return ring;
 }
 
-bool CornerRing::stationary() const {
-    const auto lasts = [](float s) { return s == 0 || s == k_sharpness_infinity; };
-    return lasts(own) && std::all_of(sharp.begin(), sharp.end(), lasts);
-}
-
-void CornerRing::refine() {
-    const std::size_t edges = sharp.size(), faces = edges - (boundary ? 1 : 0);
-    const Vec3d centre = points[0];
-    std::pmr::vector<float> next(edges, sharp.get_allocator());
-    for (std::size_t i = 0; i < edges; ++i) next[i] = child_sharpness(sharp[i]);
-    const float own_next = child_sharpness(own);
-    const VertexBlend blend = vertex_blend(sharp, own, next, own_next);
-    Vec3d vertex = blend.corner * centre;
-    if (blend.crease.weight != 0)
-        vertex +=
-            blend.crease.weight * (0.75 * centre + 0.125 * (points[1 + 2 * static_cast<std::size_t>(blend.crease.a)] +
-                                                            points[1 + 2 * static_cast<std::size_t>(blend.crease.b)]));
-    Vec3d edge_sum(0), face_sum(0), before(0);
-    const auto face_point = [&](std::size_t i) {
-        return 0.25 * (centre + points[1 + 2 * i] + points[2 + 2 * i] + points[1 + 2 * ((i + 1) % edges)]);
-    };
-    if (!boundary) before = face_point(faces - 1);
-    const Vec3d first = points[1];
-    for (std::size_t i = 0; i < edges; ++i) {
-        const Vec3d edge = points[1 + 2 * i];
-        const bool at_end = boundary && (i == 0 || i + 1 == edges);
-        Vec3d after(0);
-        if (i < faces) {
-            // The next edge's own point is still the old one, but for the first, which is kept.
-            const Vec3d& following = i + 1 == edges ? first : points[3 + 2 * i];
-            after = 0.25 * (centre + edge + points[2 + 2 * i] + following);
-            edge_sum += edge;
-            face_sum += after;
-            points[2 + 2 * i] = after;
-        }
-        const double w = at_end ? 1 : (sharp[i] == 0 ? 0 : edge_crease_weight(sharp[i], next[i], next[i]));
-        const Vec3d crease = 0.5 * (centre + edge);
-        points[1 + 2 * i] = w == 1 ? crease : w * crease + (1 - w) * (0.25 * (centre + edge + before + after));
-        before = after;
-    }
-    if (blend.smooth != 0) {
-        const double n = static_cast<double>(faces);
-        vertex += blend.smooth * ((n - 2) / n * centre + (edge_sum + face_sum) / (n * n));
-    }
-    points[0] = vertex;
-    sharp = std::move(next);
-    own = own_next;
-}
-
 /// Sharpness of the half of h at its far end, where that half is finite.
 float QuadLocalStep::far_half(std::uint32_t h) const {
     const std::uint32_t t = mesh_.twin[h];

@@ -104,20 +104,6 @@ inline const Vec3d& fan_face(const QuadLocalMesh& mesh, const CornerFan& fan, st
 /// closes it).
 std::pmr::vector<Vec3d> fan_ring(const QuadLocalMesh& mesh, const CornerFan& fan);
 
-/// A corner's ring and its tags, apart from the cell: all that one more step around the corner needs, unless its
-/// creases are Chaikin's (their sharpness depends on what is beyond the ring).
-struct CornerRing {
-    std::pmr::vector<Vec3d> points;  ///< as fan_ring() has them
-    std::pmr::vector<float> sharp;   ///< per edge
-    float own = 0;
-    bool boundary = false;
-
-    /// Tags that a step does not change.
-    bool stationary() const;
-    /// The ring of the next level.
-    void refine();
-};
-
 /// Positions of one Catmull-Clark step around the cell: face points of all faces, edge points of the edges at the
 /// cell's corners, vertex points of the corners; and the cells' meshes made of them.
 class QuadLocalStep {

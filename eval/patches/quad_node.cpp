@@ -39,7 +39,6 @@ void grow_star(const QuadNode& node, QuadQuarters& quarters) {
 }  // namespace
 
 Vec3d QuadNode::corner(int k) const {
-    if (own_points) return (*own_points)[static_cast<std::size_t>(k_corner_point[k])];
     if (corners) return corners[3 * k_corner_y[k] + k_corner_x[k]];
     if (kind == Kind::regular) return regular_position(net, crease, k_corner_x[k], k_corner_y[k]);
     if (kind == Kind::star) return star->corner_limit((k - turn) & 3);
@@ -48,9 +47,6 @@ Vec3d QuadNode::corner(int k) const {
 
 /// The nine points of a cell from its quarters: of those that meet at a point the simplest one gives it.
 void find_points(const QuadNode& node, QuadQuarters& quarters) {
-    const auto cost = [](const QuadNode& n) {
-        return n.own_points ? 0 : (n.kind == QuadNode::Kind::regular ? 1 : (n.kind == QuadNode::Kind::star ? 2 : 3));
-    };
     for (int i = 0; i < 9; ++i) {
         const int column = i % 3, row = i / 3;
         if (column != 1 && row != 1 && (node.corners || node.kind == QuadNode::Kind::star)) {
@@ -63,7 +59,7 @@ void find_points(const QuadNode& node, QuadQuarters& quarters) {
             const int x = column - (q & 1), y = row - (q >> 1);
             if (x < 0 || y < 0 || x > 1 || y > 1) continue;
             const QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
-            if (best && cost(quarter) >= cost(*best)) continue;
+            if (best && quarter.kind >= best->kind) continue;
             best = &quarter;
             corner = y == 0 ? x : 3 - x;
         }
@@ -113,12 +109,6 @@ const QuadNode* QuadNode::grown() const {
         const QuadLocalStep step(*local, scratch.resource());
         for (int k = 0; k < 4; ++k)
             classify(step.child(k), fresh->cell[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
-    }
-    for (std::size_t i = 0; i < 4; ++i) {
-        QuadNode& child = fresh->cell[i];
-        if (child.kind != Kind::regular || child.crease) continue;
-        fresh->points[i] = cell_points(child.net);
-        child.own_points = &fresh->points[i];
     }
     find_points(*this, *fresh);
     std::uint64_t taken = sizeof(QuadQuarters) + fresh->star.points.outside_bytes();

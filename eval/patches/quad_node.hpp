@@ -15,10 +15,13 @@ namespace detail {
 
 struct QuadQuarters;
 
+/// Limit positions of a cell at (column / 2, row / 2), number 3 * row + column: corners, middles of the sides, centre.
+using CellPoints = std::array<Vec3d, 9>;
+
 /// One cell of a patch tree. Regular cells are leaves: one bicubic patch (or a single-crease patch); the others grow
 /// four children on demand.
 struct QuadNode {
-    enum class Kind : std::uint8_t { regular, star, generic };
+    enum class Kind : std::uint8_t { regular, star, generic };  // the simplest first
     Kind kind = Kind::regular;
     std::uint8_t turn = 0;  ///< star: the corner of the cell that is (0, 0) of the star
     std::uint8_t depth = 0;
@@ -26,8 +29,7 @@ struct QuadNode {
     std::atomic<QuadQuarters*> quarters{nullptr};
     std::atomic<std::uint64_t>* bytes = nullptr;  ///< of the tree and its siblings: grows with them
     Net16 net;
-    const QuadStar* star = nullptr;          ///< its own, or one of its parent's quarters
-    const CellPoints* own_points = nullptr;  ///< of smooth regular cells below a root
+    const QuadStar* star = nullptr;  ///< its own, or one of its parent's quarters
     /// Of irregular cells below a root: limit positions of the corners, the first of the four in the parent's points.
     const Vec3d* corners = nullptr;
     std::unique_ptr<QuadStar> own_star;
@@ -41,7 +43,7 @@ struct QuadNode {
     const QuadNode* grown() const;
     /// Limit position of corner k: (0, 0), (1, 0), (1, 1), (0, 1). Grows nothing but at generic cells.
     Vec3d corner(int k) const;
-    /// Limit positions at (column / 2, row / 2), number 3 * row + column, of an irregular cell; grows it.
+    /// Of an irregular cell; grows it.
     const CellPoints& points() const;
     /// Forgets what has grown, however deep; nobody else may be reading it.
     void drop_quarters();
@@ -59,7 +61,6 @@ struct QuadRoot : QuadNode, PoolNew {};
 /// What a node grows, in one block; below 4032 bytes, from where oneTBB's allocator gives 5376.
 struct QuadQuarters : PoolNew {
     std::array<QuadNode, 4> cell;
-    std::array<CellPoints, 4> points;
     CellPoints point;  ///< QuadNode::points()
     QuadStar star;     ///< of the one quarter that is a star, where the parent is one
 };

@@ -302,9 +302,9 @@ SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
     } else {
         const QuadLocalMesh& local = *node.local;
         const detail::CornerFan fan = detail::corner_fan(local, corner, scratch.resource());
-        detail::CornerRing around{detail::fan_ring(local, fan), detail::fan_sharpness(local, fan),
-                                  local.corner_sharpness[static_cast<std::size_t>(corner)], fan.boundary};
-        if (local.chaikin && !around.stationary()) {
+        const std::pmr::vector<float> sharp = detail::fan_sharpness(local, fan);
+        const float own = local.corner_sharpness[static_cast<std::size_t>(corner)];
+        if (is_semi_sharp(own) || std::any_of(sharp.begin(), sharp.end(), is_semi_sharp)) {
             const QuadNode* children = node.grown();
             const QuadNode& child = children[2 * detail::k_corner_y[corner] + detail::k_corner_x[corner]];
             if (child.kind != QuadNode::Kind::regular) return corner_limit(child, corner);
@@ -318,12 +318,11 @@ SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
             point.normal = unit_or_zero(glm::cross(point.du, point.dv));
             return point;
         }
-        while (!around.stationary()) around.refine();
         shape.faces = static_cast<int>(fan.faces());
         shape.boundary = fan.boundary;
-        shape.corner = around.own != 0;
-        for (float s : around.sharp) shape.sharp.push_back(s != 0);
-        ring = std::move(around.points);
+        shape.corner = own != 0;
+        for (float s : sharp) shape.sharp.push_back(s != 0);
+        ring = detail::fan_ring(local, fan);
     }
     const RingLimit& limit = ring_limit(SchemeKind::catmull_clark, shape);
     SurfacePoint point;
