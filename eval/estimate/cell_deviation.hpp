@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
+#include "../bounds/labelled_polygon.hpp"
 
 #include <array>
 
@@ -29,20 +30,22 @@ struct SlidTriangle {
 };
 
 /// A point in a cell, in its sides.
-using CellPlace = std::array<double, 2>;
+using CellPlace = Vec2d;
 using PieceCorners = std::array<CellPlace, 3>;
 
-/// The part of a cell that a triangle covers: a convex polygon of at most seven corners.
-struct Covered {
-    std::array<CellPlace, 8> at;
-    std::array<std::array<double, 3>, 8> b;  ///< barycentrics
-    int count = 0;
-    bool whole = true;
+/// A point of a piece in a cell.
+struct PiecePoint {
+    CellPlace at;
+    std::array<double, 3> b;  ///< barycentrics
+};
+inline PiecePoint mix(const PiecePoint& p, const PiecePoint& q, double t) {
+    return {detail::mix(p.at, q.at, t), detail::mix(p.b, q.b, t)};
+}
 
-    void add(const CellPlace& p, const std::array<double, 3>& weights) {
-        at[count] = p;
-        b[count++] = weights;
-    }
+/// The part of a cell that a triangle covers.
+struct Covered {
+    detail::LabelledPolygon<PiecePoint> part;
+    bool none, whole;
 };
 
 /// @param cell_corners  3 or 4
@@ -56,7 +59,7 @@ struct Deviation {
 };
 
 /// @param corner  of the cell
-Deviation deviation(const Covered& part, const std::array<Vec3d, 4>& corner, int cell_corners,
+Deviation deviation(const Covered& covered, const std::array<Vec3d, 4>& corner, int cell_corners,
                     const SlidTriangle& triangle);
 
 /// The same point's coordinates in a quarter of the cell.

@@ -300,7 +300,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     const int n = norms_.corners();
     std::vector<Walker> walkers, next;
     for (std::uint32_t i = 0; i < pieces.size(); ++i)
-        if (covered(pieces[i].at, n).count > 0)
+        if (!covered(pieces[i].at, n).none)
             walkers.push_back({{static_cast<int>(pieces[i].cell.value), 0}, i, pieces[i].at});
     std::fill(errors.begin(), errors.end(), rounding_);
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
@@ -357,7 +357,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             for (int child = 0; child < 4; ++child) {
                 PieceCorners at;
                 for (std::size_t k = 0; k < 3; ++k) at[k] = in_child(w.at[k], child, n);
-                if (covered(at, n).count == 0) continue;
+                if (covered(at, n).none) continue;
                 if (w.known == Walker::k_no)
                     walkers.push_back({mesh.child(w, child), w.piece, at});
                 else

@@ -49,8 +49,8 @@ class MaskNormBound final : public SurfaceBound {
     /// A flat triangle over a part of a root's cell.
     struct Piece {
         HalfedgeId cell;
-        int level = 0;                              ///< of cells that are as large as the piece
-        std::array<std::array<double, 2>, 3> at{};  ///< its corners, in sides of the cell
+        int level = 0;      ///< of cells that are as large as the piece
+        PieceCorners at{};  ///< its corners, in sides of the cell
         SlidTriangle triangle{};
     };
     struct Walker;
