@@ -189,13 +189,9 @@ double LoopBounder::corner_error_in(const std::array<Vec3d, 3>& cell, const Piec
 }
 
 QuickError LoopBounder::quick_error(const CellTriangle& leaf) {
-    QuickError quick;
     std::array<Vec3d, 6> s;
     sample(leaf, 2, s);
-    quick.corners = {s[3], s[5], s[0]};
-    for (const Vec3d& m : {s[4] - 0.5 * (s[3] + s[5]), s[1] - 0.5 * (s[3] + s[0]), s[2] - 0.5 * (s[5] + s[0])})
-        if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
-    return quick;
+    return QuickError(s);
 }
 
 void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {

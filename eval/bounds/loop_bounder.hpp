@@ -37,7 +37,6 @@ class LoopBounder : private detail::PatchBounder<> {
         return leaf_error(leaf, floor, sliding, false).upper;
     }
 
-    /// Corners, the largest deviation in the middle of an edge.
     QuickError quick_error(const CellTriangle& leaf);
 
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points of the limit

@@ -29,7 +29,7 @@ QuadBounder::QuadBounder(const QuadPatches& patches)
 double QuadBounder::irregular_error(const PathCell& cell, const Piece& piece, const Corners& corners,
                                     bool may_split) const {
     const QuadNode& node = *cell.node;
-    if (node.kind != QuadNode::Kind::star) return hull_error(node.local->points, piece.edge, may_split);
+    if (node.kind != QuadNode::Kind::star) return hull_error(node.rings->points(), piece.edge, may_split);
     const detail::StarNorms* norms = detail::StarNorms::catmull_clark(node.star->valence, node.star->far_valence);
     if (!norms) return hull_error(node.star->points, piece.edge, may_split);
     // The surface against the bilinear function of its corners, and that against the one linear between its values at
@@ -178,23 +178,9 @@ LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double d
 }
 
 QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
-    QuickError quick;
-    if (is_root(leaf)) {
-        const PathCell& cell = walk_.cell(leaf.root, 0, 0, 0);
-        const Vec3d v = cell.point(k_corner_point[0]), m = cell.point(k_corner_point[1]),
-                    c = cell.point(k_corner_point[2]);
-        const Vec3d w = walk_.cell(patches_.mesh().next(leaf.root), 0, 0, 0).point(k_corner_point[0]);
-        quick.corners = {v, w, c};
-        quick.middle = m - 0.5 * (v + w);
-        return quick;
-    }
-    const Piece piece = piece_of(leaf);
-    const PathCell& cell = home(piece);
-    // They start at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
-    const auto [apex, start, end] = corners_of(cell, piece);
-    quick.corners = {start, end, apex};
-    quick.middle = middle_of(cell, piece) - 0.5 * (start + end);
-    return quick;
+    std::array<Vec3d, 6> s;
+    sample(leaf, 2, s);
+    return QuickError(s);
 }
 
 void QuadBounder::bound_regular(const PathCell& cell, const Piece& piece, const Corners& corners) {

@@ -43,7 +43,7 @@ class QuadBounder : private detail::PatchBounder<> {
     /// The error of the depth-0 leaf of a root against a triangle with another corner in place of the face's centre.
     LeafError root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject = true);
 
-    /// Corners, the deviation in the middle of the base edge. Depth-0 leaves included.
+    /// Depth-0 leaves included.
     QuickError quick_error(const CellTriangle& leaf);
 
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points of the limit

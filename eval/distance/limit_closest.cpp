@@ -41,7 +41,7 @@ struct QuadRoots {
             else if (cell.kind == Cell::Kind::star)
                 for (const Vec3d& p : cell.star->points) box.add(p);
             else
-                for (const Vec3d& p : cell.local->points) box.add(p);
+                for (const Vec3d& p : cell.rings->points()) box.add(p);
             return box;
         });
     }
@@ -58,7 +58,7 @@ struct QuadRoots {
     }
     static Vec3d star_limit(const Cell& cell) { return cell.star->limit; }
     static double star_reach(const Cell& cell) { return cell.star->reach; }
-    static const auto& points(const Cell& cell) { return cell.local->points; }
+    static std::vector<Vec3d> points(const Cell& cell) { return cell.rings->points(); }
 
     /// Moves parameters beyond a root's sides into the roots there; on boundaries, onto the side.
     static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {

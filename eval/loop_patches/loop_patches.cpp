@@ -2,7 +2,6 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/rules/corner_angles.hpp"
-#include "../../schemes/analysis/ring_limit.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/rules/loop.hpp"
 
@@ -14,9 +13,9 @@
 namespace tetrakis {
 
 using detail::Bary;
+using detail::CornerRing;
 using detail::LoopCell;
 using detail::LoopNode;
-using detail::LoopRing;
 using detail::LoopRings;
 using detail::LoopStarChain;
 using detail::Net12;
@@ -86,17 +85,17 @@ std::uint32_t LoopPatches::outgoing(VertexId v, std::uint32_t h, std::vector<std
 }
 
 /// The ring of origin(h) with the cell at h. Halves come from half_sharpness_.
-LoopRing LoopPatches::control_ring(std::uint32_t h) const {
+CornerRing LoopPatches::control_ring(std::uint32_t h) const {
     const VertexId v(origin(h));
     std::vector<std::uint32_t> fan;
-    LoopRing ring;
+    CornerRing ring;
     ring.cell = static_cast<int>(outgoing(v, h, fan));
     ring.centre = mesh_.position(v);
     ring.sharpness = mesh_.sharpness(v);
     ring.boundary = mesh_.is_boundary(v);
     ring.chaikin = mesh_.crease_method() == CreaseMethod::chaikin;
     for (const std::uint32_t o : fan) {
-        LoopRing::Spoke s;
+        CornerRing::Spoke s;
         s.point = control(next(o));
         if (!half_sharpness_.empty()) {
             s.sharpness = mesh_.sharpness(mesh_.edge(HalfedgeId(o)));
@@ -106,7 +105,7 @@ LoopRing LoopPatches::control_ring(std::uint32_t h) const {
         ring.spokes.push_back(s);
     }
     if (ring.boundary) {
-        LoopRing::Spoke s;
+        CornerRing::Spoke s;
         s.point = control(prev(fan.back()));
         s.sharpness = s.near_half = s.far_half = k_sharpness_infinity;
         ring.spokes.push_back(s);

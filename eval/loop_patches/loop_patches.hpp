@@ -67,7 +67,7 @@ class LoopPatches {
     void first_step(const RunContext& context);
     void classify_roots();
     std::uint32_t outgoing(VertexId v, std::uint32_t h, std::vector<std::uint32_t>& fan) const;
-    detail::LoopRing control_ring(std::uint32_t h) const;
+    detail::CornerRing control_ring(std::uint32_t h) const;
     void halve_edges();
     void corner_limits();
     Vec3d vertex_limit(VertexId v) const;

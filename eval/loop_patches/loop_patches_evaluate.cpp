@@ -1,9 +1,7 @@
 #include "loop_patches.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../../schemes/analysis/ring_limit.hpp"
 #include "../../schemes/core/sharpness.hpp"
-#include "../../schemes/rules/loop.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +12,8 @@ namespace tetrakis {
 
 using detail::Bary;
 using detail::corner_at;
+using detail::CornerRing;
 using detail::LoopCell;
-using detail::LoopRing;
 using detail::LoopRings;
 using detail::LoopStarChain;
 using detail::Net12;
@@ -23,23 +21,6 @@ using detail::Net12;
 namespace {
 
 constexpr std::array<Vec2d, 3> k_corner_parameters{Vec2d(0, 0), Vec2d(1, 0), Vec2d(0, 1)};
-
-/// An interior smooth vertex from its ring, itself first: the tangents are the ring's cosine and sine sums, the cosine
-/// along the first edge.
-SurfacePoint smooth_corner(std::span<const Vec3d> ring) {
-    const int valence = static_cast<int>(ring.size()) - 1;
-    const RingShape shape{.faces = valence};
-    const RingLimit& limit = ring_limit(SchemeKind::loop, shape);
-    SurfacePoint out;
-    out.position = detail::loop_star_limit(valence, ring.data());
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-        out.du += limit.tangent1()[i] * ring[i];
-        out.dv += limit.tangent2()[i] * ring[i];
-    }
-    out.has_second = out.has_derivatives = false;
-    out.normal = limit_normal(SchemeKind::loop, shape, limit, ring);
-    return out;
-}
 
 /// Every way to a position ends here, so that all of them have the same bits.
 Vec3d net_position(const Net12& net, const Bary& b) {
@@ -122,24 +103,8 @@ Vec3d LoopPatches::vertex_limit(VertexId v) const {
 
 /// The surface at origin(h), seen from the root of h.
 SurfacePoint LoopPatches::control_corner(std::uint32_t h) const {
-    constexpr int k_common = 32;
-    const VertexId v(origin(h));
-    SurfacePoint out;
-    if (smooth_[v.value] && mesh_.face_valence(v) <= k_common) {
-        std::array<Vec3d, k_common + 1> ring;
-        const std::uint32_t start = mesh_.vertex_halfedge(v).value;
-        int n = 0;
-        ring[0] = mesh_.position(v);
-        for (std::uint32_t o = start;;) {
-            ring[static_cast<std::size_t>(++n)] = control(next(o));
-            o = twin(prev(o));
-            if (o == start) break;
-        }
-        out = smooth_corner({ring.data(), static_cast<std::size_t>(n) + 1});
-    } else {
-        out = control_ring(h).limit();
-    }
-    out.position = limits_[v.value];
+    SurfacePoint out = control_ring(h).limit();
+    out.position = limits_[origin(h)];
     return out;
 }
 
@@ -176,7 +141,9 @@ SurfacePoint LoopPatches::corner_point(const Descent& down) const {
     if (down.cell.kind == LoopCell::Kind::generic)
         return down.cell.node->rings().corner[static_cast<std::size_t>(down.corner)].limit();
     const LoopStarChain& star = *down.cell.star;
-    return smooth_corner({star.points(), static_cast<std::size_t>(star.valence()) + 1});
+    SurfacePoint out = CornerRing::smooth(SchemeKind::loop, star.valence(), star.points()).limit();
+    out.position = corner(down.cell, down.corner);  // the same bits as position()
+    return out;
 }
 
 SurfacePoint LoopPatches::evaluate(HalfedgeId root, double x, double y, bool second) const {

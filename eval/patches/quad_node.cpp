@@ -82,7 +82,7 @@ void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
 }
 
 std::uint64_t QuadNode::own_bytes() const {
-    return (own_star ? own_star->memory_bytes() : 0) + (local ? local->memory_bytes() : 0);
+    return (own_star ? own_star->memory_bytes() : 0) + (rings ? rings->memory_bytes() : 0);
 }
 
 std::uint64_t QuadNode::grown_bytes() const {
@@ -105,10 +105,9 @@ const QuadNode* QuadNode::grown() const {
     if (kind == Kind::star) {
         grow_star(*this, *fresh);
     } else {
-        GrowthScratch scratch;
-        const QuadLocalStep step(*local, scratch.resource());
-        for (int k = 0; k < 4; ++k)
-            classify(step.child(k), fresh->cell[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
+        std::array<QuadRings, 4> children = rings->children();
+        for (std::size_t k = 0; k < 4; ++k)
+            classify(std::move(children[k]), fresh->cell[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
     }
     find_points(*this, *fresh);
     std::uint64_t taken = sizeof(QuadQuarters) + fresh->star.points.outside_bytes();

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/memory.hpp"
 #include "bicubic.hpp"
-#include "quad_local_mesh.hpp"
+#include "quad_rings.hpp"
 #include "quad_star.hpp"
 
 #include <array>
@@ -33,7 +33,7 @@ struct QuadNode {
     /// Of irregular cells below a root: limit positions of the corners, the first of the four in the parent's points.
     const Vec3d* corners = nullptr;
     std::unique_ptr<QuadStar> own_star;
-    std::unique_ptr<QuadLocalMesh> local;
+    std::unique_ptr<QuadRings> rings;  ///< generic
 
     QuadNode() = default;
     QuadNode(const QuadNode&) = delete;
@@ -87,9 +87,6 @@ inline std::array<int, 2> from_corner(int k, int x, int y) {
 constexpr int k_corner_point[4] = {0, 2, 8, 6};
 constexpr int k_side_point[4] = {1, 5, 7, 3};
 constexpr int k_centre_point = 4;
-
-/// Turns a local mesh into the simplest node that represents it exactly.
-void classify(const QuadLocalMesh& mesh, QuadNode& node);
 
 }  // namespace detail
 

@@ -2,9 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/rules/corner_angles.hpp"
-#include "../../schemes/analysis/ring_limit.hpp"
 #include "../../schemes/core/sharpness.hpp"
-#include "../surface/first_seen.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -14,8 +12,8 @@
 
 namespace tetrakis {
 
+using detail::CornerRing;
 using detail::Net16;
-using detail::QuadLocalMesh;
 using detail::QuadNode;
 using detail::QuadRoot;
 using detail::Weights4;
@@ -212,10 +210,7 @@ void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
     const HalfedgeId before = m.prev(h), t = m.twin(h);
     const bool smooth = smooth_[m.origin(h).value] && t.valid() && m.twin(before).valid() &&
                         half_sharpness_[t.value] == 0 && half_sharpness_[before.value] == 0;
-    if (!smooth) {
-        detail::GrowthScratch scratch;
-        return detail::classify(local_mesh(h, scratch.resource()), node);
-    }
+    if (!smooth) return detail::classify(root_rings(h), node);
     detail::QuadStar star;
     gather_star(h, star);
     if (star.regular()) return star.put(node.net);
@@ -223,117 +218,82 @@ void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
     node.adopt(std::make_unique<detail::QuadStar>(std::move(star)));
 }
 
-QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* memory) const {
+/// Rings of level 1.
+detail::QuadRings QuadPatches::root_rings(HalfedgeId root) const {
+    using Spoke = CornerRing::Spoke;
     const ControlMesh& m = mesh_;
-    // The level-1 quads Q(g) that touch Q(h): around its vertex, in its face, and beyond its two edge points.
-    std::vector<HalfedgeId> parts;
-    parts.reserve(32);
-    parts.push_back(h);
-    detail::FirstSeen part_numbers;
-    part_numbers.number(h.value);
-    const auto add = [&](HalfedgeId g) {
-        if (part_numbers.number(g.value) == parts.size()) parts.push_back(g);
+    const bool chaikin = m.crease_method() == CreaseMethod::chaikin;
+    const auto fresh = [&](const Vec3d& centre) {
+        CornerRing ring;
+        ring.scheme = SchemeKind::catmull_clark;
+        ring.centre = centre;
+        ring.chaikin = chaikin;
+        return ring;
     };
-    for_each_outgoing(m, m.origin(h), add);
-    for (HalfedgeId g = m.next(h); g != h; g = m.next(g)) add(g);
-    if (const HalfedgeId t = m.twin(h); t.valid()) add(t);
-    if (const HalfedgeId p = m.twin(m.prev(h)); p.valid()) add(m.next(p));
-
-    const auto find = [&](HalfedgeId g) -> std::uint32_t {
-        const std::uint32_t i = part_numbers.find(g.value);
-        return i == detail::FirstSeen::none ? QuadLocalMesh::none : i;
+    // Of the half at the origin of a half-edge.
+    const auto sharpness = [&](HalfedgeId h) {
+        return m.twin(h).valid() ? half_sharpness_[h.value] : k_sharpness_infinity;
     };
-    QuadLocalMesh out(memory);
-    out.points.reserve(3 * parts.size() + 4);
-    out.chaikin = m.crease_method() == CreaseMethod::chaikin;
-    detail::FirstSeen keys;  // numbers into first_, in order of use
-    const auto use = [&](std::uint32_t key) {
-        const std::uint32_t i = keys.number(key);
-        if (i == out.points.size()) out.points.push_back(first_[key]);
-        return i;
-    };
-    const std::uint32_t edge_base = m.vertex_count(), face_base = edge_base + m.edge_count();
-    out.faces.resize(parts.size());
-    out.twin.assign(4 * parts.size(), QuadLocalMesh::none);
-    out.sharpness.assign(4 * parts.size(), 0.0f);
-    if (out.chaikin) out.far_half.assign(4 * parts.size(), 0.0f);
-    const auto halves_at = [&](HalfedgeId g) {
-        std::vector<float> halves;
-        for_each_outgoing(m, m.origin(g), [&](HalfedgeId e) { halves.push_back(half_sharpness_[e.value]); });
-        return halves;
-    };
-    for (std::uint32_t i = 0; i < parts.size(); ++i) {
-        const HalfedgeId g = parts[i], back = m.prev(g);
-        out.faces[i] = {use(m.origin(g).value), use(edge_base + m.edge(g).value), use(face_base + m.face(g).value),
-                        use(edge_base + m.edge(back).value)};
-        const auto link = [&](std::uint32_t j, HalfedgeId other, std::uint32_t k) {
-            if (!other.valid()) return;
-            if (const std::uint32_t q = find(other); q != QuadLocalMesh::none) out.twin[4 * i + j] = 4 * q + k;
-        };
-        const HalfedgeId tg = m.twin(g), tb = m.twin(back);
-        link(0, tg.valid() ? m.next(tg) : HalfedgeId{}, 3);
-        link(3, tb, 0);
-        link(1, m.next(g), 2);
-        link(2, back, 1);
-        out.sharpness[4 * i] = tg.valid() ? half_sharpness_[g.value] : k_sharpness_infinity;
-        out.sharpness[4 * i + 3] = tb.valid() ? half_sharpness_[tb.value] : k_sharpness_infinity;
-        if (!out.chaikin) continue;
-        if (g == m.vertex_halfedge(m.origin(h))) out.first_half = 4 * i;
-        if (tg.valid()) {
-            const float halves[2] = {half_sharpness_[g.value], half_sharpness_[tg.value]};
-            out.far_half[4 * i] = child_sharpness_chaikin(halves[0], halves);
+    const auto vertex_ring = [&](HalfedgeId h) {
+        const VertexId v = m.origin(h);
+        CornerRing ring = fresh(vertex_point(v));
+        ring.sharpness = vertex_sharpness_[v.value];
+        ring.boundary = m.is_boundary(v);
+        HalfedgeId last;
+        for_each_outgoing(m, v, [&](HalfedgeId o) {
+            if (o == h) ring.cell = ring.size();
+            Spoke s{edge_point(o), face_point(o), sharpness(o)};
+            // At the edge's middle only its two halves can be sharp.
+            s.far_half = chaikin && m.twin(o).valid()
+                             ? child_sharpness_chaikin(s.sharpness, std::array{s.sharpness, sharpness(m.twin(o))})
+                             : child_sharpness(s.sharpness);
+            ring.spokes.push_back(s);
+            last = m.prev(o);
+        });
+        if (ring.boundary) {
+            ring.spokes.push_back({edge_point(last), Vec3d(0), k_sharpness_infinity, 0, k_sharpness_infinity});
         }
-        if (tb.valid()) out.far_half[4 * i + 3] = child_sharpness_chaikin(half_sharpness_[tb.value], halves_at(g));
-    }
-    out.corner_sharpness[0] = vertex_sharpness_[m.origin(h).value];
-    return out;
+        ring.halve();
+        return ring;
+    };
+    // Spoke 0 leads to the edge's target, spoke 1 into the face.
+    const auto edge_ring = [&](HalfedgeId h) {
+        CornerRing ring = fresh(edge_point(h));
+        const HalfedgeId t = m.twin(h);
+        ring.boundary = !t.valid();
+        // Towards a vertex, along the half-edge that leaves it.
+        const auto add_half = [&](VertexId v, HalfedgeId o, const Vec3d& face) {
+            Spoke s{vertex_point(v), face, o.valid() ? sharpness(o) : k_sharpness_infinity};
+            s.far_half = child_sharpness(s.sharpness);
+            if (chaikin && is_semi_sharp(s.sharpness)) {
+                const CornerRing at_end = vertex_ring(o);
+                s.far_half = at_end.spoke(at_end.cell).near_half;
+            }
+            ring.spokes.push_back(s);
+        };
+        add_half(m.target(h), t, edge_point(m.next(h)));
+        ring.spokes.push_back({face_point(h), edge_point(m.prev(h))});
+        add_half(m.origin(h), h, t.valid() ? edge_point(m.next(t)) : Vec3d(0));
+        if (t.valid()) ring.spokes.push_back({face_point(t), edge_point(m.prev(t))});
+        ring.halve();
+        return ring;
+    };
+    detail::QuadRings rings{{vertex_ring(root), edge_ring(root), fresh(face_point(root)), edge_ring(m.prev(root))}};
+    rings.corner[1].cell = 1;
+    CornerRing& centre = rings.corner[2];
+    HalfedgeId h = root;
+    do {
+        centre.spokes.push_back({edge_point(h), vertex_point(m.target(h))});
+        h = m.next(h);
+    } while (h != root);
+    centre.cell = centre.size() - 1;
+    return rings;
 }
 
 SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
     assert(node.kind != QuadNode::Kind::regular);
-    detail::GrowthScratch scratch;
-    RingShape shape;
-    std::pmr::vector<Vec3d> ring(scratch.resource());
-    if (node.kind == QuadNode::Kind::star) {
-        const detail::QuadStar& star = *node.star;
-        shape.faces = star.valence;
-        shape.sharp.assign(static_cast<std::size_t>(star.valence), 0);
-        ring.assign(star.points.begin(), star.points.begin() + 2 * star.valence + 1);
-    } else {
-        const QuadLocalMesh& local = *node.local;
-        const detail::CornerFan fan = detail::corner_fan(local, corner, scratch.resource());
-        const std::pmr::vector<float> sharp = detail::fan_sharpness(local, fan);
-        const float own = local.corner_sharpness[static_cast<std::size_t>(corner)];
-        if (is_semi_sharp(own) || std::any_of(sharp.begin(), sharp.end(), is_semi_sharp)) {
-            const QuadNode* children = node.grown();
-            const QuadNode& child = children[2 * detail::k_corner_y[corner] + detail::k_corner_x[corner]];
-            if (child.kind != QuadNode::Kind::regular) return corner_limit(child, corner);
-            SurfacePoint point;
-            Weights4 wx[3], wy[3];
-            regular_basis(child.crease, detail::k_corner_x[corner], detail::k_corner_y[corner], wx, wy);
-            point.position = combine(child.net, wx[0], wy[0]);
-            point.du = combine(child.net, wx[1], wy[0]);
-            point.dv = combine(child.net, wx[0], wy[1]);
-            point.has_second = point.has_derivatives = false;
-            point.normal = unit_or_zero(glm::cross(point.du, point.dv));
-            return point;
-        }
-        shape.faces = static_cast<int>(fan.faces());
-        shape.boundary = fan.boundary;
-        shape.corner = own != 0;
-        for (float s : sharp) shape.sharp.push_back(s != 0);
-        ring = detail::fan_ring(local, fan);
-    }
-    const RingLimit& limit = ring_limit(SchemeKind::catmull_clark, shape);
-    SurfacePoint point;
-    point.has_second = point.has_derivatives = false;
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-        point.position += limit.position[i] * ring[i];
-        point.du += limit.tangent1()[i] * ring[i];
-        point.dv += limit.tangent2()[i] * ring[i];
-    }
-    point.normal = limit_normal(SchemeKind::catmull_clark, shape, limit, ring);
-    return point;
+    if (node.kind == QuadNode::Kind::generic) return node.rings->corner[static_cast<std::size_t>(corner)].limit();
+    return CornerRing::smooth(SchemeKind::catmull_clark, node.star->valence, node.star->points.data()).limit();
 }
 
 Vec3d QuadPatches::limit(HalfedgeId root, LatticePoint at, int level) const {

@@ -82,7 +82,7 @@ class QuadPatches {
     }
     void first_step(const RunContext& context);
     void gather_star(HalfedgeId root, detail::QuadStar& star) const;
-    detail::QuadLocalMesh local_mesh(HalfedgeId root, std::pmr::memory_resource* memory) const;
+    detail::QuadRings root_rings(HalfedgeId root) const;
 
     const ControlMesh& mesh_;
     std::vector<Vec3d> first_;           ///< level-1 points: vertices, edges, faces

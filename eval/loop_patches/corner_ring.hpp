@@ -1,0 +1,65 @@
+#pragma once
+
+#include "../../schemes/core/scheme_table.hpp"
+#include "../surface/surface_point.hpp"
+
+#include <cstddef>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// A corner of a cell of Catmull-Clark or Loop with everything around it that its rules look at. A ring evolves from
+/// level to level by itself: the next ring are the vertex point and the edge points around it and, of quads, the face
+/// points.
+struct CornerRing {
+    /// An edge at the centre.
+    struct Spoke {
+        Vec3d point{0};       ///< its other end
+        Vec3d face{0};        ///< quads: the far corner of the face between this spoke and the next
+        float sharpness = 0;  ///< of the edge (infinity at a boundary)
+        float near_half = 0;  ///< sharpness of its half at the centre, one level further down
+        float far_half = 0;   ///< of its half at the other end
+    };
+    SchemeKind scheme = SchemeKind::loop;
+    Vec3d centre{0};
+    float sharpness = 0;        ///< of the centre
+    bool boundary = false;      ///< the first and last spokes are boundary edges
+    bool chaikin = false;       ///< how sharpness passes on
+    int cell = 0;               ///< the cell lies between spokes cell, towards its next corner, and cell + 1
+    std::vector<Spoke> spokes;  ///< counter-clockwise
+
+    /// Around an interior vertex with nothing sharp.
+    /// @param points  the vertex, then by spoke its point and, of quads, its face
+    static CornerRing smooth(SchemeKind scheme, int valence, const Vec3d* points);
+
+    int size() const { return static_cast<int>(spokes.size()); }
+    int faces() const { return size() - (boundary ? 1 : 0); }
+    int wrap(int i) const { return (i % size() + size()) % size(); }
+    const Spoke& spoke(int i) const { return spokes[static_cast<std::size_t>(wrap(i))]; }
+
+    /// Fills the spokes' near_half from their sharpness.
+    void halve();
+    /// Of the face between a spoke and the next one.
+    Vec3d face_point(int spoke) const;
+    Vec3d edge_point(int spoke) const;
+    Vec3d vertex_point() const;
+    /// The ring one level further down, around the same vertex.
+    CornerRing child() const;
+
+    /// No tag that will go away.
+    bool is_stationary() const;
+    /// Interior, and nothing sharp.
+    bool is_smooth() const;
+    /// Limit position, normal, and tangents of the cell's sector.
+    SurfacePoint limit() const;
+    void add_points(std::vector<Vec3d>& points) const;
+};
+
+/// Ring of the midpoint of a cell's side; its spoke 0 leads to the ring `to`, and spoke 1 into the cell, which is on
+/// the left.
+/// @param from, to              the rings of the side's ends, one level up
+/// @param from_child, to_child  child() of these
+CornerRing side_ring(const CornerRing& from, const CornerRing& to, const CornerRing& from_child,
+                     const CornerRing& to_child);
+
+}  // namespace tetrakis::detail
