@@ -26,16 +26,14 @@ Vec2d corner_at(int k) { return Vec2d(k_corner_x[k & 3], k_corner_y[k & 3]); }
 QuadBounder::QuadBounder(const QuadPatches& patches)
     : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches), walk_(patches) {}
 
-double QuadBounder::irregular_error(const PathCell& cell, const Piece& piece, const Corners& corners,
+double QuadBounder::irregular_error(const QuadNode& node, const Piece& piece, const Corners& corners,
                                     bool may_split) const {
-    const QuadNode& node = *cell.node;
     if (node.kind != QuadNode::Kind::star) return hull_error(node.rings->points(), piece.edge, may_split);
     const detail::StarNorms* norms = detail::StarNorms::catmull_clark(node.star->valence, node.star->far_valence);
     if (!norms) return hull_error(node.star->points, piece.edge, may_split);
     // The surface against the bilinear function of its corners, and that against the one linear between its values at
     // the piece's corners: u v differs from that by 1 / 4 at most on half the cell, by 1 / 16 on a quarter.
-    const Vec3d c0 = cell.point(k_corner_point[0]), c1 = cell.point(k_corner_point[1]),
-                c2 = cell.point(k_corner_point[2]), c3 = cell.point(k_corner_point[3]);
+    const Vec3d c0 = node.corner(0), c1 = node.corner(1), c2 = node.corner(2), c3 = node.corner(3);
     const double off = norms->deviation(node.star->points), twist = glm::length(c0 - c1 + c2 - c3);
     if (!piece.quarter) return off + 0.25 * twist + corner_error(corners, piece.edge);
     const Vec3d centre = face_.local(0.25 * (c0 + c1 + c2 + c3));
@@ -48,7 +46,7 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
 
 void QuadBounder::bound(const PathCell& cell, const Piece& piece, const Corners& corners, int depth) {
     if (!cell.irregular()) return bound_regular(cell, piece, corners);
-    const auto error = [&](bool may_split) { return irregular_error(cell, piece, corners, may_split); };
+    const auto error = [&](bool may_split) { return irregular_error(*cell.node, piece, corners, may_split); };
     if (needs_split(depth, error)) split(cell, piece, corners, depth);
 }
 

@@ -89,7 +89,7 @@ class QuadBounder : private detail::PatchBounder<> {
                     const detail::SexticWeights& weights);
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
     /// @param may_split  as hull_error() has it
-    double irregular_error(const detail::PathCell& cell, const Piece& piece, const Corners& corners,
+    double irregular_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners,
                            bool may_split) const;
 
     const QuadPatches& patches_;

@@ -148,6 +148,16 @@ bool CornerRing::is_smooth() const {
            std::none_of(spokes.begin(), spokes.end(), [](const Spoke& s) { return is_sharp(s.sharpness); });
 }
 
+std::optional<CornerRing::Sector> CornerRing::sector() const {
+    const auto sharp =
+        std::count_if(spokes.begin(), spokes.end(), [](const Spoke& s) { return is_sharp(s.sharpness); });
+    if (sharp < 2) return std::nullopt;
+    Sector sector{cell, 1, is_sharp(sharpness) || sharp > 2};
+    while (!is_sharp(spoke(sector.first).sharpness)) --sector.first, ++sector.faces;
+    while (!is_sharp(spoke(sector.first + sector.faces).sharpness)) ++sector.faces;
+    return sector;
+}
+
 void CornerRing::add_points(std::vector<Vec3d>& points) const {
     points.push_back(centre);
     for (int i = 0; i < size(); ++i) {

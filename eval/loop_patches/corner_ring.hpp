@@ -4,6 +4,7 @@
 #include "../surface/surface_point.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -50,6 +51,12 @@ struct CornerRing {
     bool is_stationary() const;
     /// Interior, and nothing sharp.
     bool is_smooth() const;
+    /// The faces between two sharp spokes that the cell is one of; nothing where fewer are sharp.
+    struct Sector {
+        int first, faces;  ///< the first spoke, at most `cell`
+        bool corner;       ///< the centre, or a third spoke, is sharp
+    };
+    std::optional<Sector> sector() const;
     /// Limit position, normal, and tangents of the cell's sector.
     SurfacePoint limit() const;
     void add_points(std::vector<Vec3d>& points) const;

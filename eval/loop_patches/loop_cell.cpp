@@ -115,32 +115,23 @@ const LoopStarChain& LoopStarChain::next() const {
 
 LoopNode::LoopNode(LoopRings rings, RecordPool& pool) : pool_(&pool) {
     if (const auto net = rings.regular_net()) {
-        kind_ = LoopCell::Kind::regular;
-        net_ = std::make_unique<Net12>(*net);
-        return;
-    }
-    if (const int corner = rings.star_corner(); corner >= 0) {
-        kind_ = LoopCell::Kind::star;
-        turn_ = corner;
+        cell_.net = *net;
+    } else if (const int corner = rings.star_corner(); corner >= 0) {
         const int valence = rings.corner[corner].size();
-        star_ = &LoopStarChain::make(pool, valence, loop_star_size(valence));
-        const std::vector<Vec3d> points = rings.star_points(corner);
-        std::copy(points.begin(), points.end(), star_->points());
-        star_->find_reach();
-        return;
+        LoopStarChain& star = LoopStarChain::make(pool, valence, loop_star_size(valence));
+        std::ranges::copy(rings.star_points(corner), star.points());
+        star.find_reach();
+        cell_.kind = LoopCell::Kind::star;
+        cell_.turn = corner;
+        cell_.star = &star;
+    } else {
+        cell_.kind = LoopCell::Kind::generic;
+        cell_.node = this;
+        rings_ = std::make_unique<LoopRings>(std::move(rings));
     }
-    rings_ = std::make_unique<LoopRings>(std::move(rings));
 }
 
 LoopNode::~LoopNode() { delete children_.load(std::memory_order_relaxed); }
-
-void LoopNode::cell(LoopCell& out) const {
-    out.kind = kind_;
-    out.turn = turn_;
-    if (net_) out.net = *net_;
-    out.star = star_;
-    out.node = this;
-}
 
 const LoopNode& LoopNode::child(int quarter) const {
     Children* known = children_.load(std::memory_order_acquire);

@@ -117,15 +117,12 @@ class LoopNode {
     ~LoopNode();
 
     /// The cell, in its simplest form.
-    void cell(LoopCell& out) const;
+    const LoopCell& cell() const { return cell_; }
     const LoopNode& child(int quarter) const;
     const LoopRings& rings() const { return *rings_; }  ///< of a generic cell
 
   private:
-    LoopCell::Kind kind_ = LoopCell::Kind::generic;
-    int turn_ = 0;
-    std::unique_ptr<Net12> net_;
-    LoopStarChain* star_ = nullptr;
+    LoopCell cell_;
     std::unique_ptr<LoopRings> rings_;
     using Children = std::array<std::unique_ptr<LoopNode>, 4>;
     mutable std::atomic<Children*> children_{nullptr};

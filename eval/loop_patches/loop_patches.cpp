@@ -33,7 +33,7 @@ LoopPatches::LoopPatches(const ControlMesh& mesh, const RunContext& context) : m
                     "Loop subdivision needs triangles, but some faces have more corners; triangulate first");
     const std::uint64_t bytes = sizeof(Vec3d) * (2 * std::uint64_t{mesh.vertex_count()} + mesh.edge_count()) +
                                 mesh.vertex_count() + mesh.face_count() +
-                                std::uint64_t{mesh.halfedge_count()} * (sizeof(Grown) + sizeof(float));
+                                std::uint64_t{mesh.halfedge_count()} * sizeof(Grown);
     if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
         throw Error(ErrorCode::memory_limit, "the patches of this mesh need " + std::to_string(bytes) +
                                                  " bytes, more than the limit of " +
@@ -51,8 +51,8 @@ LoopPatches::~LoopPatches() {
 }
 
 std::uint64_t LoopPatches::memory_bytes() const {
-    return sizeof(Vec3d) * (vertex_points_.size() + edge_points_.size() + limits_.size()) +
-           sizeof(float) * half_sharpness_.size() + smooth_.size() + kind_.size() + sizeof(Grown) * grown_.size();
+    return sizeof(Vec3d) * (vertex_points_.size() + edge_points_.size() + limits_.size()) + smooth_.size() +
+           kind_.size() + sizeof(Grown) * grown_.size();
 }
 
 Box3d LoopPatches::bounds(FaceId face) const {
@@ -97,10 +97,10 @@ CornerRing LoopPatches::control_ring(std::uint32_t h) const {
     for (const std::uint32_t o : fan) {
         CornerRing::Spoke s;
         s.point = control(next(o));
-        if (!half_sharpness_.empty()) {
-            s.sharpness = mesh_.sharpness(mesh_.edge(HalfedgeId(o)));
-            s.near_half = half_sharpness_[o];
-            s.far_half = twin(o) == k_none ? s.sharpness : half_sharpness_[twin(o)];
+        s.sharpness = mesh_.sharpness(mesh_.edge(HalfedgeId(o)));
+        if (is_sharp(s.sharpness)) {
+            s.near_half = half_sharpness(o);
+            s.far_half = twin(o) == k_none ? s.sharpness : half_sharpness(twin(o));
         }
         ring.spokes.push_back(s);
     }
@@ -113,31 +113,19 @@ CornerRing LoopPatches::control_ring(std::uint32_t h) const {
     return ring;
 }
 
-void LoopPatches::halve_edges() {
-    half_sharpness_.assign(mesh_.halfedge_count(), 0.0f);
-    const bool chaikin = mesh_.crease_method() == CreaseMethod::chaikin;
-    for_each_index(mesh_.halfedge_count(), [&](std::uint32_t h) {
-        const float s = mesh_.sharpness(mesh_.edge(HalfedgeId(h)));
-        if (!is_sharp(s)) return;
-        if (!chaikin || !is_semi_sharp(s)) {
-            half_sharpness_[h] = child_sharpness(s);
-            return;
-        }
-        std::vector<std::uint32_t> fan;
-        outgoing(VertexId(origin(h)), h, fan);
-        std::vector<float> around;
-        for (const std::uint32_t o : fan) around.push_back(mesh_.sharpness(mesh_.edge(HalfedgeId(o))));
-        if (mesh_.is_boundary(VertexId(origin(h)))) around.push_back(k_sharpness_infinity);
-        half_sharpness_[h] = child_sharpness_chaikin(s, around);
-    });
+float LoopPatches::half_sharpness(std::uint32_t h) const {
+    const float s = mesh_.sharpness(mesh_.edge(HalfedgeId(h)));
+    if (mesh_.crease_method() != CreaseMethod::chaikin || !is_semi_sharp(s)) return child_sharpness(s);
+    std::vector<std::uint32_t> fan;
+    outgoing(VertexId(origin(h)), h, fan);
+    std::vector<float> around;
+    for (const std::uint32_t o : fan) around.push_back(mesh_.sharpness(mesh_.edge(HalfedgeId(o))));
+    if (mesh_.is_boundary(VertexId(origin(h)))) around.push_back(k_sharpness_infinity);
+    return child_sharpness_chaikin(s, around);
 }
 
 void LoopPatches::first_step(const RunContext&) {
     const std::uint32_t vertex_count = mesh_.vertex_count(), edge_count = mesh_.edge_count();
-    bool any_sharp = false;
-    for (std::uint32_t e = 0; e < edge_count && !any_sharp; ++e) any_sharp = is_sharp(mesh_.sharpness(EdgeId(e)));
-    if (any_sharp) halve_edges();
-
     vertex_points_.resize(vertex_count);
     smooth_.assign(vertex_count, 0);
     for_each_index(vertex_count, [&](std::uint32_t v) {
@@ -147,7 +135,7 @@ void LoopPatches::first_step(const RunContext&) {
         Vec3d sum(0);
         int n = 0;
         for (std::uint32_t o = start; smooth;) {
-            smooth = !any_sharp || !is_sharp(mesh_.sharpness(mesh_.edge(HalfedgeId(o))));
+            smooth = !is_sharp(mesh_.sharpness(mesh_.edge(HalfedgeId(o))));
             o = prev(o);
             sum += control(o);
             ++n;
@@ -172,8 +160,9 @@ void LoopPatches::first_step(const RunContext&) {
             return;
         }
         edge_points_[e] = Loop::edge_end * ends + Loop::edge_opposite * (control(prev(h)) + control(prev(t)));
-        if (!any_sharp) return;
-        const double crease = edge_crease_weight(mesh_.sharpness(EdgeId(e)), half_sharpness_[h], half_sharpness_[t]);
+        const float s = mesh_.sharpness(EdgeId(e));
+        if (!is_sharp(s)) return;
+        const double crease = edge_crease_weight(s, half_sharpness(h), half_sharpness(t));
         if (crease != 0) edge_points_[e] = (1 - crease) * edge_points_[e] + (crease * 0.5) * ends;
     });
 }
@@ -285,7 +274,7 @@ void LoopPatches::root_cell(HalfedgeId root, LoopCell& out) const {
     out.turn = 0;
     switch (kind) {
         case RootKind::generic:
-            generic_root(h).cell(out);
+            out = generic_root(h).cell();
             return;
         case RootKind::regular:
             out.kind = LoopCell::Kind::regular;
@@ -304,7 +293,7 @@ void LoopPatches::root_cell(HalfedgeId root, LoopCell& out) const {
 
 void LoopPatches::child(const LoopCell& cell, int quarter, LoopCell& out) const {
     if (cell.kind == LoopCell::Kind::generic) {
-        cell.node->child(quarter).cell(out);
+        out = cell.node->child(quarter).cell();
         return;
     }
     if (cell.kind == LoopCell::Kind::star) {

@@ -38,7 +38,7 @@ class LoopPatches {
     Vec3d position(HalfedgeId root, double x, double y) const;
     /// The limit position at a lattice point, level <= k_max_level; about the cost of one patch.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const;
-    /// limit() of many points. One after another of the same root are cheaper.
+    /// limit() of many points.
     void limits(std::span<const Site> sites, std::span<Vec3d> out) const;
     /// Limit position, first derivatives and normal of a vertex: as evaluate(), but on an infinitely sharp edge with
     /// the mean of the normals of both sides.
@@ -68,7 +68,8 @@ class LoopPatches {
     void classify_roots();
     std::uint32_t outgoing(VertexId v, std::uint32_t h, std::vector<std::uint32_t>& fan) const;
     detail::CornerRing control_ring(std::uint32_t h) const;
-    void halve_edges();
+    /// Of the half at the origin, level 1.
+    float half_sharpness(std::uint32_t h) const;
     void corner_limits();
     Vec3d vertex_limit(VertexId v) const;
     SurfacePoint control_corner(std::uint32_t h) const;
@@ -76,7 +77,6 @@ class LoopPatches {
     bool descend(Descent& down) const;
     SurfacePoint evaluate(HalfedgeId root, double x, double y, bool second) const;
     SurfacePoint corner_point(const Descent& down) const;
-    Vec3d limit(HalfedgeId root, LatticePoint at, int level, HalfedgeId& cell_root, detail::LoopCell& cell) const;
     const Vec3d& corner_limit(std::uint32_t h) const { return limits_[origin(h)]; }
     void gather_control(std::uint32_t h, int valence, Vec3d* out) const;
     void gather_first(std::uint32_t h, int valence, Vec3d* out) const;
@@ -95,8 +95,7 @@ class LoopPatches {
     const ControlMesh& mesh_;
     std::vector<Vec3d> vertex_points_, edge_points_;  ///< level 1
     std::vector<Vec3d> limits_;                       ///< of the control vertices
-    std::vector<float> half_sharpness_;  ///< per half-edge: of the half at its origin, level 1; empty: nothing is sharp
-    std::vector<std::uint8_t> smooth_;   ///< per vertex: interior, nothing sharp at it
+    std::vector<std::uint8_t> smooth_;                ///< per vertex: interior, nothing sharp at it
     std::vector<RootKind> kind_;
     /// Per half-edge: the star at its origin (split and star roots), or, per root, the generic tree.
     union Grown {

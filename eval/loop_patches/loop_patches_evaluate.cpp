@@ -109,31 +109,12 @@ SurfacePoint LoopPatches::control_corner(std::uint32_t h) const {
 }
 
 Vec3d LoopPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
-    HalfedgeId none;
-    LoopCell cell;
-    return limit(root, at, level, none, cell);
+    const double step = std::ldexp(1.0, -level);
+    return position(root, at.x * step, at.y * step);
 }
 
 void LoopPatches::limits(std::span<const Site> sites, std::span<Vec3d> out) const {
-    HalfedgeId cell_root;
-    LoopCell cell;
-    for (std::size_t i = 0; i < sites.size(); ++i)
-        out[i] = limit(sites[i].root, sites[i].at, sites[i].level, cell_root, cell);
-}
-
-/// @param cell  that of cell_root, if there is one; then of `root`, if it was looked at
-Vec3d LoopPatches::limit(HalfedgeId root, LatticePoint at, int level, HalfedgeId& cell_root, LoopCell& cell) const {
-    const std::uint32_t side = std::uint32_t{1} << level;
-    if (at.x == side) return corner_limit(root.value + 1);
-    if (at.y == side) return corner_limit(root.value + 2);
-    if (at.x == 0 && at.y == 0) return corner_limit(root.value);
-    const double scale = 1.0 / side;
-    const Bary b{(side - at.x - at.y) * scale, at.x * scale, at.y * scale};
-    if (cell_root != root) {
-        root_cell(root, cell);
-        cell_root = root;
-    }
-    return position(cell, detail::turned(b, cell.turn));
+    for (std::size_t i = 0; i < sites.size(); ++i) out[i] = limit(sites[i].root, sites[i].at, sites[i].level);
 }
 
 /// Of a corner inside a root: those of the root itself are control_corner()'s.

@@ -1,7 +1,5 @@
 #include "loop_ring.hpp"
 
-#include "../../schemes/core/sharpness.hpp"
-
 #include <utility>
 
 namespace tetrakis::detail {
@@ -21,17 +19,11 @@ std::optional<std::array<Vec3d, 6>> regular_neighbours(const CornerRing& ring) {
         for (int i = 0; i < 6; ++i) out[i] = ring.spoke(cell + i).point;
         return out;
     }
-    if (!ring.is_stationary()) return {};
-    int sharp = 0;
-    for (const CornerRing::Spoke& s : ring.spokes) sharp += is_sharp(s.sharpness) ? 1 : 0;
-    if (sharp < 2) return {};
-    // The cell's sector runs from spoke `first` over `faces` triangles.
-    int first = cell, faces = 1;
-    while (!is_sharp(ring.spoke(first).sharpness)) --first, ++faces;
-    while (!is_sharp(ring.spoke(first + faces).sharpness)) ++faces;
+    const auto sector = ring.sector();
+    if (!ring.is_stationary() || !sector) return {};
+    const auto [first, faces, corner] = *sector;
     const int offset = cell - first;
-    const bool corner = is_sharp(ring.sharpness) || sharp > 2;
-    const auto p = [&](int i) { return ring.spoke(first + i).point; };
+    const auto p = [&ring, first = first](int i) { return ring.spoke(first + i).point; };
     if (!corner && faces == 3) {
         const std::array<Vec3d, 6> around{p(0), p(1), p(2), p(3), centre + p(3) - p(2), centre + p(0) - p(1)};
         for (int i = 0; i < 6; ++i) out[i] = around[(i + offset) % 6];

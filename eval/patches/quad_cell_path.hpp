@@ -14,6 +14,10 @@ struct PathCell {
     SideCrease crease;
     std::uint64_t x = 0, y = 0;
 
+    static PathCell of(const QuadNode& node, std::uint64_t x, std::uint64_t y) {
+        const bool regular = node.kind == QuadNode::Kind::regular;
+        return {&node, regular ? &node.net : nullptr, regular ? node.crease : SideCrease{}, x, y};
+    }
     bool irregular() const { return net == nullptr; }
     /// Limit position at (column / 2, row / 2), i = 3 * row + column.
     Vec3d point(int i) const;

@@ -24,12 +24,9 @@ void grow_star(const QuadNode& node, QuadQuarters& quarters) {
         const int corner = (k + node.turn) & 3;
         QuadNode& quarter = quarters.cell[static_cast<std::size_t>(2 * k_corner_y[corner] + k_corner_x[corner])];
         if (k == 0 && node.star->valence != 4) {
-            quarter.kind = QuadNode::Kind::star;
-            quarter.turn = node.turn;
-            quarter.star = &quarters.star;
+            quarter.become(quarters.star, node.turn);
         } else if (k == 2 && node.star->far_valence != 4) {
-            quarter.turn = static_cast<std::uint8_t>(corner);
-            quarter.adopt(std::make_unique<QuadStar>(std::move(grown.far)));
+            quarter.adopt(std::make_unique<QuadStar>(std::move(grown.far)), corner);
         } else {
             unturn_net(node.turn, grown.net[static_cast<std::size_t>(k)], quarter.net);
         }
@@ -39,46 +36,31 @@ void grow_star(const QuadNode& node, QuadQuarters& quarters) {
 }  // namespace
 
 Vec3d QuadNode::corner(int k) const {
-    if (corners) return corners[3 * k_corner_y[k] + k_corner_x[k]];
-    if (kind == Kind::regular) return regular_position(net, crease, k_corner_x[k], k_corner_y[k]);
-    if (kind == Kind::star) return star->corner_limit((k - turn) & 3);
-    return QuadPatches::corner_limit(*this, k).position;
-}
-
-/// The nine points of a cell from its quarters: of those that meet at a point the simplest one gives it.
-void find_points(const QuadNode& node, QuadQuarters& quarters) {
-    for (int i = 0; i < 9; ++i) {
-        const int column = i % 3, row = i / 3;
-        if (column != 1 && row != 1 && (node.corners || node.kind == QuadNode::Kind::star)) {
-            quarters.point[static_cast<std::size_t>(i)] = node.corner(row == 0 ? column / 2 : 3 - column / 2);
-            continue;
-        }
-        const QuadNode* best = nullptr;
-        int corner = 0;
-        for (int q = 0; q < 4; ++q) {
-            const int x = column - (q & 1), y = row - (q >> 1);
-            if (x < 0 || y < 0 || x > 1 || y > 1) continue;
-            const QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
-            if (best && quarter.kind >= best->kind) continue;
-            best = &quarter;
-            corner = y == 0 ? x : 3 - x;
-        }
-        quarters.point[static_cast<std::size_t>(i)] = best->corner(corner);
-    }
-    for (int q = 0; q < 4; ++q) {
-        QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
-        if (quarter.kind != QuadNode::Kind::regular) quarter.corners = &quarters.point[3u * (q >> 1) + (q & 1)];
-    }
+    return kind == Kind::regular ? regular_position(net, crease, k_corner_x[k], k_corner_y[k])
+                                 : net.at(k_corner_x[k], k_corner_y[k]);
 }
 
 QuadNode::~QuadNode() { drop_quarters(); }
 
 void QuadNode::drop_quarters() { delete quarters.exchange(nullptr, std::memory_order_acquire); }
 
-void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
+void QuadNode::become(const QuadStar& of, int corner) {
     kind = Kind::star;
+    turn = static_cast<std::uint8_t>(corner);
+    star = &of;
+    for (int k = 0; k < 4; ++k) net.set(k_corner_x[k], k_corner_y[k], of.corner_limit((k - corner) & 3));
+}
+
+void QuadNode::adopt(std::unique_ptr<QuadStar> from, int corner) {
     own_star = std::move(from);
-    star = own_star.get();
+    become(*own_star, corner);
+}
+
+void QuadNode::adopt(std::unique_ptr<QuadRings> from) {
+    kind = Kind::generic;
+    rings = std::move(from);
+    for (int k = 0; k < 4; ++k)
+        net.set(k_corner_x[k], k_corner_y[k], rings->corner[static_cast<std::size_t>(k)].limit().position);
 }
 
 std::uint64_t QuadNode::own_bytes() const {
@@ -109,7 +91,6 @@ const QuadNode* QuadNode::grown() const {
         for (std::size_t k = 0; k < 4; ++k)
             classify(std::move(children[k]), fresh->cell[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
     }
-    find_points(*this, *fresh);
     std::uint64_t taken = sizeof(QuadQuarters) + fresh->star.points.outside_bytes();
     for (const QuadNode& child : fresh->cell) taken += child.own_bytes();
     QuadQuarters* expected = nullptr;
@@ -117,11 +98,6 @@ const QuadNode* QuadNode::grown() const {
         return expected->cell.data();
     if (bytes) bytes->fetch_add(taken, std::memory_order_relaxed);
     return fresh.release()->cell.data();
-}
-
-const CellPoints& QuadNode::points() const {
-    grown();
-    return quarters.load(std::memory_order_acquire)->point;
 }
 
 }  // namespace detail

@@ -15,9 +15,6 @@ namespace detail {
 
 struct QuadQuarters;
 
-/// Limit positions of a cell at (column / 2, row / 2), number 3 * row + column: corners, middles of the sides, centre.
-using CellPoints = std::array<Vec3d, 9>;
-
 /// One cell of a patch tree. Regular cells are leaves: one bicubic patch (or a single-crease patch); the others grow
 /// four children on demand.
 struct QuadNode {
@@ -28,10 +25,8 @@ struct QuadNode {
     SideCrease crease;
     std::atomic<QuadQuarters*> quarters{nullptr};
     std::atomic<std::uint64_t>* bytes = nullptr;  ///< of the tree and its siblings: grows with them
-    Net16 net;
+    Net16 net;                       ///< irregular: the limit positions of the corners alone, at (0, 0) to (1, 1)
     const QuadStar* star = nullptr;  ///< its own, or one of its parent's quarters
-    /// Of irregular cells below a root: limit positions of the corners, the first of the four in the parent's points.
-    const Vec3d* corners = nullptr;
     std::unique_ptr<QuadStar> own_star;
     std::unique_ptr<QuadRings> rings;  ///< generic
 
@@ -41,14 +36,16 @@ struct QuadNode {
     ~QuadNode();
     /// The four quarters, index 2 * qy + qx, grown at the first call; every thread would build the same bits.
     const QuadNode* grown() const;
-    /// Limit position of corner k: (0, 0), (1, 0), (1, 1), (0, 1). Grows nothing but at generic cells.
+    /// Limit position of corner k: (0, 0), (1, 0), (1, 1), (0, 1).
     Vec3d corner(int k) const;
-    /// Of an irregular cell; grows it.
-    const CellPoints& points() const;
     /// Forgets what has grown, however deep; nobody else may be reading it.
     void drop_quarters();
-    /// Becomes a star cell; the star has its limit.
-    void adopt(std::unique_ptr<QuadStar> from);
+    /// Becomes a star cell; the star has its limit and outlives the cell.
+    void become(const QuadStar& of, int corner);
+    /// The same of a star of its own.
+    void adopt(std::unique_ptr<QuadStar> from, int corner);
+    /// Becomes a cell with tags.
+    void adopt(std::unique_ptr<QuadRings> from);
     /// Bytes of what is its own beside the node, without its quarters.
     std::uint64_t own_bytes() const;
     /// Bytes of what has grown below, too.
@@ -61,8 +58,7 @@ struct QuadRoot : QuadNode, PoolNew {};
 /// What a node grows, in one block; below 4032 bytes, from where oneTBB's allocator gives 5376.
 struct QuadQuarters : PoolNew {
     std::array<QuadNode, 4> cell;
-    CellPoints point;  ///< QuadNode::points()
-    QuadStar star;     ///< of the one quarter that is a star, where the parent is one
+    QuadStar star;  ///< of the one quarter that is a star, where the parent is one
 };
 
 /// Corner k of a cell.

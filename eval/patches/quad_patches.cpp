@@ -215,7 +215,7 @@ void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
     gather_star(h, star);
     if (star.regular()) return star.put(node.net);
     star.find_limit();
-    node.adopt(std::make_unique<detail::QuadStar>(std::move(star)));
+    node.adopt(std::make_unique<detail::QuadStar>(std::move(star)), 0);
 }
 
 /// Rings of level 1.
@@ -306,24 +306,18 @@ void QuadPatches::limits(std::span<const Site> sites, std::span<Vec3d> out) cons
 }
 
 namespace {
-/// The point of an irregular cell at (x, y), where it is one of the nine that the cell keeps.
-std::optional<Vec3d> kept_point(const QuadNode& node, double x, double y) {
-    const double column = 2 * x, row = 2 * y;
-    const int i = static_cast<int>(column), j = static_cast<int>(row);
-    if (column != i || row != j) {
-        if (node.depth <= k_deepest_cell) return std::nullopt;
-        return node.points()[static_cast<std::size_t>((y < 0.5 ? 0 : 6) + (x < 0.5 ? 0 : 2))];
-    }
-    // A star's corners are known before it grows.
-    if (node.kind == QuadNode::Kind::star && i != 1 && j != 1) return node.corner(j == 0 ? i / 2 : 3 - i / 2);
-    return node.points()[static_cast<std::size_t>(3 * j + i)];
+/// The corner of an irregular cell that (x, y) is, or is as good as; -1: none.
+int corner_at(const QuadNode& node, double x, double y) {
+    const bool is_corner = (x == 0 || x == 1) && (y == 0 || y == 1);
+    if (!is_corner && node.depth <= k_deepest_cell) return -1;
+    return y < 0.5 ? (x < 0.5 ? 0 : 1) : (x < 0.5 ? 3 : 2);
 }
 }  // namespace
 
 Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
     const QuadNode* node = &cell;
     while (node->kind != QuadNode::Kind::regular) {
-        if (const auto kept = kept_point(*node, x, y)) return *kept;
+        if (const int corner = corner_at(*node, x, y); corner >= 0) return node->corner(corner);
         const int qx = x >= 0.5, qy = y >= 0.5;
         x = 2 * x - qx, y = 2 * y - qy;
         node = node->grown() + 2 * qy + qx;
@@ -336,10 +330,8 @@ SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool sec
     std::optional<Vec3d> kept;  // the same bits as position()
     double scale = 1;
     while (node->kind != QuadNode::Kind::regular) {
-        if (!kept) kept = kept_point(*node, x, y);
-        const bool edge_x = x == 0 || x == 1, edge_y = y == 0 || y == 1;
-        if ((edge_x && edge_y) || node->depth > k_deepest_cell) {
-            const int corner = y < 0.5 ? (x < 0.5 ? 0 : 1) : (x < 0.5 ? 3 : 2);
+        if (const int corner = corner_at(*node, x, y); corner >= 0) {
+            if (!kept) kept = node->corner(corner);
             if (node->kind == QuadNode::Kind::generic || corner == node->turn) {
                 SurfacePoint point = corner_limit(*node, corner);
                 point.position = *kept;
