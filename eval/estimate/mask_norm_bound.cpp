@@ -100,13 +100,6 @@ class MaskNormBound<Family>::KnownCells {
     std::vector<Vec3d> points_;
 };
 
-/// Memory that blocks have grown, by thread.
-template <class Family>
-struct MaskNormBound<Family>::Scratch {
-    detail::MeshPartFinder parts;
-    KnownCells known, finer;
-};
-
 /// The mesh of one level, or a part of it.
 template <class Family>
 struct MaskNormBound<Family>::Level {
@@ -232,8 +225,7 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       rules_(rules),
       decides_(aim > 0),
       tight_(tight),
-      norms_(scheme, rules),
-      scratch_(std::make_unique<oneapi::tbb::enumerable_thread_specific<Scratch>>()) {
+      norms_(scheme, rules) {
     rules_.runner = nullptr;  // a thread must not take up another block amid one
     rounding_ = detail::surface_rounding(mesh_, averaging_steps(scheme, rules));
     aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * mesh_.bounding_box().diagonal(), 0.0);
@@ -306,10 +298,9 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // cells
-    Scratch& scratch = scratch_->local();
-    MeshDescent mesh(*this, scratch.parts);
-    KnownCells &known = scratch.known, &finer = scratch.finer;
-    known.clear();
+    detail::MeshPartFinder parts;
+    MeshDescent mesh(*this, parts);
+    KnownCells known, finer;
     // Quads: one more step, from the control mesh to its corner cells.
     for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
         if (level >= 0) mesh.leave(walkers, known);

@@ -5,8 +5,6 @@
 #include "normed_cells.hpp"
 #include "surface_bound.hpp"
 
-#include <oneapi/tbb/enumerable_thread_specific.h>
-
 #include <array>
 #include <memory>
 #include <vector>
@@ -57,7 +55,6 @@ class MaskNormBound final : public SurfaceBound {
     class KnownCells;
     struct Level;
     class MeshDescent;
-    struct Scratch;
     using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
 
     /// How well an error is to be known.
@@ -84,7 +81,6 @@ class MaskNormBound final : public SurfaceBound {
     double aim_, tight_, rounding_;
     detail::CellNormTable norms_;
     Step first_step_ = nullptr;
-    std::unique_ptr<oneapi::tbb::enumerable_thread_specific<Scratch>> scratch_;
     std::vector<std::unique_ptr<const Level>> whole_;  ///< the control mesh, and the first levels of small ones
 };
 
