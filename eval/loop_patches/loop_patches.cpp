@@ -131,24 +131,9 @@ void LoopPatches::first_step(const RunContext&) {
     for_each_index(vertex_count, [&](std::uint32_t v) {
         const std::uint32_t start = mesh_.vertex_halfedge(VertexId(v)).value;
         if (start == k_none) return;
-        bool smooth = !mesh_.is_boundary(VertexId(v)) && !is_sharp(mesh_.sharpness(VertexId(v)));
-        Vec3d sum(0);
-        int n = 0;
-        for (std::uint32_t o = start; smooth;) {
-            smooth = !is_sharp(mesh_.sharpness(mesh_.edge(HalfedgeId(o))));
-            o = prev(o);
-            sum += control(o);
-            ++n;
-            o = twin(o);
-            if (o == start) break;
-        }
-        smooth_[v] = smooth ? 1 : 0;
-        if (smooth) {
-            const double beta = detail::loop_vertex_rule(n).beta;
-            vertex_points_[v] = (1 - n * beta) * mesh_.position(VertexId(v)) + beta * sum;
-        } else {
-            vertex_points_[v] = control_ring(start).vertex_point();
-        }
+        const CornerRing ring = control_ring(start);
+        smooth_[v] = ring.is_smooth();
+        vertex_points_[v] = ring.vertex_point();
     });
 
     edge_points_.resize(edge_count);

@@ -117,62 +117,32 @@ void QuadPatches::first_step(const RunContext&) {
     });
 
     // Vertices: the tags of the halves at each vertex, and the vertex points.
-    for_each_block(vertices, k_default_grain, [&](std::uint32_t begin, std::uint32_t end) {
-        std::vector<float> sharp, child;
-        std::vector<Vec3d> neighbours;
-        for (std::uint32_t i = begin; i < end; ++i) {
-            const VertexId v(i);
-            const Vec3d p = m.position(v);
-            first_[i] = p;
-            if (m.is_isolated(v)) continue;
-            const bool boundary = m.is_boundary(v);
-            sharp.clear();
-            neighbours.clear();
-            Vec3d edge_sum(0), face_sum(0);
-            HalfedgeId last;
-            bool any_sharp = m.sharpness(v) > 0;
-            std::uint32_t face_count = 0;
-            for_each_outgoing(m, v, [&](HalfedgeId h) {
-                const float s = m.sharpness(m.edge(h));
-                any_sharp |= s > 0;
-                sharp.push_back(s);
-                const Vec3d& e = m.position(m.target(h));
-                neighbours.push_back(e);
-                edge_sum += e;
-                face_sum += face_points[m.face(h).value];
-                ++face_count;
-                last = h;
-            });
-            const double n = face_count;
-            if (!any_sharp && !boundary) {
-                first_[i] = (n - 2) / n * p + (edge_sum + face_sum) / (n * n);
-                smooth_[i] = 1;
-                continue;
-            }
-            if (boundary) {
-                sharp.push_back(m.sharpness(m.edge(m.prev(last))));
-                neighbours.push_back(m.position(m.origin(m.prev(last))));
-            }
-            child.resize(sharp.size());
-            for (std::size_t j = 0; j < sharp.size(); ++j)
-                child[j] = chaikin ? child_sharpness_chaikin(sharp[j], sharp) : child_sharpness(sharp[j]);
-            vertex_sharpness_[i] = child_sharpness(m.sharpness(v));
-            bool now_smooth = !boundary && vertex_sharpness_[i] == 0;
-            std::size_t j = 0;
-            for_each_outgoing(m, v, [&](HalfedgeId h) {
-                half_sharpness_[h.value] = child[j];
-                now_smooth &= child[j++] == 0;
-            });
-            smooth_[i] = now_smooth;
-            const VertexBlend blend = vertex_blend(sharp, m.sharpness(v), child, vertex_sharpness_[i]);
-            Vec3d point = blend.corner * p;
-            if (blend.smooth != 0) point += blend.smooth * ((n - 2) / n * p + (edge_sum + face_sum) / (n * n));
-            if (blend.crease.weight != 0)
-                point +=
-                    blend.crease.weight * (0.75 * p + 0.125 * (neighbours[static_cast<std::size_t>(blend.crease.a)] +
-                                                               neighbours[static_cast<std::size_t>(blend.crease.b)]));
-            first_[i] = point;
+    for_each_index(vertices, [&](std::uint32_t i) {
+        const VertexId v(i);
+        first_[i] = m.position(v);
+        if (m.is_isolated(v)) return;
+        CornerRing ring{SchemeKind::catmull_clark, m.position(v), m.sharpness(v), m.is_boundary(v), chaikin, 0, {}};
+        HalfedgeId last;
+        for_each_outgoing(m, v, [&](HalfedgeId h) {
+            ring.spokes.push_back({m.position(m.target(h)), face_points[m.face(h).value], m.sharpness(m.edge(h))});
+            last = m.prev(h);
+        });
+        if (ring.boundary) ring.spokes.push_back({m.position(m.origin(last)), Vec3d(0), m.sharpness(m.edge(last))});
+        // The far corners of quads that have the faces' own points.
+        for (int j = 0; j < ring.faces(); ++j) {
+            CornerRing::Spoke& s = ring.spokes[static_cast<std::size_t>(j)];
+            s.face = 4.0 * s.face - (ring.centre + s.point + ring.spoke(j + 1).point);
         }
+        ring.halve();
+        first_[i] = ring.vertex_point();
+        vertex_sharpness_[i] = child_sharpness(m.sharpness(v));
+        bool smooth = !ring.boundary && vertex_sharpness_[i] == 0;
+        std::size_t j = 0;
+        for_each_outgoing(m, v, [&](HalfedgeId h) {
+            half_sharpness_[h.value] = ring.spokes[j++].near_half;
+            smooth &= half_sharpness_[h.value] == 0;
+        });
+        smooth_[i] = smooth;
     });
 
     for_each_index(edges, [&](std::uint32_t e) {
