@@ -1,6 +1,7 @@
 #include "dual_leaf_error.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/mesh/mesh_links.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../../refine/adaptive/dual_charts.hpp"
 #include "../triangles/point_triangle.hpp"
@@ -15,24 +16,14 @@ namespace {
 
 /// Per vertex the neighbours across edges that one triangle alone has.
 std::vector<std::array<std::uint32_t, 2>> boundary_neighbours(const DualFaces& faces, std::uint32_t vertex_count) {
-    struct Edge {
-        std::uint32_t low, high;
-        auto operator<=>(const Edge&) const = default;
-    };
-    std::vector<Edge> edges;
-    for (std::size_t t = 0; t < faces.control_faces.size(); ++t)
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t a = faces.face_vertices[3 * t + k], b = faces.face_vertices[3 * t + (k + 1) % 3];
-            edges.push_back({std::min(a, b), std::max(a, b)});
-        }
-    std::sort(edges.begin(), edges.end());
+    const auto edges = sorted_edge_uses(faces.face_offsets, faces.face_vertices, vertex_count);
     std::vector<std::array<std::uint32_t, 2>> beside(vertex_count);
     for (std::uint32_t v = 0; v < vertex_count; ++v) beside[v] = {v, v};
     for (std::size_t i = 0; i < edges.size();) {
         std::size_t end = i + 1;
-        while (end < edges.size() && edges[end] == edges[i]) ++end;
+        while (end < edges.size() && edges[end].same_edge(edges[i])) ++end;
         if (end == i + 1) {
-            const auto [a, b] = edges[i];
+            const std::uint32_t a = edges[i].low, b = edges[i].high;
             beside[a][beside[a][0] == a ? 0 : 1] = b;
             beside[b][beside[b][0] == b ? 0 : 1] = a;
         }

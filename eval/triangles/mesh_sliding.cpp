@@ -1,12 +1,11 @@
 #include "mesh_sliding.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/mesh/mesh_links.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 namespace tetrakis {
 
@@ -41,37 +40,18 @@ MeshSliding::MeshSliding(std::span<const std::array<std::uint32_t, 3>> triangles
             facet.tangent[k] = static_cast<float>(std::min(tangent, 1e3) / k_margin);
         }
     });
-    // By their smaller vertex, half-edges that start there, in any order.
-    std::vector<std::uint32_t> first(positions.size() + 1, 0), end(positions.size(), 0);
-    const auto each = [&](const auto& visit) {
-        for_each_index(count, [&](std::uint32_t t) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::uint32_t a = triangles[t][k], b = triangles[t][next(k)];
-                if (a < b) visit(a, 3 * t + static_cast<std::uint32_t>(k));
-            }
-        });
-    };
-    const auto take = [&](std::uint32_t& number) {
-        return std::atomic_ref(number).fetch_add(1, std::memory_order_relaxed);
-    };
-    each([&](std::uint32_t a, std::uint32_t) { take(end[a]); });
-    for (std::size_t v = 0; v < positions.size(); ++v) first[v + 1] = first[v] + std::exchange(end[v], first[v]);
-    std::vector<std::uint32_t> from(first.back());
-    each([&](std::uint32_t a, std::uint32_t h) { from[take(end[a])] = h; });
-    // Each of them has at most one twin, which finds both links.
-    for_each_index(count, [&](std::uint32_t t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t a = triangles[t][k], b = triangles[t][next(k)];
-            if (a < b) continue;
-            const std::uint32_t h = 3 * t + static_cast<std::uint32_t>(k);
-            std::uint32_t twin = k_none, found = 0;
-            for (std::uint32_t i = first[b]; i < first[b + std::size_t{1}]; ++i)
-                if (triangles[from[i] / 3][next(from[i] % 3)] == a) twin = from[i], ++found;
-            if (found != 1) continue;
-            twin_[h] = twin;
-            twin_[twin] = h;
-        }
-    });
+    std::vector<std::uint32_t> offsets(triangles.size() + 1);
+    for (std::size_t t = 0; t < offsets.size(); ++t) offsets[t] = static_cast<std::uint32_t>(3 * t);
+    const std::span<const std::uint32_t> corners(triangles.empty() ? nullptr : triangles.front().data(),
+                                                 3 * triangles.size());
+    const auto uses = detail::sorted_edge_uses(offsets, corners, static_cast<std::uint32_t>(positions.size()));
+    for (std::size_t begin = 0, end; begin < uses.size(); begin = end) {
+        for (end = begin + 1; end < uses.size() && uses[end].same_edge(uses[begin]);) ++end;
+        const std::uint32_t a = uses[begin].halfedge, b = uses[end - 1].halfedge;
+        if (end - begin != 2 || corners[a] == corners[b]) continue;
+        twin_[a] = b;
+        twin_[b] = a;
+    }
 }
 
 double MeshSliding::fold(const Facet& a, const Facet& b) {
