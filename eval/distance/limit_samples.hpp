@@ -96,13 +96,11 @@ double finite_sharpness_at(const ControlMesh& mesh, const CellTriangle& leaf, st
     const VertexId v = Family::control_vertex_at(mesh, leaf, k);
     if (!v.valid()) return 0;
     double most = finite_sharpness(mesh.sharpness(v));
-    const HalfedgeId first = mesh.vertex_halfedge(v);
-    for (HalfedgeId h = first; h.valid();) {
+    if (mesh.is_isolated(v)) return most;
+    for_each_outgoing(mesh, v, [&](HalfedgeId h) {
         most = std::max({most, finite_sharpness(mesh.sharpness(mesh.edge(h))),
                          finite_sharpness(mesh.sharpness(mesh.edge(mesh.prev(h))))});
-        h = mesh.ccw_outgoing(h);
-        if (h == first) break;
-    }
+    });
     return most;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../surface/surface_point.hpp"
 
@@ -68,5 +69,16 @@ struct CornerRing {
 /// @param from_child, to_child  child() of these
 CornerRing side_ring(const CornerRing& from, const CornerRing& to, const CornerRing& from_child,
                      const CornerRing& to_child);
+
+/// Calls visit(h) for the half-edges that leave a vertex, counter-clockwise, from its first one on.
+template <class Visit>
+void for_each_outgoing(const ControlMesh& mesh, VertexId v, Visit&& visit) {
+    const HalfedgeId start = mesh.vertex_halfedge(v);
+    HalfedgeId h = start;
+    do {
+        visit(h);
+        h = mesh.ccw_outgoing(h);
+    } while (h.valid() && h != start);
+}
 
 }  // namespace tetrakis::detail

@@ -14,6 +14,7 @@ namespace tetrakis {
 
 using detail::Bary;
 using detail::CornerRing;
+using detail::for_each_outgoing;
 using detail::LoopCell;
 using detail::LoopNode;
 using detail::LoopRings;
@@ -60,67 +61,43 @@ Box3d LoopPatches::bounds(FaceId face) const {
     Box3d box;
     for (std::uint32_t h = 3 * face.value; h < 3 * face.value + 3; ++h) {
         box.add(vertex_point(h));
-        const std::uint32_t start = mesh_.vertex_halfedge(VertexId(origin(h))).value;
-        for (std::uint32_t o = start;;) {
-            box.add(edge_point(o));
-            const std::uint32_t last = prev(o);
-            o = twin(last);
-            if (o == k_none) box.add(edge_point(last));
-            if (o == k_none || o == start) break;
-        }
+        for_each_outgoing(mesh_, VertexId(origin(h)), [&](HalfedgeId o) {
+            box.add(edge_point(o.value));
+            if (const std::uint32_t last = prev(o.value); twin(last) == k_none) box.add(edge_point(last));
+        });
     }
     return box;
 }
 
-std::uint32_t LoopPatches::outgoing(VertexId v, std::uint32_t h, std::vector<std::uint32_t>& fan) const {
-    fan.clear();
-    std::uint32_t at = 0;
-    const std::uint32_t start = mesh_.vertex_halfedge(v).value;
-    for (std::uint32_t o = start;;) {
-        if (o == h) at = static_cast<std::uint32_t>(fan.size());
-        fan.push_back(o);
-        o = twin(prev(o));
-        if (o == k_none || o == start) return at;
-    }
-}
-
-/// The ring of origin(h) with the cell at h. Halves come from half_sharpness_.
+/// The ring of origin(h) with the cell at h.
 CornerRing LoopPatches::control_ring(std::uint32_t h) const {
     const VertexId v(origin(h));
-    std::vector<std::uint32_t> fan;
     CornerRing ring;
-    ring.cell = static_cast<int>(outgoing(v, h, fan));
     ring.centre = mesh_.position(v);
     ring.sharpness = mesh_.sharpness(v);
     ring.boundary = mesh_.is_boundary(v);
     ring.chaikin = mesh_.crease_method() == CreaseMethod::chaikin;
-    for (const std::uint32_t o : fan) {
+    std::uint32_t last = k_none;
+    for_each_outgoing(mesh_, v, [&](HalfedgeId o) {
+        if (o.value == h) ring.cell = ring.size();
         CornerRing::Spoke s;
-        s.point = control(next(o));
-        s.sharpness = mesh_.sharpness(mesh_.edge(HalfedgeId(o)));
-        if (is_sharp(s.sharpness)) {
-            s.near_half = half_sharpness(o);
-            s.far_half = twin(o) == k_none ? s.sharpness : half_sharpness(twin(o));
-        }
+        s.point = control(next(o.value));
+        s.sharpness = mesh_.sharpness(mesh_.edge(o));
+        if (is_sharp(s.sharpness)) s.far_half = twin(o.value) == k_none ? s.sharpness : half_sharpness(twin(o.value));
         ring.spokes.push_back(s);
-    }
-    if (ring.boundary) {
-        CornerRing::Spoke s;
-        s.point = control(prev(fan.back()));
-        s.sharpness = s.near_half = s.far_half = k_sharpness_infinity;
-        ring.spokes.push_back(s);
-    }
+        last = prev(o.value);
+    });
+    if (ring.boundary) ring.spokes.push_back({control(last), Vec3d(0), k_sharpness_infinity, 0, k_sharpness_infinity});
+    ring.halve();
     return ring;
 }
 
 float LoopPatches::half_sharpness(std::uint32_t h) const {
     const float s = mesh_.sharpness(mesh_.edge(HalfedgeId(h)));
     if (mesh_.crease_method() != CreaseMethod::chaikin || !is_semi_sharp(s)) return child_sharpness(s);
-    std::vector<std::uint32_t> fan;
-    outgoing(VertexId(origin(h)), h, fan);
-    std::vector<float> around;
-    for (const std::uint32_t o : fan) around.push_back(mesh_.sharpness(mesh_.edge(HalfedgeId(o))));
-    if (mesh_.is_boundary(VertexId(origin(h)))) around.push_back(k_sharpness_infinity);
+    std::vector<float> around;  // infinite ones do not weigh in
+    for_each_outgoing(mesh_, VertexId(origin(h)),
+                      [&](HalfedgeId o) { around.push_back(mesh_.sharpness(mesh_.edge(o))); });
     return child_sharpness_chaikin(s, around);
 }
 

@@ -66,7 +66,6 @@ class LoopPatches {
 
     void first_step(const RunContext& context);
     void classify_roots();
-    std::uint32_t outgoing(VertexId v, std::uint32_t h, std::vector<std::uint32_t>& fan) const;
     detail::CornerRing control_ring(std::uint32_t h) const;
     /// Of the half at the origin, level 1.
     float half_sharpness(std::uint32_t h) const;

@@ -91,13 +91,8 @@ Vec3d LoopPatches::vertex_limit(VertexId v) const {
     if (!smooth_[v.value]) return control_ring(start).limit().position;
     Vec3d sum(0);
     int n = 0;
-    for (std::uint32_t o = start;; ++n) {
-        o = prev(o);
-        sum += control(o);
-        o = twin(o);
-        if (o == start) break;
-    }
-    const RingMask mask = detail::loop_vertex_rule(n + 1).limit;
+    detail::for_each_outgoing(mesh_, v, [&](HalfedgeId o) { sum += control(next(o.value)), ++n; });
+    const RingMask mask = detail::loop_vertex_rule(n).limit;
     return mask.vertex * mesh_.position(v) + mask.edge * sum;
 }
 

@@ -13,6 +13,7 @@
 namespace tetrakis {
 
 using detail::CornerRing;
+using detail::for_each_outgoing;
 using detail::Net16;
 using detail::QuadNode;
 using detail::QuadRoot;
@@ -21,17 +22,6 @@ using detail::Weights4;
 namespace {
 /// Below this a cell is a point: parameters have no more bits.
 constexpr int k_deepest_cell = 52;
-
-/// Calls visit(h) for the half-edges that leave a vertex, counter-clockwise, from its first one on.
-template <class Visit>
-void for_each_outgoing(const ControlMesh& mesh, VertexId v, Visit&& visit) {
-    const HalfedgeId start = mesh.vertex_halfedge(v);
-    HalfedgeId h = start;
-    do {
-        visit(h);
-        h = mesh.ccw_outgoing(h);
-    } while (h.valid() && h != start);
-}
 
 /// What the rings of the largest face or vertex take: each of its corner cells keeps all of its own.
 std::uint64_t ring_bytes(const ControlMesh& mesh) {
