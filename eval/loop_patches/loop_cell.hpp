@@ -3,12 +3,14 @@
 #include "../../hier/base/memory.hpp"
 #include "../../schemes/rules/loop.hpp"
 #include "box_spline.hpp"
-#include "loop_ring.hpp"
+#include "corner_ring.hpp"
 
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -74,6 +76,22 @@ class LoopStarChain {
     RecordPool* pool_;
     int valence_;
     float reach_ = 0;
+};
+
+/// A cell by the rings of its corners: what is left when it is neither regular nor a star.
+struct LoopRings {
+    std::array<CornerRing, 3> corner;
+
+    /// The four quarters: at corner k (corners in the parent's order), and [3] the centre (mid12, mid02, mid01).
+    std::array<LoopRings, 4> children() const;
+    /// The 12 points, if the cell is regular or can be made so.
+    std::optional<Net12> regular_net() const;
+    /// Which corner is smooth and extraordinary while the others are regular, or -1.
+    int star_corner() const;
+    /// loop_star_size(valence) points, turned so that `corner` comes first.
+    std::vector<Vec3d> star_points(int corner) const;
+    /// All points; the limit surface over the cell is in their convex hull.
+    std::vector<Vec3d> points() const;
 };
 
 class LoopNode;

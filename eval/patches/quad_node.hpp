@@ -18,7 +18,7 @@ struct QuadQuarters;
 /// One cell of a patch tree. Regular cells are leaves: one bicubic patch (or a single-crease patch); the others grow
 /// four children on demand.
 struct QuadNode {
-    enum class Kind : std::uint8_t { regular, star, generic };  // the simplest first
+    enum class Kind : std::uint8_t { regular, star, generic };
     Kind kind = Kind::regular;
     std::uint8_t turn = 0;  ///< star: the corner of the cell that is (0, 0) of the star
     std::uint8_t depth = 0;
