@@ -190,51 +190,41 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
     }
     /// The leaves that share a point with new ones: its face is another one, or there was none.
     /// @param siblings  the new leaves are groups of four
-    void list_reshaped(FamilyUpdate& update, bool siblings) const {
-        update.reshaped.clear();
-        if (update.created.size() == forest_.leaf_count()) return;  // there are no others
+    void list_reshaped(FamilyUpdate& update, bool siblings) {
         std::vector<LeafId>& list = update.reshaped;
-        // Where most leaves are new, most of those around are, too: a mark for each leaf is cheaper than to sort them.
-        constexpr std::size_t k_few = 16;
-        std::vector<std::uint8_t> is_new;
-        if (update.created.size() > forest_.leaf_slots() / k_few) {
-            is_new.resize(forest_.leaf_slots(), 0);
-            for (const LeafId leaf : update.created) is_new[leaf.value] = 1;
-        }
-        const auto drop_new = [&](std::size_t from) {
-            if (is_new.empty()) return;
-            std::size_t kept = from;
-            for (std::size_t i = from; i < list.size(); ++i)
-                if (is_new[list[i].value] == 0) list[kept++] = list[i];
-            list.resize(kept);
+        list.clear();
+        if (update.created.size() == forest_.leaf_count()) return;  // there are no others
+        seen_.resize(std::max<std::size_t>(seen_.size(), forest_.leaf_slots()), 0);
+        for (const LeafId leaf : update.created) seen_[leaf.value] = 1;
+        std::vector<LeafId> around;
+        const auto add_around = [&] {
+            for (const LeafId leaf : around)
+                if (leaf.valid() && std::exchange(seen_[leaf.value], 1) == 0) list.push_back(leaf);
+            around.clear();
         };
-        for (std::size_t i = 0; i < update.created.size(); ++i) {
-            const LeafId leaf = update.created[i];
-            const std::size_t before = list.size();
+        for (const LeafId leaf : update.created) {
             const VertexCell cell = forest_.cell(leaf);
             const int right = static_cast<int>(cell.at.x & 1), child = (cell.at.y & 1) != 0 ? 3 - right : right;
             for (int k = 0; k < 4; ++k) {
                 // A sibling's own corner is its parent's; what lies at the others also lies across the sides there.
-                if (!siblings || k == child) forest_.add_leaves_around(leaf, k, list);
+                if (!siblings || k == child) forest_.add_leaves_around(leaf, k, around);
                 if (siblings && k != child && k != (child + 3) % 4) continue;
-                for (const LeafId across : forest_.neighbours(leaf, k))
-                    if (across.valid()) list.push_back(across);
+                const std::array<LeafId, 2> across = forest_.neighbours(leaf, k);
+                around.insert(around.end(), across.begin(), across.end());
             }
-            drop_new(before);
+            add_around();
         }
         // What has changed on one side of a crease are faces of the vertex on all sides.
         for (std::size_t i = 0, count = list.size(); i < count; ++i) {
-            const std::size_t before = list.size();
-            forest_.add_other_sides(list[i], list);
-            drop_new(before);
+            forest_.add_other_sides(list[i], around);
+            add_around();
         }
         std::sort(list.begin(), list.end());
-        list.erase(std::unique(list.begin(), list.end()), list.end());
-        if (!is_new.empty()) return;
-        std::vector<LeafId> fresh = update.created;
-        std::sort(fresh.begin(), fresh.end());
-        std::erase_if(list, [&](LeafId leaf) { return std::binary_search(fresh.begin(), fresh.end(), leaf); });
+        for (const auto* marked : {&update.created, &list})
+            for (const LeafId leaf : *marked) seen_[leaf.value] = 0;
     }
+
+    std::vector<std::uint8_t> seen_;  // per slot; zero between calls
 };
 
 }  // namespace
