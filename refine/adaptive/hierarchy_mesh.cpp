@@ -6,6 +6,7 @@
 #include "hierarchy.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
@@ -65,28 +66,27 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
                 std::uint8_t& l = level[faces.face_vertices[i]];
                 l = std::max(l, faces.levels[f]);
             }
-    // Vertices by level, each group in their own order.
-    std::vector<std::uint32_t> order(count), first(257, 0);
-    for (std::uint8_t l : level) ++first[l + 1u];
-    for (std::size_t l = 0; l < 256; ++l) first[l + 1] += first[l];
-    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-    for (std::uint32_t v = 0; v < count; ++v) order[next[level[v]]++] = v;
+    std::array<std::vector<std::uint32_t>, 256> by_level;
+    for (std::uint32_t v = 0; v < count; ++v) by_level[level[v]].push_back(v);
     std::vector<Site> sites;
     std::vector<Vec3d> positions;
-    for (std::uint32_t l = 0; l < 256; ++l)
-        for (std::uint32_t begin = first[l]; begin < first[l + 1]; begin += block) {
-            options.context.report("vertices", static_cast<double>(begin) / count);
-            const std::uint32_t size = std::min(block, first[l + 1] - begin);
-            sites.resize(size);
-            for (std::uint32_t i = 0; i < size; ++i) sites[i] = faces.sites[order[begin + i]];
+    std::uint32_t done = 0;
+    for (std::size_t l = 0; l < by_level.size(); ++l)
+        for (std::size_t begin = 0; begin < by_level[l].size(); begin += block) {
+            options.context.report("vertices", static_cast<double>(done) / count);
+            const auto some =
+                std::span(by_level[l]).subspan(begin, std::min<std::size_t>(block, by_level[l].size() - begin));
+            done += static_cast<std::uint32_t>(some.size());
+            sites.clear();
+            for (const std::uint32_t v : some) sites.push_back(faces.sites[v]);
             if (options.normals) {
-                points.assign(size, {});
+                points.assign(some.size(), {});
                 source.frames(sites, static_cast<int>(l), points);
-                for (std::uint32_t i = 0; i < size; ++i) mesh.normals[order[begin + i]] = points[i].normal;
+                for (std::size_t i = 0; i < some.size(); ++i) mesh.normals[some[i]] = points[i].normal;
             }
-            positions.resize(size);
+            positions.resize(some.size());
             source.positions(sites, static_cast<int>(l), positions);
-            for (std::uint32_t i = 0; i < size; ++i) mesh.positions[order[begin + i]] = positions[i];
+            for (std::size_t i = 0; i < some.size(); ++i) mesh.positions[some[i]] = positions[i];
         }
 }
 

@@ -132,9 +132,7 @@ inline HalfedgeId triangle_control_edge(const ControlMesh& mesh, const CellTrian
 class TriangleHierarchy : public LatticeView {
   public:
     explicit TriangleHierarchy(const ControlMesh& mesh)
-        : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {
-        for (std::uint32_t h = 0; h < mesh.halfedge_count() && !ends_; ++h) ends_ = ends_at(HalfedgeId(h));
-    }
+        : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {}
     explicit TriangleHierarchy(const ControlMesh&&) = delete;
 
     /// The two faces of an interior vertex of valence 2 would both have the edge between the middles of the vertex'
@@ -205,30 +203,22 @@ class TriangleHierarchy : public LatticeView {
 
   private:
     void split(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
+        const std::uint32_t points = forest_.point_slots();
         forest_.refine(marked, change_);
-        std::uint64_t boundary_edges = 0;
-        if (ends_)
-            for (LeafId leaf : change_.created) boundary_edges += count_boundary_edges(leaf);
-        boundary_points_ += boundary_edges / 2;
+        for (std::uint32_t p = points; p < forest_.point_slots(); ++p)
+            boundary_points_ += at_end(forest_.point_site(PointId(p)));
         fresh.insert(fresh.end(), change_.created.begin(), change_.created.end());
     }
-    std::uint64_t count_boundary_edges(LeafId leaf) const {
+    /// Whether a point is on a control edge that has nothing on one of its sides.
+    bool at_end(const Site& site) const {
         const ControlMesh& mesh = forest_.mesh();
-        const CellTriangle t = forest_.triangle(leaf);
-        std::uint64_t count = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            if (const HalfedgeId h = triangle_control_edge(mesh, t, k); h.valid()) count += ends_at(h);
-        return count;
-    }
-
-    /// Whether nothing lies across a control half-edge.
-    bool ends_at(HalfedgeId h) const {
-        const HalfedgeId twin = forest_.mesh().twin(h);
-        return !twin.valid() || forest_.mesh().is_hole(forest_.mesh().face(twin));
+        const auto [x, y] = site.at;
+        if (x != 0 && y != 0 && x + y != 1u << site.level) return false;
+        const HalfedgeId h = y == 0 ? site.root : x == 0 ? mesh.prev(site.root) : mesh.next(site.root);
+        return !mesh.twin(h).valid() || mesh.is_hole(mesh.face(h)) != mesh.is_hole(mesh.face(mesh.twin(h)));
     }
 
     TriangleForest forest_;
-    bool ends_ = false;  ///< the surface has an end somewhere
     std::uint64_t first_count_, first_points_, boundary_points_ = 0;
     ForestChange change_;
     std::vector<LeafId> surrounded_;
