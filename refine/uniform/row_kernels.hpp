@@ -37,13 +37,7 @@ struct RowKernels {
     void (*triangles_between)(const GridLine& line, double* to);
 };
 
-/// Instruction sets that kernels are compiled for.
-enum class KernelSet { baseline, avx2 };
-
-/// Whether this build and this processor have it.
-bool has_kernels(KernelSet set);
-/// The best set there is.
-KernelSet best_kernels();
-const RowKernels& row_kernels(KernelSet set = best_kernels());
+/// Of the best instruction set that this build and this processor have.
+const RowKernels& row_kernels();
 
 }  // namespace tetrakis::detail

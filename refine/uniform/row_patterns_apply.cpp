@@ -14,16 +14,11 @@ constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 16384;  // per 
 
 using Row = std::vector<GridTerm>;
 
-const RowKernels& kernels() {
-    static const RowKernels& best = row_kernels();
-    return best;
-}
-
 /// What a result is made of, and how.
 struct PointOfRow {
     static constexpr std::size_t rows = 1, rows_inside = 1;
     static void run(const double* at, const Row* rows, std::uint32_t count, std::uint32_t stride, double* to) {
-        kernels().any(at, rows[0].data(), rows[0].size(), count, stride, to);
+        row_kernels().any(at, rows[0].data(), rows[0].size(), count, stride, to);
     }
     static Vec3d result_inside(const Vec3d* sums) { return sums[0]; }
     static Vec3d result(const Vec3d* sums) { return sums[0]; }
@@ -31,7 +26,7 @@ struct PointOfRow {
 struct NormalOfTangents {
     static constexpr std::size_t rows = 4, rows_inside = 2;
     static void run(const double* at, const Row* rows, std::uint32_t count, std::uint32_t stride, double* to) {
-        kernels().normals(at, rows[0].data(), rows[0].size(), rows[1].data(), rows[1].size(), count, stride, to);
+        row_kernels().normals(at, rows[0].data(), rows[0].size(), rows[1].data(), rows[1].size(), count, stride, to);
     }
     // A normal that looks at a missing point is missing.
     static Vec3d result_inside(const Vec3d* sums) {
@@ -114,8 +109,8 @@ void RowPatterns::by_kernel(const GhostGrid& grid, const RootLayout& fine, std::
                             Work& work) const {
     const MeshLevel& base = net_.base();
     const std::uint32_t sides = net_.side_count(), n = fine.segments() / 2, h = sides * f;
-    const auto on = sides == 4 ? kernels().quads_on : kernels().triangles_on,
-               between = sides == 4 ? kernels().quads_between : kernels().triangles_between;
+    const auto on = sides == 4 ? row_kernels().quads_on : row_kernels().triangles_on,
+               between = sides == 4 ? row_kernels().quads_between : row_kernels().triangles_between;
     const double* const points = &work.grid.data()->x;
     // From place (0, 0) seen from a side.
     const auto line = [&](std::uint32_t s, std::uint32_t segments) {
