@@ -1,6 +1,6 @@
 #include "dual_cells.hpp"
 
-#include "../../refine/points/written_positions.hpp"
+#include "../../refine/points/level_source.hpp"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 #include "dual_limits.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../refine/points/level_source.hpp"
 #include "../../refine/points/row_points.hpp"
 #include "../../refine/points/vertex_links.hpp"
-#include "../../refine/points/written_positions.hpp"
 #include "../surface/local_frame.hpp"
 #include "../triangles/point_triangle.hpp"
 

@@ -8,7 +8,6 @@
 #include "../attributes/uv_mesh.hpp"
 #include "../points/row_points.hpp"
 #include "../points/vertex_links.hpp"
-#include "../points/written_positions.hpp"
 #include "../rules/triangle_cut.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>

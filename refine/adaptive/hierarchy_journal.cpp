@@ -1,6 +1,10 @@
-#include "hierarchy_journal.hpp"
+#include "../../hier/base/error.hpp"
+#include "../families/hierarchy_family.hpp"
+#include "hierarchy.hpp"
 
 #include <algorithm>
+#include <map>
+#include <string>
 #include <tuple>
 
 namespace tetrakis {
@@ -44,6 +48,111 @@ HierarchyChanges HierarchyJournal::since(std::uint64_t stamp) const {
         std::sort(list->begin(), list->end(), [](const JournalLeaf& a, const JournalLeaf& b) {
             return std::tie(a.node, a.leaf) < std::tie(b.node, b.leaf);
         });
+    return changes;
+}
+
+std::uint64_t Hierarchy::stamp() { return journal_.start(); }
+
+void Hierarchy::forget_before(std::uint64_t stamp) { journal_.forget_before(stamp); }
+
+void Hierarchy::limit_journal(std::size_t entries) { journal_.limit(entries); }
+
+// Calls visit(leaf) for this leaf and those that are reached around its corner, over sides that end there, in both
+// directions: all leaves with that corner. A leaf on whose side the point hangs ends the round on that side.
+template <class Visit>
+void Hierarchy::visit_around(LeafId start, int corner, Visit&& visit) const {
+    const PointId point = family_->view(start).point[static_cast<std::size_t>(corner)];
+    visit(start);
+    for (const bool forward : {true, false}) {
+        LeafId leaf = start;
+        int at = corner;
+        for (;;) {
+            const LeafView view = family_->view(leaf);
+            const int side = forward ? at : (at + view.corner_count - 1) % view.corner_count;
+            LeafId next{};
+            int next_at = -1;
+            for (LeafId across : family_->neighbours(leaf, side)) {
+                if (!across.valid()) continue;
+                const LeafView other = family_->view(across);
+                for (int k = 0; k < other.corner_count; ++k)
+                    if (other.point[static_cast<std::size_t>(k)] == point) {
+                        next = across;
+                        next_at = k;
+                    }
+            }
+            if (next == start) return;  // all around
+            if (!next.valid()) break;
+            visit(next);
+            leaf = next;
+            at = next_at;
+        }
+    }
+}
+
+HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
+    require_not_lost();
+    if (!journal_.active() || stamp > journal_.now())
+        throw Error(ErrorCode::invalid_input,
+                    "stamp " + std::to_string(stamp) + " was never given by this hierarchy; ask stamp() for one first");
+    HierarchyChanges changes = journal_.since(stamp);
+    if (!changes.complete) return changes;
+    // Levels of the vertices then: from the leaves that are gone and from those around that have stayed.
+    struct Levels {
+        int before = -1, after = -1;
+    };
+    std::map<Site, Levels> levels;
+    for (const JournalLeaf& leaf : changes.removed) {
+        const NodeView view = family_->view(leaf.node);
+        for (std::size_t k = 0; k < view.corner_count; ++k) {
+            int& before = levels[view.corner[k]].before;
+            before = std::max<int>(before, view.level);
+        }
+    }
+    std::vector<LeafHandle> added;
+    for (const JournalLeaf& leaf : changes.added) added.push_back(leaf.leaf);
+    std::sort(added.begin(), added.end());
+    const auto look_around = [&](const LeafView& view, std::size_t k) {
+        Levels& l = levels[view.corner[k]];
+        if (l.after >= 0) return;
+        visit_around(view.leaf.slot, static_cast<int>(k), [&](LeafId around) {
+            const int level = family_->view(around).level;
+            l.after = std::max(l.after, level);
+            if (!std::binary_search(added.begin(), added.end(), handle(around))) l.before = std::max(l.before, level);
+        });
+    };
+    if (has_holes_) {
+        // Holes may part the leaves around a vertex into several fans, of which a walk finds but one.
+        for (const JournalLeaf& leaf : changes.added) {
+            const LeafView view = family_->view(leaf.leaf.slot);
+            for (std::size_t k = 0; k < view.corner_count; ++k) (void)levels[view.corner[k]];
+        }
+        for (std::uint32_t slot = 0; slot < family_->leaf_slots(); ++slot) {
+            if (!family_->is_leaf(LeafId(slot))) continue;
+            const LeafView view = family_->view(LeafId(slot));
+            const bool is_old = !std::binary_search(added.begin(), added.end(), handle(LeafId(slot)));
+            for (std::size_t k = 0; k < view.corner_count; ++k)
+                if (const auto found = levels.find(view.corner[k]); found != levels.end()) {
+                    found->second.after = std::max<int>(found->second.after, view.level);
+                    if (is_old) found->second.before = std::max<int>(found->second.before, view.level);
+                }
+        }
+    }
+    for (const JournalLeaf& leaf : has_holes_ ? std::vector<JournalLeaf>{} : changes.added) {
+        const LeafView view = family_->view(leaf.leaf.slot);
+        for (std::size_t k = 0; k < view.corner_count; ++k) look_around(view, k);
+        // A vertex that hangs on a merged leaf may have been one of its parts' before: what the two finer leaves share.
+        for (int side = 0; side < view.corner_count; ++side) {
+            const auto [first, second] = family_->neighbours(view.leaf.slot, side);
+            if (!second.valid()) continue;
+            const LeafView a = family_->view(first), b = family_->view(second);
+            for (std::size_t k = 0; k < a.corner_count; ++k)
+                if (std::find(b.point.begin(), b.point.begin() + b.corner_count, a.point[k]) !=
+                    b.point.begin() + b.corner_count)
+                    look_around(a, k);
+        }
+    }
+    for (const auto& [site, l] : levels)
+        if (l.before >= 0 && l.after >= 0 && l.before != l.after) changes.moved.push_back(site);
     return changes;
 }
 

@@ -1,7 +1,6 @@
 #include "../../hier/base/error.hpp"
 #include "../families/hierarchy_families.hpp"
 #include "../points/row_points.hpp"
-#include "../points/sqrt3_levels.hpp"
 #include "../points/vertex_links.hpp"
 #include "../uniform/refine.hpp"
 #include "hierarchy.hpp"

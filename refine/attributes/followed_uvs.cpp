@@ -1,6 +1,6 @@
 #include "followed_uvs.hpp"
 
-#include "../rules/rule_levels.hpp"
+#include "../rules/rule_refiner.hpp"
 #include "seam_extension.hpp"
 #include "seam_face.hpp"
 #include "uv_mesh.hpp"
@@ -18,7 +18,7 @@ namespace {
 /// Values of the next level.
 std::vector<Vec2d> next_uvs(const StencilTable& stencils, const std::vector<Vec2d>& uvs) {
     std::vector<Vec2d> finer(static_cast<std::size_t>(stencils.row_count()));
-    if (!finer.empty()) apply(stencils, &uvs.front().x, 2, &finer.front().x);
+    apply(stencils, uvs.data(), finer.data());
     return finer;
 }
 

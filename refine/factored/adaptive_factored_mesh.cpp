@@ -4,11 +4,9 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
-#include "../../hier/mesh/mesh_check.hpp"
 #include "../attributes/used_values.hpp"
 #include "../points/row_points.hpp"
 #include "../points/vertex_links.hpp"
-#include "../points/written_positions.hpp"
 #include "../uniform/refine.hpp"
 
 #include <algorithm>
@@ -106,27 +104,18 @@ struct AdaptiveFactoredMesh::State {
           dual(scheme != FactoredScheme::catmull_clark),
           warnings(FactoredMesh(mesh, scheme).mesh().warnings) {
         const SchemeInfo& info = *find_scheme(name(scheme));
-        VertexRoots roots;
         if (dual) {
-            check_dual();
+            for (std::uint32_t e = 0; e < control.edge_count(); ++e)
+                if (!control.is_boundary(EdgeId(e)) && is_sharp(control.sharpness(EdgeId(e))))
+                    refuse(
+                        "half-steps of dual schemes do not adapt on a mesh with creases; refine it by the same number "
+                        "of half-steps everywhere");
             roots = vertex_roots(control, info);
             cells = cell_mesh(roots);
         }
         const RuleOptions rules = detail::with_crease_method(control, info, {});
         points = detail::row_points(control, info, rules, dual ? &roots : nullptr, run, false);
         forest.emplace(dual ? cells : control);
-    }
-
-    void check_dual() const {
-        constexpr const char* advice = "; refine it by the same number of half-steps everywhere";
-        for (std::uint32_t v = 0; v < control.vertex_count(); ++v)
-            if (!control.is_isolated(VertexId(v)) && !control.is_boundary(VertexId(v)) &&
-                control.face_valence(VertexId(v)) == 2)
-                refuse("half-steps of dual schemes do not adapt around an inner vertex between two faces, such as " +
-                       detail::vertex_name(control.data(), v) + advice);
-        for (std::uint32_t e = 0; e < control.edge_count(); ++e)
-            if (!control.is_boundary(EdgeId(e)) && is_sharp(control.sharpness(EdgeId(e))))
-                refuse("half-steps of dual schemes do not adapt on a mesh with creases" + std::string(advice));
     }
 
     int half_steps(int depth) const { return depth + (dual ? 2 : 1); }
@@ -179,43 +168,23 @@ struct AdaptiveFactoredMesh::State {
         return {site.root, {site.at.x << shift, site.at.y << shift}, static_cast<std::uint8_t>(level)};
     }
 
-    /// Appends the cells of root h / 4 at a point of Q(h) whose sides are `size` long.
-    static void add_cells(std::uint32_t h, std::uint32_t x, std::uint32_t y, std::uint32_t size, int level,
-                          std::vector<VertexCell>& out) {
-        // To the frame of the root, whose corner h % 4 is the origin here; two units are a cell.
-        const std::uint32_t whole = 2 * size;
-        for (std::uint32_t turn = 0; turn < h % 4; ++turn) {
-            const std::uint32_t turned = whole - y;
-            y = x;
-            x = turned;
-        }
-        const auto range = [&](std::uint32_t c) {
-            return std::pair(c > 0 ? (c - 1) / 2 : 0, std::min(c / 2, size - 1));
-        };
-        const auto [x0, x1] = range(x);
-        const auto [y0, y1] = range(y);
-        for (std::uint32_t cy = y0; cy <= y1; ++cy)
-            for (std::uint32_t cx = x0; cx <= x1; ++cx)
-                out.push_back({h / 4, {cx, cy}, static_cast<std::uint8_t>(level)});
-    }
-
     /// All cells of a dual scheme's vertices that a point of the cell mesh touches.
     void add_cells_around(const Site& site, std::vector<VertexCell>& out) const {
-        const HalfedgeId h = site.root;
-        const std::uint32_t size = 1u << site.level, x = site.at.x, y = site.at.y;
-        if (x == 0 && y == 0) {
-            HalfedgeId at = h;
-            do {
-                add_cells(at.value, 0, 0, size, site.level, out);
-                at = cells.ccw_outgoing(at);
-            } while (at.valid() && at != h);
+        // In the frame of the root, of whose corner h % 4 the site is seen; two units are a cell.
+        const std::uint32_t h = site.root.value, size = 1u << site.level;
+        std::uint32_t x = site.at.x, y = site.at.y;
+        for (std::uint32_t turn = 0; turn < h % 4; ++turn) x = 2 * size - std::exchange(y, x);
+        const VertexCell cell{h / 4, {std::min(x / 2, size - 1), std::min(y / 2, size - 1)}, site.level};
+        const std::uint32_t dx = x - 2 * cell.at.x, dy = y - 2 * cell.at.y;
+        if (dx != 1 && dy != 1) {
+            const int corner = dy == 0 ? (dx == 0 ? 0 : 1) : (dx == 0 ? 3 : 2);
+            for (const VertexRoots::Corner& c : roots.fan({cell, corner}).corners) out.push_back(c.cell);
             return;
         }
-        add_cells(h.value, x, y, size, site.level, out);
-        if (x == 0)
-            add_cells(cells.twin(cells.prev(h)).value, y, 0, size, site.level, out);
-        else if (y == 0)
-            add_cells(cells.twin(h).value, 2 * size - x, 0, size, site.level, out);
+        out.push_back(cell);
+        if (dx == 1 && dy == 1) return;
+        const VertexRoots::Across other = roots.across(cell, dy == 0 ? 0 : dy == 2 ? 2 : dx == 2 ? 1 : 3);
+        if (other.kind == VertexRoots::Across::Kind::neighbour) out.push_back(other.cell);
     }
 
     void set_positions(std::span<const Site> sites, std::vector<Vec3d>& positions) const {
@@ -238,6 +207,7 @@ struct AdaptiveFactoredMesh::State {
 
     RunContext context;
     ControlMesh control, cells;
+    VertexRoots roots;
     bool dual;
     std::shared_ptr<const LevelSource> points;
     std::vector<std::string> warnings;

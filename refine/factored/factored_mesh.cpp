@@ -1,6 +1,5 @@
 #include "factored_mesh.hpp"
 
-#include "../rules/corner_angles.hpp"
 #include "factored_faces.hpp"
 
 #include "../../hier/base/error.hpp"

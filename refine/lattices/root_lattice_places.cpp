@@ -1,11 +1,138 @@
 #include "root_lattices.hpp"
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <utility>
 
-// Places at levels of any depth: the root of a point, places beyond a side, the ring around a place.
+// Where a level's vertices are in the lattices of the roots: found by walking over its faces, once.
 namespace tetrakis::detail {
+
+/// The rules' numbers of a level's points in the order of its layout; nothing where its faces are no such lattices.
+std::optional<std::vector<int>> RootLattices::lattice(const RootLayout& at, const RuleMesh& mesh,
+                                                      std::span<const int> corner_halfedge) const {
+    const std::uint32_t n = at.segments(), sides = side_count();
+    if (at.vertex_count() != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
+    std::vector<int> vertices(at.vertex_count(), -1);
+    for (std::uint32_t v = 0; v < base_.vertex_count; ++v)
+        if (base_.vertex_halfedge[v] == none) vertices[v] = static_cast<int>(v);
+    const auto across = [&](int h) { return h < 0 ? h : mesh.twin(h); };
+    for (std::uint32_t f = 0; f < base_.face_count; ++f) {
+        // Along the bottom edges of each row's cells (triangles: of those that point up).
+        int row = corner_halfedge[sides * f];
+        for (std::uint32_t y = 0; y < n; ++y) {
+            if (row < 0) return std::nullopt;
+            int h = row;
+            const std::uint32_t last = sides == 4 ? n : n - y;
+            for (std::uint32_t x = 0; x < last; ++x) {
+                if (h < 0) return std::nullopt;
+                vertices[at.at(f, x, y)] = mesh.origin(h);
+                const int up = mesh.next(h);
+                if (x + 1 == last) vertices[at.at(f, x + 1, y)] = mesh.origin(up);
+                if (y + 1 == n) {
+                    vertices[at.at(f, x, n)] = mesh.origin(mesh.prev(h));
+                    if (sides == 4 && x + 1 == n) vertices[at.at(f, n, n)] = mesh.target(up);
+                }
+                if (x + 1 == last) break;
+                h = across(up);
+                if (h >= 0) h = mesh.next(h);
+                if (sides == 3) {
+                    h = across(h);
+                    if (h >= 0) h = mesh.next(h);
+                }
+            }
+            if (y + 1 == n) break;
+            row = sides == 4 ? across(mesh.next(mesh.next(row))) : across(mesh.next(row));
+            if (sides == 3 && row >= 0) row = across(mesh.next(mesh.next(row)));
+        }
+    }
+    if (std::find(vertices.begin(), vertices.end(), -1) != vertices.end()) return std::nullopt;
+    return vertices;
+}
+
+/// The rules' numbers of the points of a dual scheme's level, all of which have four neighbours.
+std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const RuleMesh& mesh,
+                                                    std::span<const int> last_halfedge) const {
+    const std::uint32_t n = at.segments();
+    const Numbers numbers = point_numbers(at);
+    if (numbers.count != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
+    std::vector<int> vertices(place_count(at), -1);
+    std::vector<int> out_of(
+        vertices.size(),
+        -1);  // the half-edge along -x; beyond the boundary along y, of the last cells the one into them
+    bool whole = true;
+    const auto turn = [&](int h) {
+        const int left = mesh.twin(mesh.prev(h));
+        whole = whole && left >= 0;
+        return left >= 0 ? left : h;
+    };
+    const auto ahead = [&](int h) {
+        const int back = mesh.twin(h);
+        whole = whole && back >= 0;
+        return back >= 0 ? turn(turn(back)) : h;
+    };
+    for (std::uint32_t f = 0; f < own_roots_ && whole; ++f) {
+        // From the last cell back: -x is two turns from +x, -y one more.
+        int row = turn(turn(last_halfedge[f]));
+        for (std::uint32_t y = n; y-- > 0;) {
+            int h = row;
+            for (std::uint32_t x = n; x-- > 0;) {
+                vertices[number_at(at, f, {x, y})] = mesh.origin(h);
+                out_of[number_at(at, f, {x, y})] = h;
+                if (x > 0) h = ahead(h);
+            }
+            // Down, then to the left again.
+            if (y > 0) row = turn(turn(turn(ahead(turn(row)))));
+        }
+    }
+    for (std::uint32_t f = own_roots_; f < base_.face_count && whole; ++f) {
+        const std::uint32_t h = base_.twin[4 * f], root = h / 4;
+        if (root < own_roots_) {
+            // Outwards from the cells along the side. Four neighbours have all but the last, on the boundary.
+            for (std::uint32_t x = 0; x < n; ++x) {
+                int out = out_of[number(at, h, n - 1 - x, 0)];
+                for (std::uint32_t i = 0; i < (h + 1) % 4; ++i) out = turn(out);
+                for (std::uint32_t y = 0; y < n; ++y) {
+                    vertices[number_at(at, f, {x, y})] = mesh.target(out);
+                    if (y + 1 < n) out = ahead(out);
+                    out_of[number_at(at, f, {x, y})] = out;
+                }
+            }
+            continue;
+        }
+        // A corner's: sideways from the quads of both edges, but for the last cell, which is beside two that are not.
+        const std::uint32_t other = base_.twin[4 * f + 3] / 4;
+        if (n == 1)  // the last cells of both edges: into the one that comes before it
+            vertices[number_at(at, f, {0, 0})] = mesh.target(mesh.next(out_of[number_at(at, root, {0, 0})]));
+        for (std::uint32_t i = 0; i + 1 < n; ++i) {
+            int left = turn(out_of[number_at(at, root, {0, i})]);
+            int right = turn(turn(turn(out_of[number_at(at, other, {n - 1, i})])));
+            for (std::uint32_t k = 0; k < n; ++k) {
+                vertices[number_at(at, f, {i, k})] = mesh.target(left);
+                vertices[number_at(at, f, {k, i})] = mesh.target(right);
+                if (i + 2 == n && k + 2 == n)
+                    vertices[number_at(at, f, {n - 1, n - 1})] = mesh.target(mesh.next(ahead(right)));
+                if (k + 1 == n) break;
+                left = ahead(left);
+                right = ahead(right);
+            }
+        }
+    }
+    if (!whole) return std::nullopt;
+    // A level that is made otherwise has other points.
+    std::vector<int> of_point(numbers.count, -1);
+    std::vector<char> found(numbers.count, 0);
+    for (std::uint32_t place = 0; place < vertices.size(); ++place) {
+        const int v = vertices[place];
+        int& known = of_point[numbers.of(place)];
+        if (v < 0 || (known >= 0 && known != v)) return std::nullopt;
+        if (known < 0 && std::exchange(found[static_cast<std::size_t>(v)], 1) != 0) return std::nullopt;
+        known = v;
+    }
+    return vertices;
+}
+
+// Places at levels of any depth: the root of a point, places beyond a side, the ring around a place.
 
 RootPlace RootLattices::own_place(std::uint32_t segments, const RootPlace& at) const {
     if (in_cells_ || is_inside(segments, at.x, at.y)) return at;

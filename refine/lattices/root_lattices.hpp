@@ -184,15 +184,6 @@ class RootLattices {
         const std::uint32_t n = at.segments(), first = number(at, h, 0, b), step = number(at, h, 1, b) - first;
         return {n, first, first + (n - 1) * step, first + step, step};
     }
-    /// What is left beyond a from the other end of the line b away from the side.
-    std::uint32_t rest(std::uint32_t n, std::uint32_t a, std::uint32_t b) const {
-        return base_.face_size == 4 ? n - a : n - a - b;
-    }
-    /// Where a point is in the lattice of root f, sides included; nothing if it is not there.
-    std::optional<Place> place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
-    /// As seen from corner 0 of root f of a template, whose roots all begin there, counter-clockwise.
-    std::optional<Seen> in_template(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
-    std::optional<Seen> at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const;
 
   private:
     RootLattices() = default;

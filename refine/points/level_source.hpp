@@ -4,7 +4,11 @@
 #include "../../hier/forest/site.hpp"
 #include "../rules/limit_point.hpp"
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 namespace tetrakis {
 
@@ -32,5 +36,19 @@ class LevelSource {
     /// The unit normals of limits().
     virtual void normals(std::span<const Site> sites, std::span<Vec3d> out) const = 0;
 };
+
+/// Control points of quad or dual schemes, each at the level that its site is written at: lattice level l is scheme
+/// level l + 1.
+inline void written_positions(const LevelSource& source, std::span<const Site> sites, std::span<Vec3d> out) {
+    std::array<std::vector<std::uint32_t>, k_max_level + 1> by_level;
+    for (std::uint32_t i = 0; i < sites.size(); ++i) by_level[sites[i].level].push_back(i);
+    for (std::size_t level = 0; level < by_level.size(); ++level) {
+        std::vector<Site> some;
+        for (const std::uint32_t i : by_level[level]) some.push_back(sites[i]);
+        std::vector<Vec3d> found(some.size());
+        if (!some.empty()) source.positions(some, static_cast<int>(level) + 1, found);
+        for (std::size_t k = 0; k < some.size(); ++k) out[by_level[level][k]] = found[k];
+    }
+}
 
 }  // namespace tetrakis

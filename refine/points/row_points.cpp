@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,7 +38,7 @@ class RowPoints final : public LevelSource {
           linear_(scheme.is_linear()),
           triangles_(scheme.family == MeshFamily::triangles),
           rows_(mesh, scheme, rules, roots_, context, whole_levels),
-          by_rules_(mesh, scheme, rules, context) {}
+          by_rules_(mesh, scheme, rules, roots_, context) {}
 
     int first_level(const Site& site) const override {
         const Site minimal = rows_.own_site(site);
@@ -52,10 +53,14 @@ class RowPoints final : public LevelSource {
     }
     void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const override {
         check_level(sites, level);
-        if (dual()) return frames_of_cells(sites, out);
-        evaluate(
-            sites, Wanted::rings, level, out, [&](const Sums& sums, LimitPoint& point) { point = frame(sums.value); },
-            [](const RuleVertex& at, LimitPoint& point) { point = rule_frame(at); });
+        std::vector<Vec3d> normals(sites.size(), Vec3d(0)), towards = normals, points = normals;
+        for_each_face(sites, level, [&](std::size_t i, std::span<const Vec3d> face) {
+            points[i] = face[0];
+            if (towards[i] == Vec3d(0)) towards[i] = face[1] - face[0];
+            for (std::size_t k = 1; k + 1 < face.size(); ++k)
+                normals[i] += glm::cross(face[k] - face[0], face[k + 1] - face[0]);
+        });
+        for (std::size_t i = 0; i < sites.size(); ++i) out[i] = frame_from(points[i], normals[i], towards[i]);
     }
     void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
         evaluate(
@@ -84,29 +89,6 @@ class RowPoints final : public LevelSource {
                                                         std::to_string(level));
     }
 
-    /// The net about a vertex, from its point and those of RootLattices::around(), the first once more where they
-    /// close.
-    LimitPoint frame(std::span<const Vec3d> p) const {
-        Vec3d normal(0);
-        if (!triangles_)
-            for (std::size_t i = 1; i + 2 < p.size(); i += 2) normal += glm::cross(p[i + 1] - p[0], p[i + 2] - p[i]);
-        else
-            for (std::size_t i = 1; i + 1 < p.size(); ++i) normal += glm::cross(p[i] - p[0], p[i + 1] - p[0]);
-        return frame_from(p[0], normal, p[1] - p[0]);
-    }
-
-    static LimitPoint rule_frame(const RuleVertex& at) {
-        const RuleMesh& mesh = at.level.step.mesh;
-        const std::vector<Vec3d>& net = at.level.points;
-        Vec3d normal(0);
-        const RuleMesh::Ring ring = mesh.ring(at.v);
-        for (const int h : ring.halfedge) {
-            const auto corners = mesh.corners(mesh.face(h));
-            for (std::size_t i = 1; i + 1 < corners.size(); ++i)
-                normal += glm::cross(net[corners[i]] - net[corners[0]], net[corners[i + 1]] - net[corners[0]]);
-        }
-        return frame_from(at.point(), normal, net[ring.neighbour[0]] - at.point());
-    }
     void points_of(std::span<const Site> sites, int level, std::span<Vec3d> out) const {
         evaluate(
             sites, Wanted::positions, level, out, [](const Sums& sums, Vec3d& point) { point = sums.value[0]; },
@@ -180,42 +162,38 @@ class RowPoints final : public LevelSource {
 
     /// From the faces around the sites where they are vertices first (FaceNormals).
     void face_normals(std::span<const Site> sites, std::span<Vec3d> out) const {
-        if (dual()) {
-            std::vector<FaceNormals> sums(sites.size());
-            for_each_face_of_cells(sites, [&](std::size_t i, std::span<const Vec3d> face) { sums[i].add(face, 0); });
-            for (std::size_t i = 0; i < sites.size(); ++i) out[i] = sums[i].normal();
-            return;
-        }
+        std::vector<FaceNormals> sums(sites.size());
+        for_each_face(sites, k_own_level, [&](std::size_t i, std::span<const Vec3d> face) { sums[i].add(face, 0); });
+        for (std::size_t i = 0; i < sites.size(); ++i) out[i] = sums[i].normal();
+    }
+
+    /// Calls visit(number of a site, points of a face around it that begin with the site's): for one site those of its
+    /// faces one after the other, for several from several threads.
+    template <class Visit>
+    void for_each_face(std::span<const Site> sites, int level, const Visit& visit) const {
+        if (dual()) return for_each_face_of_cells(sites, visit);
+        std::vector<std::size_t> numbers(sites.size());
+        std::iota(numbers.begin(), numbers.end(), std::size_t{0});
         evaluate(
-            sites, Wanted::rings, k_own_level, out,
-            [&](const Sums& sums, Vec3d& normal) {
-                FaceNormals faces;
+            sites, Wanted::rings, level, std::span(numbers),
+            [&](const Sums& sums, std::size_t i) {
                 const std::vector<Vec3d>& p = sums.value;
-                if (!triangles_)
-                    for (std::size_t i = 1; i + 2 < p.size(); i += 2)
-                        faces.add(std::array{p[0], p[i], p[i + 1], p[i + 2]}, 0);
-                else
-                    for (std::size_t i = 1; i + 1 < p.size(); ++i) faces.add(std::array{p[0], p[i], p[i + 1]}, 0);
-                normal = faces.normal();
+                for (std::size_t k = 1; !triangles_ && k + 2 < p.size(); k += 2)
+                    visit(i, std::array{p[0], p[k], p[k + 1], p[k + 2]});
+                for (std::size_t k = 1; triangles_ && k + 1 < p.size(); ++k) visit(i, std::array{p[0], p[k], p[k + 1]});
             },
-            [](const RuleVertex& at, Vec3d& normal) {
-                normal = face_normal_at(at.level.step.mesh, at.level.points, at.v);
+            [&](const RuleVertex& at, std::size_t i) {
+                const RuleMesh& mesh = at.level.step.mesh;
+                std::vector<Vec3d> face;
+                for (const int first : mesh.ring(at.v).halfedge) {
+                    face.clear();
+                    for (int h = first; face.empty() || h != first; h = mesh.next(h))
+                        face.push_back(at.level.points[static_cast<std::size_t>(mesh.origin(h))]);
+                    visit(i, face);
+                }
             });
     }
 
-    void frames_of_cells(std::span<const Site> sites, std::span<LimitPoint> out) const {
-        std::vector<Vec3d> normal(sites.size(), Vec3d(0)), towards(sites.size());
-        for_each_face_of_cells(sites, [&](std::size_t i, std::span<const Vec3d> face) {
-            for (std::size_t k = 1; k + 1 < face.size(); ++k)
-                normal[i] += glm::cross(face[k] - face[0], face[k + 1] - face[0]);
-            towards[i] = face[1] - face[0];
-        });
-        std::vector<Vec3d> points(sites.size());
-        points_of(sites, k_own_level, points);
-        for (std::size_t i = 0; i < sites.size(); ++i) out[i] = frame_from(points[i], normal[i], towards[i]);
-    }
-
-    /// Calls visit(number of a site, points of a face around it that begin with the site's).
     template <class Visit>
     void for_each_face_of_cells(std::span<const Site> sites, const Visit& visit) const {
         std::vector<Site> corners;

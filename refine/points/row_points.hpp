@@ -33,3 +33,15 @@ std::shared_ptr<const LevelSource> row_points(const ControlMesh& mesh, const Sch
                                               const RunContext& context, bool whole_levels);
 
 }  // namespace tetrakis::detail
+
+namespace tetrakis {
+
+/// The sqrt(3) scheme's points over sites of control triangles (sqrt3_site()). Levels are simple steps, two of which
+/// are one level of refine(). Even levels and limits are those of detail::row_points(), odd levels are one simple step
+/// from the even ones. Keeps references to the mesh and the scheme.
+/// @param mesh  of triangles
+/// @param context, whole_levels  as row_points() takes them
+std::shared_ptr<const LevelSource> sqrt3_levels(const ControlMesh& mesh, const SchemeInfo& scheme,
+                                                const RuleOptions& rules, const RunContext& context, bool whole_levels);
+
+}  // namespace tetrakis

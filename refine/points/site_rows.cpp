@@ -4,7 +4,7 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../rules/limit_search.hpp"
-#include "level_vertices.hpp"
+#include "vertex_links.hpp"
 
 #include <oneapi/tbb/task_arena.h>
 
@@ -38,31 +38,74 @@ constexpr int k_max_ternary_level = 20;
 /// Rows of a normal.
 constexpr std::uint32_t k_normal_rows = 4;
 
-/// For each root of vertex quadtrees, the half-edge of the net's base that its side 0 lies along; none where a root of
-/// the net is not found.
-std::vector<std::uint32_t> root_halfedges(const VertexRoots& roots, const RepeatedRows& rows) {
-    const MeshLevel& base = rows.net().base();
-    std::vector<std::uint32_t> first(roots.count(), MeshLevel::none), found;
-    for (const std::uint32_t h : rows.corner_halfedges()) {
-        first[found.size()] = h;
-        found.push_back(static_cast<std::uint32_t>(found.size()));
+/// The vertices of one level that a block needs, each once, and their stencils on the level above.
+class LevelVertices {
+  public:
+    std::vector<RootPlace> keys;
+    std::vector<std::uint32_t> stencil_begin;  ///< per key, into `source` and `weight`
+    std::vector<std::uint32_t> source;         ///< vertices of the level above
+    std::vector<double> weight;
+    std::vector<Vec3d> value;
+
+    std::uint32_t insert(const RootPlace& key) {
+        if (2 * (std::size_t{count_} + 1) > slots_.size()) grow();
+        Slot& slot = find_slot(key);
+        if (slot.number == k_empty) {
+            // What may throw comes first: a slot that is not listed would never be emptied.
+            keys.push_back(key);
+            slot_of_.push_back(static_cast<std::uint32_t>(&slot - slots_.data()));
+            slot = {key, count_++};
+        }
+        return slot.number;
     }
-    // From the corners of faces outwards over the boundary.
-    while (!found.empty()) {
-        const std::uint32_t r = found.back();
-        found.pop_back();
-        for (std::uint32_t s = 0; s < 4; ++s) {
-            const std::uint32_t link = roots.link[4 * std::size_t{r} + s];
-            if (link == VertexRoots::outside || (roots.crease[r] >> s & 1) != 0) continue;
-            const std::uint32_t beyond = link / 4;
-            const std::uint32_t twin = base.twin[first[r] / 4 * 4 + (first[r] + s) % 4];
-            if (first[beyond] != MeshLevel::none || twin == MeshLevel::none) continue;
-            first[beyond] = twin / 4 * 4 + (twin + 4 - link % 4) % 4;
-            found.push_back(beyond);
+    /// Cost: that of what is in it; the table keeps its size, unless it is large.
+    void clear() {
+        constexpr std::size_t k_large = 1u << 15;
+        if (slots_.size() > k_large) {
+            *this = LevelVertices();
+            return;
+        }
+        for (const std::uint32_t s : slot_of_) slots_[s] = Slot{};
+        slot_of_.clear();
+        keys.clear();
+        count_ = 0;
+        stencil_begin.clear();
+        source.clear();
+        weight.clear();
+        value.clear();
+    }
+
+  private:
+    static constexpr std::uint32_t k_empty = 0xFFFF'FFFFu;
+    struct Slot {
+        RootPlace key{};
+        std::uint32_t number = k_empty;
+    };
+
+    static std::uint64_t hash(const RootPlace& key) {
+        // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants), the upper bits being the good ones.
+        std::uint64_t h = (std::uint64_t{key.x} << 32 | key.y) * 0x9E37'79B9'7F4A'7C15u;
+        h = (h ^ h >> 29 ^ key.root) * 0xBF58'476D'1CE4'E5B9u;
+        return h ^ h >> 32;
+    }
+    Slot& find_slot(const RootPlace& key) {
+        const std::size_t mask = slots_.size() - 1;
+        for (std::size_t i = hash(key) & mask;; i = (i + 1) & mask)
+            if (slots_[i].number == k_empty || slots_[i].key == key) return slots_[i];
+    }
+    void grow() {
+        slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), Slot{});
+        for (std::uint32_t i = 0; i < keys.size(); ++i) {
+            Slot& slot = find_slot(keys[i]);
+            slot = {keys[i], i};
+            slot_of_[i] = static_cast<std::uint32_t>(&slot - slots_.data());
         }
     }
-    return first;
-}
+
+    std::vector<Slot> slots_;
+    std::vector<std::uint32_t> slot_of_;  // per key
+    std::uint32_t count_ = 0;             // of the keys
+};
 
 }  // namespace
 
@@ -177,7 +220,7 @@ std::shared_ptr<SiteRows::Rows> SiteRows::make() const {
     }
     const auto corners = rows->all->corner_halfedges();
     if (dual())
-        rows->root_halfedge = root_halfedges(roots_, *rows->all);
+        rows->root_halfedge = root_halfedges(roots_, rows->net(), mesh_.halfedge_count());
     else
         rows->root_halfedge.assign(corners.begin(), corners.end());
     resize_large(rows->whole[0], rows->net().place_count(rows->layout(0)));
@@ -345,19 +388,7 @@ void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std
                       });
         finish_sums(i);
     }
-    const RootLayout base_layout = rows.layout(base);
-    evaluate_levels(
-        std::span(work.levels).subspan(base), static_cast<int>(deepest - base),
-        [&](const RootPlace& at, int l, const auto& add_term) {
-            const int to = rows.first_level() + static_cast<int>(base) + l;
-            rows.all->step_to(to).read(
-                rows.all->segments(to - 1), at,
-                [&](std::uint32_t, const RootPlace& from, double weight) { add_term(from, weight); });
-        },
-        [&](const RootPlace& at) {
-            return rows.net().number_at(base_layout, at.root, {at.x, at.y});
-        },
-        rows.whole[base]);
+    evaluate_levels(rows, base, deepest, work);
     std::size_t begin = 0;
     for (const Workspace::Site& site : work.sites) {
         clear_sums();
@@ -366,6 +397,37 @@ void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std
             work.add_to_sums(term.row, term.weight, work.levels[site.level].value[term.source]);
         }
         finish_sums(site.number);
+    }
+}
+
+/// Points of the vertices collected on the levels below a whole one, from those that they lead to: everything above
+/// them is collected first, level by level.
+void SiteRows::evaluate_levels(const Rows& rows, std::size_t base, std::size_t deepest, Workspace& work) {
+    const RootLayout base_layout = rows.layout(base);
+    for (std::size_t l = deepest; l > base; --l) {
+        LevelVertices &level = work.levels[l], &above = work.levels[l - 1];
+        const int to = rows.first_level() + static_cast<int>(l);
+        const std::uint32_t segments = rows.all->segments(to - 1);
+        level.stencil_begin.push_back(0);
+        for (const RootPlace& key : level.keys) {
+            rows.all->step_to(to).read(segments, key, [&](std::uint32_t, const RootPlace& from, double weight) {
+                level.source.push_back(l - 1 > base ? above.insert(from)
+                                                    : rows.net().number_at(base_layout, from.root, {from.x, from.y}));
+                level.weight.push_back(weight);
+            });
+            level.stencil_begin.push_back(static_cast<std::uint32_t>(level.source.size()));
+        }
+    }
+    for (std::size_t l = base + 1; l <= deepest; ++l) {
+        LevelVertices& level = work.levels[l];
+        const std::vector<Vec3d>& above = l - 1 > base ? work.levels[l - 1].value : rows.whole[base];
+        level.value.resize(level.keys.size());
+        for (std::size_t i = 0; i < level.keys.size(); ++i) {
+            Vec3d sum(0);
+            for (std::uint32_t k = level.stencil_begin[i]; k < level.stencil_begin[i + 1]; ++k)
+                sum += level.weight[k] * above[level.source[k]];
+            level.value[i] = sum;
+        }
     }
 }
 

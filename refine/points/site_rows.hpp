@@ -70,6 +70,7 @@ class SiteRows {
     void evaluate_block(const Rows& rows, std::span<const Site> sites, std::size_t first, Wanted wanted, int level,
                         std::span<std::uint8_t> missing,
                         const std::function<void(std::size_t, const Sums&)>& finish) const;
+    static void evaluate_levels(const Rows& rows, std::size_t base, std::size_t deepest, Workspace& work);
     template <class Take>
     static void for_each_term(const Rows& rows, const Address& address, Wanted wanted, const Take& take);
 

@@ -1,11 +1,10 @@
-#include "sqrt3_levels.hpp"
+#include "row_points.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../schemes/rules/sqrt3.hpp"
 #include "../rules/rule_limit.hpp"
-#include "row_points.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,6 @@
 #include "../../hier/base/error.hpp"
 #include "../rules/rule_refiner.hpp"
 
-#include <algorithm>
 #include <array>
 #include <stdexcept>
 #include <string>
@@ -12,8 +11,6 @@
 namespace tetrakis::detail {
 
 namespace {
-
-constexpr int k_first_corner = 2;
 
 /// Why a vertex does not have four children on each side of its creases; nullptr if it has.
 const char* fault(const RuleMesh& mesh, int v) {
@@ -32,44 +29,43 @@ const char* fault(const RuleMesh& mesh, int v) {
     return sharp > 2 || corner ? nullptr : "is a corner that does not stay one";
 }
 
-/// The half-edge of a cell lies at corner 2, and is the first counter-clockwise of its side.
-std::vector<CellFrame> frames_of(const RuleMesh& level) {
-    std::vector<CellFrame> frames(level.vertex_count()), others;
+/// The half-edges that leave a vertex of level 1, by the corners of its cell; none where the cell ends the surface, or
+/// its side of a crease.
+/// @param first  that of corner 2
+std::array<int, 4> vertex_corners(const RuleMesh& mesh, int first) {
+    const auto across = [&](int h) { return mesh.sharp(h) ? RuleMesh::none : mesh.twin(h); };
+    std::array<int, 4> at{RuleMesh::none, RuleMesh::none, RuleMesh::none, RuleMesh::none};
+    const auto corner = [&](int steps) -> int& { return at[static_cast<std::size_t>((2 + steps) % 4)]; };
+    int h = first;
+    for (int k = 0; k < 4 && h != RuleMesh::none; ++k) {
+        corner(k) = h;
+        h = across(mesh.prev(h));
+        if (h == first) return at;
+    }
+    h = across(first);
+    for (int k = 3; k > 0 && h != RuleMesh::none && corner(k) == RuleMesh::none; --k) {
+        corner(k) = mesh.next(h);
+        h = across(corner(k));
+    }
+    return at;
+}
+
+/// The cells of level 1, by their first half-edges counter-clockwise: one for each vertex, then for each vertex on
+/// creases those of its other sides.
+std::vector<int> cells_of(const RuleMesh& level) {
+    std::vector<int> cells(level.vertex_count()), others;
     for (int v = 0; v < level.vertex_count(); ++v) {
-        frames[v] = {level.first(v), k_first_corner};
+        cells[v] = level.first(v);
         const RuleMesh::Ring ring = level.ring(v);
         int sides = 0;
         for (int i = 0; i < ring.faces(); ++i)
-            if (is_sharp(ring.sharpness[i]))
-                (sides++ == 0 ? frames[v] : others.emplace_back()) = {ring.halfedge[i], k_first_corner};
+            if (is_sharp(ring.sharpness[i])) (sides++ == 0 ? cells[v] : others.emplace_back()) = ring.halfedge[i];
     }
-    frames.insert(frames.end(), others.begin(), others.end());
-    return frames;
+    cells.insert(cells.end(), others.begin(), others.end());
+    return cells;
 }
 
 }  // namespace
-
-FirstCells first_cells(const ControlMesh& control, const RuleStep& first_step) {
-    const RuleMesh& mesh = first_step.mesh;
-    std::vector<CellFrame> cells = frames_of(mesh);
-    FirstCells first;
-    first.face.resize(cells.size());
-    // A corner's child has the corner's face at its far corner; at the end of the surface, and on a crease, the faces
-    // of a point lie above it.
-    for (std::uint32_t h = 0; h < control.halfedge_count(); ++h) {
-        const int child = first_step.child_halfedge[h], v = mesh.origin(child);
-        cells[v] = {child, k_first_corner};
-        first.face[v] = control.face(HalfedgeId(h));
-    }
-    for (const CellFrame& cell : cells) {
-        const std::array<int, 4> at = vertex_corners(mesh, cell);
-        unsigned faces = 0;
-        for (std::size_t c = 0; c < 4; ++c) faces |= at[c] != RuleMesh::none ? 1u << c : 0u;
-        first.frames.push_back({cell, faces});
-    }
-    return first;
-}
-
 }  // namespace tetrakis::detail
 
 namespace tetrakis {
@@ -87,7 +83,16 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
         throw Error(ErrorCode::invalid_input, e.what(), control.data().source);
     }
     const RuleMesh& mesh = first_step.mesh;
-    const auto [frames, root_face] = first_cells(control, first_step);
+    std::vector<int> cells = cells_of(mesh);
+    const std::size_t count = cells.size();
+    // A corner's child has the corner's face at its far corner; at the end of the surface, and on a crease, the faces
+    // of a point lie above it.
+    std::vector<FaceId> root_face(count);
+    for (std::uint32_t h = 0; h < control.halfedge_count(); ++h) {
+        const int child = first_step.child_halfedge[h], v = mesh.origin(child);
+        cells[v] = child;
+        root_face[v] = control.face(HalfedgeId(h));
+    }
     for (int v = 0; v < mesh.vertex_count(); ++v)
         if (const char* what = fault(mesh, v))
             throw Error(ErrorCode::unsupported,
@@ -95,11 +100,10 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
                             " of level 1 " + what + "; refine the mesh once with the same scheme and start from there",
                         control.data().source);
     VertexRoots roots;
-    const std::size_t count = frames.size();
     std::vector<std::array<int, 4>> corners(count);
     std::vector<std::uint32_t> place(mesh.halfedge_count(), 0);  // 4 * root + corner
     for (std::uint32_t r = 0; r < count; ++r) {
-        corners[r] = vertex_corners(mesh, frames[r].frame);
+        corners[r] = vertex_corners(mesh, cells[r]);
         for (std::uint32_t c = 0; c < 4; ++c)
             if (corners[r][c] != RuleMesh::none) place[corners[r][c]] = 4 * r + c;
     }
@@ -144,6 +148,31 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
         roots.hole[r] = control.is_hole(roots.face[r]) ? 1 : 0;
     }
     return roots;
+}
+
+std::vector<std::uint32_t> detail::root_halfedges(const VertexRoots& roots, const RootLattices& net,
+                                                  std::uint32_t corners) {
+    const MeshLevel& base = net.base();
+    std::vector<std::uint32_t> first(roots.count(), MeshLevel::none), found;
+    for (std::uint32_t h = 0; h < corners; ++h) {
+        first[h] = 4 * h;
+        found.push_back(h);
+    }
+    // From the corners of faces outwards over the boundary.
+    while (!found.empty()) {
+        const std::uint32_t r = found.back();
+        found.pop_back();
+        for (std::uint32_t s = 0; s < 4; ++s) {
+            const std::uint32_t link = roots.link[4 * std::size_t{r} + s];
+            if (link == VertexRoots::outside || (roots.crease[r] >> s & 1) != 0) continue;
+            const std::uint32_t beyond = link / 4;
+            const std::uint32_t twin = base.twin[first[r] / 4 * 4 + (first[r] + s) % 4];
+            if (first[beyond] != MeshLevel::none || twin == MeshLevel::none) continue;
+            first[beyond] = twin / 4 * 4 + (twin + 4 - link % 4) % 4;
+            found.push_back(beyond);
+        }
+    }
+    return first;
 }
 
 }  // namespace tetrakis

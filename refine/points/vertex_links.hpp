@@ -3,23 +3,10 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "cell_frame.hpp"
+#include "../lattices/root_lattices.hpp"
 
+#include <cstdint>
 #include <vector>
-
-namespace tetrakis::detail {
-
-/// The cells of a dual scheme's level 1, before their orientation is made that of corner cells: one for each vertex,
-/// then for each vertex on creases those of its other sides.
-struct FirstCells {
-    /// Of corners' children as the corners lie; else the half-edge is the first counter-clockwise of its side, at
-    /// corner 2.
-    std::vector<VertexFrame> frames;
-    std::vector<FaceId> face;  ///< of the cells that are children of corners: the control face; else invalid
-};
-FirstCells first_cells(const ControlMesh& control, const RuleStep& first_step);
-
-}  // namespace tetrakis::detail
 
 namespace tetrakis {
 
@@ -28,5 +15,15 @@ namespace tetrakis {
 /// @throws Error  invalid_input: a mesh that the scheme cannot take, a scheme that is not dual; unsupported: a vertex
 ///                that does not have four children on each side of its creases, a boundary that recedes
 VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, const RuleOptions& rules = {});
+
+namespace detail {
+
+/// For each of those roots the half-edge of the net's base that its side 0 lies along; none where the net has no such
+/// root.
+/// @param net      of_corners() of the control mesh
+/// @param corners  of its faces
+std::vector<std::uint32_t> root_halfedges(const VertexRoots& roots, const RootLattices& net, std::uint32_t corners);
+
+}  // namespace detail
 
 }  // namespace tetrakis

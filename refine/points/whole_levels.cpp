@@ -28,10 +28,11 @@ constexpr std::size_t k_limits_at_once = std::size_t{1} << 16;
 }  // namespace
 
 WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
-                         const RunContext& context)
+                         const VertexRoots& roots, const RunContext& context)
     : mesh_(mesh),
       scheme_(scheme),
       rules_(rules),
+      roots_(roots),
       lattice_(fan_lattice(scheme, rules)),
       max_memory_bytes_(context.max_memory_bytes),
       search_(scheme, rules) {
@@ -81,12 +82,9 @@ const WholeLevels::Level& WholeLevels::make(int level) {
             throw Error(ErrorCode::invalid_input, e.what(), mesh_.data().source);
         }
         next->points.resize(static_cast<std::size_t>(next->step.stencils.row_count()));
-        apply(next->step.stencils, &above.points.data()->x, 3, &next->points.data()->x);
+        apply(next->step.stencils, above.points.data(), next->points.data());
         next->step.stencils = {};
-        if (lattice_ != FanLattice::dual)
-            find_lattice(level, &above, *next);
-        else if (level == 1)
-            cells_ = first_cells(mesh_, next->step);
+        find_lattice(level, &above, *next);
     });
     made = std::move(next);
     return *made;
@@ -128,42 +126,37 @@ std::uint32_t WholeLevels::segments(int level) const {
     return result;
 }
 
-/// Where the vertices of a new level are in the lattices of the first one's faces.
+/// Where the vertices of a new level are in the lattices of the first one.
 void WholeLevels::find_lattice(int level, const Level* above, Level& next) {
     const RuleMesh& mesh = next.step.mesh;
-    if (lattice_level(level) == 0) {
+    if (lattice_level(level) > 0) {
+        for (const int h : above->corner) next.corner.push_back(next.step.child_halfedge[h]);
+    } else if (lattice_ == FanLattice::dual) {
+        net_ = RootLattices::of_corners(above->step.mesh, std::vector<std::uint32_t>(mesh_.halfedge_count()),
+                                        !ignores_creases(scheme_, rules_))
+                   .value();
+        root_halfedge_ = root_halfedges(roots_, *net_, mesh_.halfedge_count());
+        next.corner = next.step.child_halfedge;
+    } else {
         net_ = RootLattices::of_template(mesh, false);
         next.corner.resize(static_cast<std::size_t>(mesh.halfedge_count()));
         std::iota(next.corner.begin(), next.corner.end(), 0);
-    } else {
-        for (const int h : above->corner) next.corner.push_back(next.step.child_halfedge[h]);
     }
     next.vertex = net_->vertices(net_->layout(segments(level)), mesh, next.corner).value();
 }
 
 int WholeLevels::vertex(const Site& site, int level) const {
-    if (lattice_ == FanLattice::dual) return dual_vertex(site, level);
-    const auto h = static_cast<int>(site.root.value);
-    if (lattice_level(level) < 0) return levels_[0]->step.mesh.origin(h);
-    const bool triangles = lattice_ == FanLattice::triangles;
-    // Sites of sqrt(3) are canonical.
-    const Site own = scheme_.refinement == Refinement::sqrt3 ? site : minimal_level(site);
-    const Level& at = *levels_[static_cast<std::size_t>(level)];
+    const std::uint32_t root = site.root.value;
+    if (lattice_level(level) < 0) return levels_[0]->step.mesh.origin(static_cast<int>(root));
+    const bool triangles = lattice_ == FanLattice::triangles, dual = lattice_ == FanLattice::dual;
+    // Sites of sqrt(3) are canonical, and so are cells.
+    const Site own = dual || scheme_.refinement == Refinement::sqrt3 ? site : minimal_level(site);
     const std::uint32_t scale = segments(level) / segments(own.level + (triangles ? 0 : 1)),
-                        root = static_cast<std::uint32_t>(triangles ? h : levels_[1]->step.child_halfedge[h]);
-    return at.vertex[net_->number(net_->layout(segments(level)), root, scale * own.at.x, scale * own.at.y)];
-}
-
-/// From cell to cell down to the site's.
-int WholeLevels::dual_vertex(const Site& site, int level) const {
-    VertexFrame cell = cells_.frames[site.root.value];
-    for (int at = 1; at < level; ++at) {
-        const int bit = level - 1 - at;
-        const bool right = (site.at.x >> bit & 1) != 0, up = (site.at.y >> bit & 1) != 0;
-        cell = vertex_child(levels_[static_cast<std::size_t>(at)]->step.mesh,
-                            levels_[static_cast<std::size_t>(at) + 1]->step, cell, up ? (right ? 2 : 3) : right);
-    }
-    return levels_[static_cast<std::size_t>(level)]->step.mesh.origin(cell.frame.halfedge);
+                        h = triangles ? root
+                            : dual    ? root_halfedge_[root]
+                                      : static_cast<std::uint32_t>(levels_[1]->step.child_halfedge[root]);
+    return levels_[static_cast<std::size_t>(level)]
+        ->vertex[net_->number(net_->layout(segments(level)), h, scale * own.at.x, scale * own.at.y)];
 }
 
 }  // namespace tetrakis::detail

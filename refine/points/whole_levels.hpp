@@ -7,8 +7,8 @@
 #include "../../schemes/core/scheme_table.hpp"
 #include "../lattices/root_lattices.hpp"
 #include "../rules/limit_point.hpp"
-#include "../rules/rule_levels.hpp"
 #include "../rules/rule_limit.hpp"
+#include "../rules/rule_refiner.hpp"
 #include "vertex_links.hpp"
 
 #include <array>
@@ -24,19 +24,21 @@ namespace tetrakis::detail {
 /// way to the points of a site, for any scheme whose vertices are sites of corner cells or triangles, or cells of
 /// vertex quadtrees (written as sites). A level takes four times the time and the memory of the one above.
 ///
-/// Keeps references to the mesh and the scheme. All calls are safe from several threads.
+/// Keeps references to the mesh, the scheme and the roots. All calls are safe from several threads.
 class WholeLevels {
   public:
+    /// @param roots    of dual schemes; else without any
     /// @param context  its memory limit
     /// @throws Error  invalid_input: a mesh that the scheme cannot take
-    WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const RunContext& context);
+    WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots& roots,
+                const RunContext& context);
 
     struct Level {
         RuleStep step;  ///< from the level above, its mesh is this level's; without its stencils
         std::vector<Vec3d> points;
         std::vector<LimitPoint> limits;  ///< of those vertices whose limits have been asked for
         std::vector<char> has_limit;
-        // Of lattices of points: the vertices by place (RootLayout), and each root's half-edges at its corners.
+        // The vertices by place of the lattices, and the half-edges that RootLattices::vertices() takes.
         std::vector<int> vertex, corner;
     };
     /// @throws Error  invalid_input: the scheme cannot take the mesh; unsupported: the level is too large; memory_limit
@@ -53,16 +55,16 @@ class WholeLevels {
     int lattice_level(int level) const;
     std::uint32_t segments(int level) const;
     void find_lattice(int level, const Level* above, Level& next);
-    int dual_vertex(const Site& site, int level) const;
 
     const ControlMesh& mesh_;
     const SchemeInfo& scheme_;
     RuleOptions rules_;
+    const VertexRoots& roots_;
     FanLattice lattice_;
     std::uint64_t max_memory_bytes_;
     ParallelBlocks runner_;
-    FirstCells cells_;                 ///< of dual schemes, once there is level 1
-    std::optional<RootLattices> net_;  ///< of others, from their first lattice on
+    std::optional<RootLattices> net_;           ///< from its first level on
+    std::vector<std::uint32_t> root_halfedge_;  ///< of dual schemes, by root of sites (root_halfedges())
     std::mutex mutex_;
     LimitSearch search_;
     std::array<std::unique_ptr<Level>, k_max_level + 2> levels_;

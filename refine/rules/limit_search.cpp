@@ -4,7 +4,6 @@
 #include "../../schemes/analysis/spectrum.hpp"
 #include "../../schemes/core/corner_angles.hpp"
 #include "../../schemes/core/masks.hpp"
-#include "corner_angles.hpp"
 #include "honeycomb_limit.hpp"
 #include "mesh_part.hpp"
 

@@ -2,12 +2,11 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
+#include "../../hier/base/most_frequent.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "corner_angles.hpp"
-#include "rule_levels.hpp"
-#include "rule_limit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,9 +16,128 @@
 #include <utility>
 #include <vector>
 
-namespace tetrakis {
+namespace tetrakis::detail {
 
-using detail::check_length;
+namespace {
+
+StencilTable smoothing_stencils(const RuleMesh& mesh) {
+    StencilTable table;
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        const VertexRule rule = mesh.first(v) == RuleMesh::none ? VertexRule::corner : mesh.rule(v);
+        if (rule == VertexRule::corner) {
+            table.push({{v, 1}});
+            continue;
+        }
+        const auto around = rule == VertexRule::crease ? mesh.sharp_neighbours(v) : mesh.ring(v).neighbour;
+        StencilRow row{{v, 0.5}};
+        for (const int e : around) row.add(e, 0.5 / static_cast<double>(around.size()));
+        table.push(std::move(row));
+    }
+    return table;
+}
+
+}  // namespace
+
+RuleLevels::RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing)
+    : scheme_(scheme), rules_(rules), source_(mesh.data().source), last_(rule_mesh(mesh, scheme, rules)) {
+    rules_.runner = &runner_;
+    faces_.control_face.resize(mesh.face_count());
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) faces_.control_face[f] = static_cast<int>(f);
+    for (int i = 0; i < smoothing; ++i) steps_.push_back(smoothing_stencils(last_));
+}
+
+std::vector<int> RuleLevels::advance() {
+    RuleStep step;
+    try {
+        step = scheme_.step(last_, rules_);
+    } catch (const std::invalid_argument& e) {
+        throw Error(ErrorCode::invalid_input, e.what(), source_);
+    }
+    if (splits_vertices(scheme_, rules_)) {
+        faces_.follow(last_, step);
+    } else {
+        for (int& face : step.parent_face) face = faces_.control_face[face];
+        faces_.control_face = std::move(step.parent_face);
+    }
+    steps_.push_back(std::move(step.stencils));
+    last_ = std::move(step.mesh);
+    ++level_;
+    return std::move(step.child_halfedge);
+}
+
+std::vector<std::uint32_t> RuleLevels::control_face_of_corners() const {
+    std::vector<std::uint32_t> of(static_cast<std::size_t>(last_.halfedge_count()));
+    for (int h = 0; h < last_.halfedge_count(); ++h)
+        of[h] = static_cast<std::uint32_t>(faces_.point_face.empty() ? faces_.control_face[last_.face(h)]
+                                                                     : faces_.point_face[h]);
+    return of;
+}
+
+/// The points of a dual scheme lie in faces, its faces anywhere.
+void CornerFaces::follow(const RuleMesh& level, const RuleStep& step) {
+    const RuleMesh& finer = step.mesh;
+    std::vector<int> corners, next;
+    // The corner that a point is the child of, at its origin; those on boundaries and creases are none's.
+    std::vector<int> corner_of(static_cast<std::size_t>(finer.vertex_count()), RuleMesh::none);
+    for (std::size_t h = 0; h < step.child_halfedge.size(); ++h)
+        if (const int child = step.child_halfedge[h]; child != RuleMesh::none)
+            corner_of[finer.origin(child)] = static_cast<int>(h);
+    if (point_face.empty())
+        for (int h = 0; h < level.halfedge_count(); ++h) point_face.push_back(control_face[level.face(h)]);
+    std::vector<int> of_points(static_cast<std::size_t>(finer.halfedge_count()));
+    for (int f = 0; f < finer.face_count(); ++f) {
+        corners.clear();
+        for (const int v : finer.corners(f))
+            corners.push_back(corner_of[v] != RuleMesh::none ? point_face[corner_of[v]] : RuleMesh::none);
+        if (std::all_of(corners.begin(), corners.end(), [](int c) { return c == RuleMesh::none; }))
+            corners[0] = control_face[step.parent_face[f]];
+        // Points on boundaries and creases belong to what is beside them on this side, corners of these to the first
+        // face of their sector: they are left over after the first round.
+        for (bool first_round = true; std::count(corners.begin(), corners.end(), RuleMesh::none) != 0;
+             first_round = false) {
+            next = corners;
+            const std::size_t size = corners.size();
+            for (std::size_t i = 0; i < size; ++i) {
+                if (corners[i] != RuleMesh::none) continue;
+                const int before = corners[(i + size - 1) % size], after = corners[(i + 1) % size];
+                const int preferred = first_round ? before : after;
+                next[i] = preferred != RuleMesh::none ? preferred : first_round ? after : before;
+            }
+            corners.swap(next);
+        }
+        std::copy(corners.begin(), corners.end(), of_points.begin() + finer.face_begin(f));
+    }
+    // Where a crease ends, its last point lies on both sides; it belongs to the left one, as in vertex_roots().
+    for (int h = 0; h < static_cast<int>(step.child_crease.size()); ++h) {
+        const int along = step.child_crease[h];
+        if (along == RuleMesh::none || level.on_boundary(level.origin(h)) ||
+            level.sharp_neighbours(level.origin(h)).size() != 1)
+            continue;
+        for (const int around : finer.ring(finer.origin(along)).halfedge) of_points[around] = of_points[along];
+    }
+    point_face = std::move(of_points);
+    control_face.resize(static_cast<std::size_t>(finer.face_count()));
+    for (int f = 0; f < finer.face_count(); ++f) {
+        corners.assign(point_face.begin() + finer.face_begin(f),
+                       point_face.begin() + finer.face_begin(f) + finer.face_size(f));
+        control_face[f] = most_frequent(corners);
+    }
+}
+
+void RuleLevels::net(std::span<const Vec3d> control, std::span<Vec3d> out) const {
+    if (steps_.empty()) std::copy(control.begin(), control.end(), out.begin());
+    std::vector<Vec3d> coarser, finer;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+        const bool last = i + 1 == steps_.size();
+        if (!last) finer.resize(static_cast<std::size_t>(steps_[i].row_count()));
+        apply(steps_[i], i == 0 ? control.data() : coarser.data(), last ? out.data() : finer.data());
+        coarser.swap(finer);
+    }
+}
+
+}  // namespace tetrakis::detail
+
+namespace tetrakis {
 
 namespace {
 
@@ -80,36 +198,6 @@ RuleStep (*first_rule_step(const SchemeInfo& scheme, const RuleMesh& mesh))(cons
     return scheme.first_step != nullptr && !mesh.all_faces_have(4) ? scheme.first_step : scheme.step;
 }
 
-struct RuleRefiner::State {
-    std::uint32_t control_vertices;
-    RefineOptions options;
-    std::unique_ptr<detail::RuleLevels> levels;
-    std::string source;
-    detail::RuleLimits limits{};
-
-    /// coarse.then(fine), where it finds room.
-    StencilTable composed(const StencilTable& coarse, const StencilTable& fine) const;
-    /// What levels and limits take, with a table of stencils from the control vertices.
-    std::uint64_t bytes_with(const StencilTable& table) const;
-    void check_memory(const std::string& what, std::uint64_t bytes) const;
-
-    /// @param points  of the last level, no limits
-    void write_normals(const Vec3d* points, std::span<Vec3d> normals) const;
-};
-
-void detail::check_length(const char* what, std::size_t length, std::size_t expected) {
-    if (length != expected)
-        throw Error(ErrorCode::invalid_input, "there are " + std::to_string(length) + " " + what + ", but " +
-                                                  std::to_string(expected) + " are needed");
-}
-
-void detail::check_rounds(int levels, const RefineOptions& options) {
-    if (levels < 0)
-        throw Error(ErrorCode::invalid_input, "the number of levels must not be negative; 0 is the control mesh");
-    if (options.smoothing < 0)
-        throw Error(ErrorCode::invalid_input, "the number of smoothing rounds must not be negative");
-}
-
 void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, int asked,
                                const RunContext& context, std::uint64_t beside) {
     constexpr std::uint64_t most = std::uint64_t{std::numeric_limits<int>::max()} / 2;
@@ -132,112 +220,48 @@ void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme
                          bytes, context.max_memory_bytes, "ask for fewer levels", mesh.data().source);
 }
 
-RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options)
-    : RuleRefiner(mesh, scheme, levels, options, nullptr) {}
-
 RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
-                         std::unique_ptr<detail::RuleLevels> first_levels) {
-    detail::check_rounds(levels, options);
+                         std::unique_ptr<detail::RuleLevels> first_levels)
+    : control_vertices_(mesh.vertex_count()),
+      options_(options),
+      levels_(std::move(first_levels)),
+      source_(mesh.data().source) {
     detail::check_rule_memory(mesh, scheme, levels, levels, options.context);
-    if (!first_levels)
-        first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
-    state_ = std::make_unique<State>(State{mesh.vertex_count(), options, std::move(first_levels), mesh.data().source});
-    State& s = *state_;
+    if (!levels_) levels_ = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
     std::uint64_t done = 0, all = 0;
     for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) all += size *= growth(scheme);
     std::uint64_t size = 1;
     for (int level = 0; level < levels; ++level) {
         options.context.report("refine", static_cast<double>(done) / static_cast<double>(all));
-        if (level >= s.levels->level()) s.levels->advance();
+        if (level >= levels_->level()) levels_->advance();
         done += size *= growth(scheme);
     }
     options.context.report("refine", 1);
     if (!options.limit && !options.normals) return;
     if (!options.limit && scheme.family == MeshFamily::hexagons) {
         // No tangents: normals are those of the faces.
-        s.limits.begin.assign(vertex_count() + std::size_t{1}, 0);
+        limits_.begin.assign(vertex_count() + std::size_t{1}, 0);
         return;
     }
     // The shortest rows that there are: limits and two tangents of seven terms, or of a fan of honeycomb's ten.
     const std::uint64_t terms = scheme.is_linear() ? 1 : scheme.family == MeshFamily::hexagons ? 10 : 3 * 7;
-    s.check_memory("the limits of " + std::to_string(vertex_count()) + " vertices",
-                   s.bytes_with({}) + vertex_count() * terms * k_bytes_per_term);
+    check_memory("the limits of " + std::to_string(vertex_count()) + " vertices",
+                 bytes_with({}) + vertex_count() * terms * k_bytes_per_term);
     try {
-        s.limits = detail::rule_limits(s.levels->last(), scheme, options.rules);
+        limits_ = detail::rule_limits(last(), scheme, options.rules);
     } catch (const std::invalid_argument& e) {
         throw detail::NoLimit(e.what(), mesh.data().source);
     }
 }
 
-RuleRefiner::~RuleRefiner() = default;
-RuleRefiner::RuleRefiner(RuleRefiner&&) noexcept = default;
-RuleRefiner& RuleRefiner::operator=(RuleRefiner&&) noexcept = default;
-
-std::uint32_t RuleRefiner::vertex_count() const {
-    return static_cast<std::uint32_t>(state_->levels->last().vertex_count());
-}
-std::uint32_t RuleRefiner::face_count() const {
-    return static_cast<std::uint32_t>(state_->levels->last().face_count());
-}
-const RuleMesh& RuleRefiner::last() const { return state_->levels->last(); }
-
-std::span<const int> RuleRefiner::vertices_beyond() const { return state_->limits.missing; }
-
-std::uint32_t RuleRefiner::control_face(std::uint32_t face) const {
-    return static_cast<std::uint32_t>(state_->levels->control_face(static_cast<int>(face)));
-}
-
-void RuleRefiner::refine(std::span<const double> control, int width, std::span<double> out) const {
-    if (width < 1) throw Error(ErrorCode::invalid_input, "an attribute has at least one number per vertex");
-    const std::size_t w = static_cast<std::size_t>(width);
-    check_length("control values", control.size(), state_->control_vertices * w);
-    check_length("values to write", out.size(), vertex_count() * w);
-    with_threads(state_->options.context, [&] {
-        const detail::RuleLevels& levels = *state_->levels;
-        if (state_->options.limit)
-            detail::apply(state_->limits.positions, levels.net(control, width).data(), width, out.data());
-        else
-            levels.net(control, width, out);
-    });
-}
-
-namespace {
-
-// Points are three numbers side by side.
-static_assert(sizeof(Vec3d) == 3 * sizeof(double));
-
-template <class Point>
-auto numbers_of(std::span<Point> points) {
-    return std::span(&points.data()->x, 3 * points.size());
-}
-
-}  // namespace
-
 void RuleRefiner::refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals) const {
-    const State& s = *state_;
-    check_length("control positions", control.size(), s.control_vertices);
-    check_length("positions to write", positions.size(), vertex_count());
-    if (!normals.empty()) {
-        if (!s.options.normals) throw Error(ErrorCode::invalid_input, "the options did not ask for normals");
-        check_length("normals to write", normals.size(), vertex_count());
-    }
-    if (positions.empty()) return;
-    with_threads(s.options.context, [&] {
-        if (!s.options.limit) {
-            s.levels->net(numbers_of(control), 3, numbers_of(positions));
-            return s.write_normals(positions.data(), normals);
-        }
-        const std::vector<double> net = s.levels->net(numbers_of(control), 3);
-        detail::apply(s.limits.positions, net.data(), 3, numbers_of(positions).data());
-        s.write_normals(reinterpret_cast<const Vec3d*>(net.data()), normals);
-    });
-}
-
-void RuleRefiner::State::write_normals(const Vec3d* points, std::span<Vec3d> normals) const {
-    const std::span net(points, normals.size());
+    std::vector<Vec3d> net(options_.limit ? positions.size() : 0);
+    const std::span<Vec3d> points = options_.limit ? std::span(net) : positions;
+    levels_->net(control, points);
+    if (options_.limit) detail::apply(limits_.positions, points.data(), positions.data());
     for_each_index(static_cast<std::uint32_t>(normals.size()), [&](std::uint32_t i) {
         const int v = static_cast<int>(i);
-        normals[i] = detail::limit_normal(limits, v, levels->last(), net, v);
+        normals[i] = detail::limit_normal(limits_, v, last(), points, v);
     });
 }
 
@@ -276,20 +300,20 @@ StencilTable rows_of(const StencilTable& table, std::span<const char> wanted) {
 
 }  // namespace
 
-std::uint64_t RuleRefiner::State::bytes_with(const StencilTable& table) const {
-    return k_bytes_per_halfedge * static_cast<std::uint64_t>(levels->last().halfedge_count()) +
-           bytes_of(limits.positions) + bytes_of(limits.tangent1) + bytes_of(limits.tangent2) + bytes_of(table);
+std::uint64_t RuleRefiner::bytes_with(const StencilTable& table) const {
+    return k_bytes_per_halfedge * static_cast<std::uint64_t>(last().halfedge_count()) + bytes_of(limits_.positions) +
+           bytes_of(limits_.tangent1) + bytes_of(limits_.tangent2) + bytes_of(table);
 }
 
-void RuleRefiner::State::check_memory(const std::string& what, std::uint64_t bytes) const {
-    detail::check_memory(what + ", together with the levels, need", bytes, options.context.max_memory_bytes,
-                         "ask for fewer levels", source);
+void RuleRefiner::check_memory(const std::string& what, std::uint64_t bytes) const {
+    detail::check_memory(what + ", together with the levels, need", bytes, options_.context.max_memory_bytes,
+                         "ask for fewer levels", source_);
 }
 
-StencilTable RuleRefiner::State::composed(const StencilTable& coarse, const StencilTable& fine) const {
-    if (options.context.max_memory_bytes != 0) {
+StencilTable RuleRefiner::composed(const StencilTable& coarse, const StencilTable& fine) const {
+    if (options_.context.max_memory_bytes != 0) {
         const auto rows = static_cast<std::uint64_t>(fine.row_count());
-        const TermCount terms = count_terms(coarse, fine, control_vertices);
+        const TermCount terms = count_terms(coarse, fine, control_vertices_);
         // StencilTable::push_rows() reserves nine eighths of what the first rows say; a table that outgrows that has
         // its weights twice for a while.
         const bool grows = terms.all > terms.first * rows / detail::k_rows_per_block * 9 / 8;
@@ -301,17 +325,15 @@ StencilTable RuleRefiner::State::composed(const StencilTable& coarse, const Sten
 }
 
 StencilTable RuleRefiner::stencils(std::span<const char> wanted) const {
-    const State& s = *state_;
-    if (!wanted.empty()) check_length("vertices wanted or not", wanted.size(), vertex_count());
     std::vector<const StencilTable*> tables;
-    for (const StencilTable& step : s.levels->steps()) tables.push_back(&step);
-    if (s.options.limit) tables.push_back(&s.limits.positions);
+    for (const StencilTable& step : levels_->steps()) tables.push_back(&step);
+    if (options_.limit) tables.push_back(&limits_.positions);
     StencilTable all;
-    for (int v = 0; v < static_cast<int>(s.control_vertices); ++v) all.push({{v, 1}});
+    for (int v = 0; v < static_cast<int>(control_vertices_); ++v) all.push({{v, 1}});
     const bool some = std::ranges::count(wanted, 0) != 0;
     // Rows are left out of the last table, not of the product, which would be there twice then.
     for (const StencilTable* table : tables)
-        all = some && table == tables.back() ? s.composed(all, rows_of(*table, wanted)) : s.composed(all, *table);
+        all = some && table == tables.back() ? composed(all, rows_of(*table, wanted)) : composed(all, *table);
     return some && tables.empty() ? rows_of(all, wanted) : all;
 }
 

@@ -1,13 +1,24 @@
 #include "position_refiner.hpp"
 
+#include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "refine.hpp"
 #include "refined_points.hpp"
 
+#include <string>
+
 namespace tetrakis {
 
-using detail::check_length;
+namespace {
+
+void check_length(const char* what, std::size_t length, std::size_t expected) {
+    if (length != expected)
+        throw Error(ErrorCode::invalid_input, "there are " + std::to_string(length) + " " + what + ", but " +
+                                                  std::to_string(expected) + " are needed");
+}
+
+}  // namespace
 
 struct PositionRefiner::State {
     std::uint32_t control_count;

@@ -8,8 +8,7 @@
 #include "../attributes/used_values.hpp"
 #include "../attributes/uv_mesh.hpp"
 #include "../attributes/vertex_attributes.hpp"
-#include "../rules/corner_angles.hpp"
-#include "../rules/rule_levels.hpp"
+#include "../rules/rule_refiner.hpp"
 #include "refined_points.hpp"
 #include "repeated_rows.hpp"
 
@@ -75,10 +74,12 @@ void detail::warn_of_ignored_tags(const ControlMesh& mesh, const SchemeInfo& sch
     if (auto warning = ignored_creases(mesh, scheme, rules)) warnings.push_back(std::move(*warning));
 }
 
-void detail::RefinedPoints::make(const ControlMesh& mesh, bool normals, PolygonMesh& result) const {
-    detail::resize_large(result.positions, count);
-    if (normals) detail::resize_large(result.normals, count);
+void detail::RefinedPoints::make(const ControlMesh& mesh, const RefineOptions& options, PolygonMesh& result) const {
+    resize_large(result.positions, count);
+    if (options.normals) resize_large(result.normals, count);
     refine(mesh.positions(), result.positions, result.normals);
+    result.attributes = refine_by_threes(options.attributes, mesh.vertex_count(), count,
+                                         [&](std::span<const Vec3d> in, std::span<Vec3d> out) { refine(in, out, {}); });
 }
 
 void detail::drop_unused_points(PolygonMesh& mesh, RefinedPoints* points) {
@@ -317,18 +318,16 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         surface, scheme, levels, rules, recedes ? wide_levels : first_levels, demand, options.context);
     if (!rows) return std::nullopt;
     PolygonMesh result;
-    detail::RefinedPoints made{
-        rows->point_count(), [rows, smoothed, context = options.context](auto control, auto positions, auto normals) {
-            if (control.size() == rows->control_count()) return rows->refine(control, positions, normals, context);
-            std::vector<Vec3d> all(control.begin(), control.end());
-            if (smoothed) smoothed->net({&control.data()->x, 3 * control.size()}, 3, {&all.data()->x, 3 * all.size()});
-            all.resize(rows->control_count(), k_missing_point);
-            rows->refine(all, positions, normals, context);
-        }};
-    made.make(mesh, options.normals, result);
-    result.attributes =
-        detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
-                                 [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
+    detail::RefinedPoints made{rows->point_count(),
+                               [rows, smoothed, context = options.context](auto control, auto positions, auto normals) {
+                                   if (control.size() == rows->control_count())
+                                       return rows->refine(control, positions, normals, context);
+                                   std::vector<Vec3d> all(control.begin(), control.end());
+                                   if (smoothed) smoothed->net(control, all);
+                                   all.resize(rows->control_count(), k_missing_point);
+                                   rows->refine(all, positions, normals, context);
+                               }};
+    made.make(mesh, options, result);
     detail::RepeatedRows::Faces faces = rows->faces(options.context);
     if (recedes && !keep_whole(result, faces)) return std::nullopt;
     if (charts) {
@@ -346,14 +345,21 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     return result;
 }
 
+void check_rounds(int levels, const RefineOptions& options) {
+    if (levels < 0)
+        throw Error(ErrorCode::invalid_input, "the number of levels must not be negative; 0 is the control mesh");
+    if (options.smoothing < 0)
+        throw Error(ErrorCode::invalid_input, "the number of smoothing rounds must not be negative");
+}
+
 PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, RefineOptions options,
                            StencilTable* stencils, detail::RefinedPoints* keep) {
     options.normals = options.normals && !scheme.is_linear();
     options.rules = detail::with_crease_method(mesh, scheme, options.rules);
     detail::check_attributes(mesh, options.attributes);
+    check_rounds(levels, options);
     std::unique_ptr<detail::RuleLevels> first_levels;
     if (stencils == nullptr) {
-        detail::check_rounds(levels, options);
         first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
         if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels, keep))
             return std::move(*result);
@@ -365,14 +371,8 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     detail::RefinedPoints made{refiner.vertex_count(), [by_rules](auto control, auto positions, auto normals) {
                                    by_rules->refine(control, positions, normals);
                                }};
-    made.make(mesh, options.normals, result);
+    made.make(mesh, options, result);
     if (keep != nullptr) *keep = std::move(made);
-    for (const VertexAttribute& attribute : options.attributes) {
-        const std::vector<double> control(attribute.values.begin(), attribute.values.end());
-        std::vector<double> refined(refiner.vertex_count() * static_cast<std::size_t>(attribute.width));
-        refiner.refine(control, attribute.width, refined);
-        result.attributes.push_back({attribute.name, attribute.width, {refined.begin(), refined.end()}});
-    }
     result.face_offsets.resize(refiner.face_count() + std::size_t{1});
     detail::resize_large(result.face_vertices, last.halfedge_count());
     for (int f = 0; f < last.face_count(); ++f)

@@ -2,8 +2,9 @@
 
 #include "../../hier/base/vec.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 #include "../rules/polygon_mesh.hpp"
-#include "../rules/rule_refiner.hpp"
+#include "../rules/refine_options.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -22,8 +23,8 @@ struct RefinedPoints {
     /// The points that are vertices of the mesh, in their order; empty where all are.
     std::vector<std::uint32_t> used{};
 
-    /// All of them for the control mesh as it is.
-    void make(const ControlMesh& mesh, bool normals, PolygonMesh& result) const;
+    /// All of them for the control mesh as it is, with their attributes.
+    void make(const ControlMesh& mesh, const RefineOptions& options, PolygonMesh& result) const;
 };
 
 /// Takes the vertices that no face has out of the mesh; notes which are left, unless `points` is null.

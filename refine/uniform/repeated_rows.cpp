@@ -4,7 +4,6 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/corner_angles.hpp"
-#include "../rules/corner_angles.hpp"
 #include "../rules/face_normals.hpp"
 #include "../rules/rule_refiner.hpp"
 #include "row_learner.hpp"
@@ -13,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -396,11 +394,10 @@ std::optional<int> RepeatedRows::limit_level() const {
 }
 
 void RepeatedRows::first_points(std::span<const Vec3d> control, Vec3d* out) const {
-    const std::vector<double> first = levels_->net({&control.data()->x, 3 * control.size()}, 3);
-    for_each_index(static_cast<std::uint32_t>(vertices_.size()), [&](std::uint32_t i) {
-        std::memcpy(static_cast<void*>(out + i), first.data() + 3 * static_cast<std::size_t>(vertices_[i]),
-                    sizeof(Vec3d));
-    });
+    std::vector<Vec3d> first(static_cast<std::size_t>(levels_->last().vertex_count()));
+    levels_->net(control, first);
+    for_each_index(static_cast<std::uint32_t>(vertices_.size()),
+                   [&](std::uint32_t i) { out[i] = first[vertices_[i]]; });
 }
 
 void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,

@@ -3,7 +3,7 @@
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/base/vec.hpp"
 #include "../lattices/root_lattices.hpp"
-#include "../rules/rule_levels.hpp"
+#include "../rules/rule_refiner.hpp"
 #include "row_patterns.hpp"
 
 #include <algorithm>

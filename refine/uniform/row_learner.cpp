@@ -59,20 +59,6 @@ class KnownCorners {
     std::size_t terms_ = 0;
 };
 
-/// From what the rules say of the kinds, and of a regular corner last.
-bool learn_rows(RowPatterns& patterns, const CornerKinds& corners,
-                const std::vector<std::shared_ptr<const CornerRows>>& all, bool tangents) {
-    std::vector<RowPatterns::KnownRows> sources;
-    for (const auto& of_kind : all) {
-        const RuleLimits& rows = of_kind->rows;
-        if (tangents)
-            sources.push_back({of_kind->corner, of_kind->row, rows.tangent1, &rows.tangent2, rows.begin});
-        else
-            sources.push_back({of_kind->corner, of_kind->row, rows.positions});
-    }
-    return patterns.learn(corners, sources.back(), std::span(sources).first(sources.size() - 1));
-}
-
 }  // namespace
 
 RowLearner::RowLearner(const RootLattices& net, const CornerKinds& corners, const SchemeInfo& scheme,
@@ -135,11 +121,12 @@ std::shared_ptr<const CornerRows> RowLearner::limit_rows(const CornerKind& kind,
     return std::make_shared<CornerRows>(std::move(corner), std::move(row), std::move(limits));
 }
 
-RowLearner::Sources RowLearner::rows(std::uint32_t segments, bool limits, std::span<const CornerKind> kinds) {
+RowLearner::Sources RowLearner::rows(std::uint32_t segments, bool limits) {
     static KnownCorners known;
     const bool keeps = find_scheme(scheme_.name) == &scheme_;  // others may be gone, and their addresses used again
     CornerKind regular;
     regular.sharp.assign(net_.side_count() == 4 ? 4 : 6, 0.0f);
+    const std::vector<CornerKind>& kinds = corners_.kinds;
     Sources all(kinds.size() + 1);
     const auto take = [&](std::uint32_t i) {
         const CornerKind& kind = i < kinds.size() ? kinds[i] : regular;
@@ -156,38 +143,26 @@ RowLearner::Sources RowLearner::rows(std::uint32_t segments, bool limits, std::s
     return all;
 }
 
-/// @param learn  (kinds, rows of these and of a regular corner): false where the templates are too small
+/// @param learn  (rows of the kinds): false where the templates are too small
 template <class Learn>
 bool RowLearner::learn_from_templates(bool limits, const Learn& learn) {
-    // Where templates are too small, they mostly are so for the first kind by itself: that saves the others.
-    const auto fewest = std::min_element(corners_.kinds.begin(), corners_.kinds.end(),
-                                         [](const auto& a, const auto& b) { return a.roots() < b.roots(); });
-    CornerKinds first = corners_;
-    first.kinds.assign(fewest, fewest + 1);
-    first.kind.clear();
-    first.root.clear();
     for (const std::uint32_t n : template_segments(scheme_, rules_)) {
         if (too_large(n, limits ? 1 : factor_)) return false;
-        for (const CornerKinds* some : {&std::as_const(first), &corners_}) {
-            const Sources sources = rows(n, limits, some->kinds);
-            if (std::find(sources.begin(), sources.end(), nullptr) != sources.end()) return false;
-            if (!learn(*some, sources)) break;
-            if (some == &corners_) return true;
-        }
+        const Sources sources = rows(n, limits);
+        if (std::find(sources.begin(), sources.end(), nullptr) != sources.end()) return false;
+        if (learn(sources)) return true;
     }
     return false;
 }
 
 bool RowLearner::learn_step(RowPatterns& patterns) {
-    return learn_from_templates(false, [&](const CornerKinds& corners, const Sources& all) {
-        return learn_rows(patterns, corners, all, false);
-    });
+    return learn_from_templates(false, [&](const Sources& all) { return patterns.learn(corners_, all); });
 }
 
 bool RowLearner::learn_limits(RowPatterns* points, RowPatterns* normals) {
-    return learn_from_templates(true, [&](const CornerKinds& corners, const Sources& all) {
-        return (points == nullptr || learn_rows(*points, corners, all, false)) &&
-               (normals == nullptr || learn_rows(*normals, corners, all, true));
+    return learn_from_templates(true, [&](const Sources& all) {
+        return (points == nullptr || points->learn(corners_, all)) &&
+               (normals == nullptr || normals->learn(corners_, all));
     });
 }
 

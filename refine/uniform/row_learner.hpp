@@ -13,13 +13,6 @@
 
 namespace tetrakis::detail {
 
-/// What the rules say of one kind of corner.
-struct CornerRows {
-    CornerTemplate corner;
-    std::vector<int> row;  ///< at the results' places
-    RuleLimits rows;       ///< of limits; of a step: its rows are the positions
-};
-
 /// The rows of a scheme around each kind of corner of the lattices, and those of their limits. The process keeps what
 /// the rules have said of a kind, for all meshes that have it.
 class RowLearner {
@@ -42,9 +35,9 @@ class RowLearner {
     bool too_large(std::uint32_t segments, std::uint32_t factor) const;
     std::shared_ptr<const CornerRows> step_rows(const CornerKind& kind, std::uint32_t segments) const;
     std::shared_ptr<const CornerRows> limit_rows(const CornerKind& kind, std::uint32_t segments);
-    /// Of some kinds, and then of a regular corner; null where a finer level is no lattice.
+    /// Of all kinds, and then of a regular corner; null where a finer level is no lattice.
     using Sources = std::vector<std::shared_ptr<const CornerRows>>;
-    Sources rows(std::uint32_t segments, bool limits, std::span<const CornerKind> kinds);
+    Sources rows(std::uint32_t segments, bool limits);
     template <class Learn>
     bool learn_from_templates(bool limits, const Learn& learn);
 

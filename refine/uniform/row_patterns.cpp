@@ -104,7 +104,7 @@ bool RowPatterns::same(const RowOf<At>& a, const RowOf<At>& b) const {
 /// The rows of a result, in the order of their points; those that it has no tangents for are empty.
 /// @param seen_only  of the surfaces that meet there those alone whose points are seen
 template <class At, class SeenAt>
-bool RowPatterns::rows_of(const KnownRows& source, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
+bool RowPatterns::rows_of(const CornerRows& source, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
                           bool seen_only) const {
     for (RowOf<At>& to : out) to.clear();
     if (row < 0) return false;
@@ -118,15 +118,15 @@ bool RowPatterns::rows_of(const KnownRows& source, int row, const SeenAt& seen_a
         sort_terms(to);
         return true;
     };
-    if (kind_ == Kind::points) return terms(source.rows, row, out[0]);
+    if (kind_ == Kind::points) return terms(source.rows.positions, row, out[0]);
 
-    const int begin = source.begin[static_cast<std::size_t>(row)],
-              end = source.begin[static_cast<std::size_t>(row) + 1];
+    const int begin = source.rows.begin[static_cast<std::size_t>(row)],
+              end = source.rows.begin[static_cast<std::size_t>(row) + 1];
     std::size_t found = 0;
     for (int i = begin; i < end; ++i) {
         if (2 * found + 2 > out.size()) return false;
         RowOf<At>* const pair = &out[2 * found];
-        if (!terms(source.rows, i, pair[0]) || !terms(*source.second_rows, i, pair[1])) {
+        if (!terms(source.rows.tangent1, i, pair[0]) || !terms(source.rows.tangent2, i, pair[1])) {
             if (!seen_only) return false;
             pair[0].clear();
             pair[1].clear();
@@ -153,7 +153,7 @@ bool RowPatterns::rows_of(const KnownRows& source, int row, const SeenAt& seen_a
 /// Reads the rows at the places of one of a template's roots.
 class RowPatterns::TemplateReader {
   public:
-    TemplateReader(const RowPatterns& patterns, const KnownRows& source, std::uint32_t rings)
+    TemplateReader(const RowPatterns& patterns, const CornerRows& source, std::uint32_t rings)
         : p_(patterns),
           source_(source),
           net_(source.corner.net()),
@@ -163,9 +163,15 @@ class RowPatterns::TemplateReader {
           grid_(net_, coarse_, regular_, rings),
           last_(net_.last_place(fine_)),
           zone_(zone(patterns.factor_, source.corner.segments())),
-          number_at_(net_.place_count(coarse_)) {
+          number_at_(net_.place_count(coarse_)),
+          places_(number_at_.size()) {
         for (std::uint32_t place = 0; place < number_at_.size(); ++place)
             number_at_[place] = source_.corner.first_place(place);
+        const std::uint32_t n = net_.last_place(coarse_);
+        for (std::uint32_t f = 0; f < net_.base().face_count; ++f)
+            for (std::uint32_t y = 0; y <= n; ++y)
+                for (std::uint32_t x = 0; x <= (net_.side_count() == 4 ? n : n - y); ++x)
+                    places_[net_.number_at(coarse_, f, RootLattices::Place{x, y})].push_back({f, x, y});
     }
 
     std::uint32_t zone_size() const { return zone_; }
@@ -182,7 +188,7 @@ class RowPatterns::TemplateReader {
             const auto at = std::find(numbers_.begin(), numbers_.end(), number);
             if (at == numbers_.end()) return std::nullopt;
             const GhostGrid::Place place = grid_.place(at - numbers_.begin());
-            return Step{static_cast<std::int16_t>(place.x - dx), static_cast<std::int16_t>(place.y - dy)};
+            return step(place.x - dx, place.y - dy);
         };
         return p_.rows_of<Step>(source_, row(x, y), seen, out);
     }
@@ -222,27 +228,31 @@ class RowPatterns::TemplateReader {
     OnSide on_side(bool last, std::uint32_t x, std::uint32_t y) const {
         const std::uint32_t h = source_.corner.halfedge(root_);
         if (!last) return {h, x, y};
-        return {net_.base().prev(h), net_.rest(last_, net_.side_count() == 4 ? y : x, net_.side_count() == 4 ? x : y),
-                x};
+        return {net_.base().prev(h), net_.side_count() == 4 ? last_ - y : last_ - x - y, x};
     }
     /// The rows of place (a, b) of a side, seen from there along and away from it.
     bool side_rows(const OnSide& at, std::span<RowOf<Step>> out) const {
         const bool cells = net_.in_cells();
         const auto n = static_cast<int>(net_.last_place(coarse_)), along = static_cast<int>(at.a / p_.factor_);
         const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
-            std::optional<RootLattices::Seen> s = net_.at_side(coarse_, at.h, number);
-            if (!s) s = net_.at_side(coarse_, at.h, source_.corner.other_place(number));
-            if (!s) return std::nullopt;
-            const int a = s->turn == 0 ? s->a : n - s->a, b = s->turn == 0 ? s->b : -s->b - (cells ? 1 : 0);
-            return Step{static_cast<std::int16_t>(a - along), static_cast<std::int16_t>(b)};
+            for (const std::uint32_t place : {number, source_.corner.other_place(number)})
+                for (const std::uint32_t g : {at.h, net_.base().twin[at.h]})
+                    for (const RootPlace& p : places_[place]) {
+                        if (g == none || p.root != net_.base().face_of(g)) continue;
+                        const auto s = net_.seen_from(net_.last_place(coarse_), g % net_.side_count(), {p.x, p.y});
+                        const int a = static_cast<int>(s.x), b = static_cast<int>(s.y);
+                        if (!cells && b == n) return std::nullopt;
+                        return g == at.h ? step(a - along, b) : step(n - a - along, cells ? -b - 1 : -b);
+                    }
+            return std::nullopt;
         };
         // Where a crease ends there are both its sides, of which a place is on one.
         const bool seen_only = source_.corner.kind().crease_end;
         return p_.rows_of<Step>(source_, source_.row[net_.number(fine_, at.h, at.a, at.b)], seen, out, seen_only);
     }
     bool corner_rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<RootLattices::Seen>> out) const {
-        const auto seen = [&](std::uint32_t number) { return net_.in_template(coarse_, root_, number); };
-        return p_.rows_of<RootLattices::Seen>(source_, row(x, y), seen, out);
+        return p_.rows_of<RootLattices::Seen>(
+            source_, row(x, y), [&](std::uint32_t number) { return from_corner(number); }, out);
     }
     /// Calls visit(x, y) for the places of the zone, the farthest first.
     template <class Visit>
@@ -256,24 +266,43 @@ class RowPatterns::TemplateReader {
     }
 
   private:
+    static Step step(std::ptrdiff_t a, std::ptrdiff_t b) {
+        return {static_cast<std::int16_t>(a), static_cast<std::int16_t>(b)};
+    }
+    /// Counter-clockwise around the corner, which all roots begin at, from the one looked at, in the nearest root that
+    /// has the point; else the nearest the other way round.
+    std::optional<RootLattices::Seen> from_corner(std::uint32_t number) const {
+        const std::uint32_t n = net_.last_place(coarse_), roots = net_.base().face_count;
+        const bool closed = source_.corner.kind().closed;
+        std::optional<RootLattices::Seen> best;
+        for (const auto& [g, x, y] : places_[number]) {
+            // What lies on the far sides belongs to other corners as well.
+            if (!net_.in_cells() && (net_.side_count() == 4 ? std::max(x, y) : x + y) == n) continue;
+            const int turn = closed ? static_cast<int>((g + roots - root_) % roots) : static_cast<int>(g - root_);
+            if (best && (best->turn >= 0 ? turn < 0 || turn > best->turn : turn < best->turn)) continue;
+            best = {static_cast<std::int16_t>(turn), static_cast<std::int16_t>(x), static_cast<std::int16_t>(y)};
+        }
+        return best;
+    }
     int row(std::uint32_t x, std::uint32_t y) const {
         return source_.row[net_.number_at(fine_, root_, RootLattices::Place{x, y})];
     }
 
     const RowPatterns& p_;
-    const KnownRows& source_;
+    const CornerRows& source_;
     const RootLattices& net_;
     RootLayout coarse_, fine_;
     std::vector<char> regular_;
     GhostGrid grid_;
     std::uint32_t last_, zone_, root_ = 0;
-    std::vector<std::uint32_t> number_at_;  ///< of the point at each place
-    std::vector<std::uint32_t> numbers_;    ///< of those at the grid's places
+    std::vector<std::uint32_t> number_at_;        ///< of the point at each place
+    std::vector<std::vector<RootPlace>> places_;  ///< in the roots, sides included, of each place's number
+    std::vector<std::uint32_t> numbers_;          ///< of those at the grid's places
     std::vector<RowOf<std::uint32_t>> found_, expected_;
 };
 
 /// The rows inside, and how many rings of ghosts they see from a root's sides.
-bool RowPatterns::learn_regular(const KnownRows& source) {
+bool RowPatterns::learn_regular(const CornerRows& source) {
     const std::uint32_t count = rows_inside(), n = source.corner.segments();
     TemplateReader reader(*this, source, std::min(k_most_rings, n));
     reader.look_at(0);
@@ -337,20 +366,21 @@ bool RowPatterns::has_kernel() const {
     return true;
 }
 
-bool RowPatterns::learn(const CornerKinds& corners, const KnownRows& regular, std::span<const KnownRows> sources) {
-    if (!learn_regular(regular)) return false;
-    const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, regular.corner.segments());
+bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_ptr<const CornerRows>> sources) {
+    if (!learn_regular(*sources.back())) return false;
+    const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, sources.back()->corner.segments());
+    sources = sources.first(sources.size() - 1);
     // How deep sharp sides go: seen where the template is far from its corner, yet not at its end.
     const auto far = [&](std::uint32_t x, std::uint32_t y) { return distance(x, y) + 2 * factor_ > zone; };
     depth_ = reach_ = 0;
     std::deque<TemplateReader> readers;
-    for (const KnownRows& source : sources) readers.emplace_back(*this, source, rings_);
+    for (const auto& source : sources) readers.emplace_back(*this, *source, rings_);
     struct Special {
         std::uint32_t x, y;
     };
     std::vector<std::vector<std::vector<Special>>> special(sources.size());
     for (std::size_t k = 0; k < sources.size(); ++k) {
-        const CornerKind& kind = sources[k].corner.kind();
+        const CornerKind& kind = sources[k]->corner.kind();
         special[k].resize(kind.roots());
         for (std::uint32_t i = 0; i < kind.roots(); ++i) {
             readers[k].look_at(i);
@@ -370,7 +400,7 @@ bool RowPatterns::learn(const CornerKinds& corners, const KnownRows& regular, st
     std::vector<RowOf<Step>> found(each);
     bool any_wedge = false;
     for (std::size_t k = 0; k < sources.size(); ++k) {
-        const CornerKind& kind = sources[k].corner.kind();
+        const CornerKind& kind = sources[k]->corner.kind();
         sides[k].resize(kind.roots());
         for (std::uint32_t i = 0; i < kind.roots(); ++i) {
             readers[k].look_at(i);
@@ -413,7 +443,7 @@ bool RowPatterns::learn(const CornerKinds& corners, const KnownRows& regular, st
     corner_patterns_.clear();
     farthest_ = 0;
     for (std::size_t k = 0; k < sources.size(); ++k) {
-        const CornerKind& kind = sources[k].corner.kind();
+        const CornerKind& kind = sources[k]->corner.kind();
         for (std::uint32_t i = 0; i < kind.roots(); ++i) {
             readers[k].look_at(i);
             side_number[k].push_back(none);

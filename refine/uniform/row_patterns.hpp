@@ -4,15 +4,24 @@
 #include "../../schemes/core/stencil_table.hpp"
 #include "../lattices/ghost_grid.hpp"
 #include "../lattices/root_lattices.hpp"
+#include "../rules/rule_limit.hpp"
 #include "corner_templates.hpp"
 #include "row_kernels.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <numeric>
 #include <span>
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// What the rules say of one kind of corner.
+struct CornerRows {
+    CornerTemplate corner;
+    std::vector<int> row;  ///< at the results' places; -1 where none is known
+    RuleLimits rows;       ///< of limits; of a step: its rows are the positions
+};
 
 /// Rows of weights that repeat themselves from level to level: the same all over a root's lattice and its ghosts; along
 /// each sharp side; and around each corner that is special, at the same places counted from there. Learned around each
@@ -27,24 +36,14 @@ class RowPatterns {
     /// @param factor  segments of the level of the results to one of the level of the points; 1: the same level
     RowPatterns(const RootLattices& net, std::uint32_t factor, Kind kind);
 
-    /// What the rules say of a corner's template.
-    struct KnownRows {
-        const CornerTemplate& corner;
-        std::span<const int> row;  ///< at the results' places; -1 where none is known
-        const StencilTable& rows;  ///< points: their rows; normals: of tangents t1
-        // Normals only: the tangents at a place are rows [begin[row], begin[row + 1]).
-        const StencilTable* second_rows = nullptr;  ///< of tangents t2
-        std::span<const int> begin{};
-    };
     /// Rows of a level, by the places of a root's grid.
     using GridRow = std::vector<GridTerm>;
     using GridRows = std::vector<GridRow>;
 
     /// False where the rows do not repeat, or templates are too small to see whether they do.
     /// @param corners  of the net
-    /// @param regular  of a regular corner
-    /// @param sources  one of each kind
-    bool learn(const CornerKinds& corners, const KnownRows& regular, std::span<const KnownRows> sources);
+    /// @param sources  one of each kind, then that of a regular corner
+    bool learn(const CornerKinds& corners, std::span<const std::shared_ptr<const CornerRows>> sources);
     /// Results that far from the corner, in the places of the finer level, are looked at in its template.
     static constexpr std::uint32_t zone(std::uint32_t factor, std::uint32_t segments) {
         return factor * segments * 2 / 3;
@@ -108,9 +107,9 @@ class RowPatterns {
     bool same(const RowOf<At>& a, const RowOf<At>& b) const;
 
     template <class At, class SeenAt>
-    bool rows_of(const KnownRows& source, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
+    bool rows_of(const CornerRows& source, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
                  bool seen_only = false) const;
-    bool learn_regular(const KnownRows& source);
+    bool learn_regular(const CornerRows& source);
     bool has_kernel() const;
     class TemplateReader;
 

@@ -4,9 +4,9 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/adaptive/dual_charts.hpp"
+#include "../../refine/points/level_source.hpp"
 #include "../../refine/points/row_points.hpp"
 #include "../../refine/points/vertex_links.hpp"
-#include "../../refine/points/written_positions.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

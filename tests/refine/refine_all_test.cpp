@@ -174,19 +174,16 @@ TEST_CASE("two averaging steps are Catmull-Clark where four edges meet, creases 
 
 TEST_CASE("attributes of any width, and smoothing of the control points") {
     const ControlMesh mesh = model("cube");
-    const RuleRefiner refiner(mesh, *find_scheme("kobbelt"), 2);
-    std::vector<double> weights(mesh.vertex_count() * 5), out(refiner.vertex_count() * 5);
-    for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = std::sin(double(i));
-    refiner.refine(weights, 5, out);
-    for (int k = 0; k < 5; ++k) {
-        std::vector<double> one(mesh.vertex_count()), single(refiner.vertex_count());
-        for (std::size_t v = 0; v < one.size(); ++v) one[v] = weights[5 * v + k];
-        refiner.refine(one, 1, single);
-        for (std::size_t v = 0; v < single.size(); ++v) REQUIRE(single[v] == out[5 * v + k]);
+    for (const char* scheme : {"kobbelt", "honeycomb"}) {
+        std::vector<VertexAttribute> attributes(6);
+        attributes[5].width = 5;
+        for (std::uint32_t i = 0; i < 5 * mesh.vertex_count(); ++i) {
+            attributes[5].values.push_back(static_cast<float>(std::sin(double(i))));
+            attributes[i % 5].values.push_back(attributes[5].values.back());
+        }
+        const std::vector<VertexAttribute> out = refine(mesh, scheme, 2, {.attributes = attributes}).attributes;
+        for (std::size_t i = 0; i < out[5].values.size(); ++i) REQUIRE(out[5].values[i] == out[i % 5].values[i / 5]);
     }
-    CHECK_THROWS_WITH_AS(refiner.refine(weights, 4, out), doctest::Contains("control values"), Error);
-    CHECK_THROWS_AS(refiner.refine(weights, 0, out), Error);
-    CHECK_THROWS_AS(refiner.refine(weights, 5, std::span(out).first(3)), Error);
     // A cube's corner and the mean of its three neighbours: two thirds of the way.
     const PolygonMesh smooth = refine(mesh, "kobbelt", 1, {.smoothing = 1});
     for (std::uint32_t v = 0; v < 8; ++v)
