@@ -31,7 +31,7 @@ class FactoredAveraging final : public FactoredFaces {
     int half_steps_per_level() const override { return 2 + rules_.averaging_steps; }
 
     void half_step() override {
-        check_halfedge_memory(halfedges(), done_ >= 2, k_next);
+        check_room(halfedges(), done_, k_next);
         if (rules_.averaging_steps == 0 && done_ == 2) take_split();
         if (done_ == 0)
             rest_centres();
@@ -48,23 +48,8 @@ class FactoredAveraging final : public FactoredFaces {
 
     void check_half_steps(int count) const override {
         // What a boundary leaves when it recedes does not follow from counts, and need not grow.
-        if (rules_.averaging_boundary == AveragingBoundary::recede && open_) count = std::min(count, 1);
-        const int averagings = rules_.averaging_steps;
-        std::uint64_t at = halfedges();
-        int done = done_;
-        for (int i = 0; i < count; ++i) {
-            const std::string which = half_step_of(i, count);
-            check_halfedge_memory(at, done >= 2, which);
-            if (done == 2) check_halfedge_count(at, averagings == 0 ? k_growth : k_most_growth, which);
-            if (averagings == 0 && done == 2) {
-                at *= k_growth;
-                done = 0;
-            }
-            ++done;
-            if (averagings == 0 || done < 2 + averagings) continue;
-            at *= k_growth;
-            done = 0;
-        }
+        const bool recedes = rules_.averaging_boundary == AveragingBoundary::recede && open_;
+        FactoredFaces::check_half_steps(recedes ? std::min(count, 1) : count);
     }
 
     std::vector<std::array<std::uint32_t, 3>> triangles() const override {
@@ -79,6 +64,11 @@ class FactoredAveraging final : public FactoredFaces {
     // Four quads with four half-edges for each half-edge, those of copies included.
     static constexpr std::uint64_t k_most_growth = 64;
 
+    void check_room(std::uint64_t halfedges, int done, std::string_view which) const override {
+        check_halfedge_memory(halfedges, done >= 2, which);
+        if (done == 2) check_halfedge_count(halfedges, rules_.averaging_steps == 0 ? k_growth : k_most_growth, which);
+    }
+
     /// What the averagings of a level share.
     struct Run {
         AveragingLevel level;
@@ -90,7 +80,6 @@ class FactoredAveraging final : public FactoredFaces {
 
     /// Without averaging: the split mesh is the next level's.
     void take_split() {
-        check_halfedge_count(halfedges(), k_growth, k_next);
         vertex_ = places();
         mesh_ = split_polygons(mesh_, HalfSharpness(mesh_));
         midpoint_.clear();
@@ -115,7 +104,6 @@ class FactoredAveraging final : public FactoredFaces {
 
     /// All that can fail, before anything changes.
     void start() {
-        check_halfedge_count(halfedges(), k_most_growth, k_next);
         check_halfedge_count(positions_.size(), 1, k_next);
         try {
             AveragingLevel level(mesh_, rules_);
@@ -253,7 +241,6 @@ class FactoredAveraging final : public FactoredFaces {
     RuleOptions rules_;
     bool open_;
     std::string source_;
-    int done_ = 0;  ///< half-steps of this level
     std::optional<Run> run_;
     PolygonMesh own_;
 };

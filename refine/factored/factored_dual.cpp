@@ -31,32 +31,25 @@ class FactoredDual final : public FactoredFaces {
     }
 
     void half_step() override {
-        check_halfedge_memory(halfedges(), !midpoint_.empty(), k_next);
-        if (midpoint_.empty())
+        check_room(halfedges(), done_, k_next);
+        if (done_ == 0)
             insert_midpoints();
         else
             insert_corners();
+        done_ = 1 - done_;
         set_states();
-    }
-
-    void check_half_steps(int count) const override {
-        std::uint64_t at = halfedges();
-        bool finer = !midpoint_.empty();
-        for (int i = 0; i < count; ++i, finer = !finer) {
-            const std::string which = half_step_of(i, count);
-            check_halfedge_memory(at, finer, which);
-            if (!finer) continue;
-            check_halfedge_count(at, k_growth_at_creases, which);
-            at *= k_growth;
-        }
     }
 
   private:
     static constexpr std::uint64_t k_growth_at_creases = 6;
 
+    void check_room(std::uint64_t halfedges, int done, std::string_view which) const override {
+        check_halfedge_memory(halfedges, done == 1, which);
+        if (done == 1) check_halfedge_count(halfedges, k_growth_at_creases, which);
+    }
+
     // Second half-step.
     void insert_corners() {
-        check_halfedge_count(halfedges(), k_growth_at_creases, k_next);
         check_halfedge_count(positions_.size(), 1, k_next);  // they are kept
         const auto first = static_cast<std::uint32_t>(positions_.size());
         const auto row = [&](const Vec3d& p) {

@@ -37,6 +37,20 @@ void FactoredFaces::check_memory(std::uint64_t bytes, std::string_view which) co
                          "ask for fewer half-steps or allow more");
 }
 
+void FactoredFaces::check_half_steps(int count) const {
+    std::uint64_t at = halfedges();
+    int done = done_;
+    for (int i = 0; i < count; ++i, ++done) {
+        const std::string which = "half-step " + std::to_string(i + 1) + " of " + std::to_string(count);
+        if (done == half_steps_per_level()) {
+            at *= k_growth;
+            done = 0;
+        }
+        check_halfedge_count(at, 1, which);
+        check_room(at, done, which);
+    }
+}
+
 void FactoredFaces::check_halfedge_count(std::uint64_t halfedges, std::uint64_t growth, std::string_view which) {
     constexpr std::uint64_t k_most = std::numeric_limits<int>::max();  // RuleMesh counts with int
     if (halfedges <= k_most / growth) return;
@@ -72,15 +86,17 @@ std::vector<std::array<std::uint32_t, 3>> FactoredFaces::triangles() const {
     return result;
 }
 
-PolygonMesh FactoredFaces::polygons(const RuleMesh& faces, std::span<const std::uint32_t> vertex) const {
+PolygonMesh FactoredFaces::polygons(const RuleMesh& faces, std::span<const std::uint32_t> vertex,
+                                    std::vector<std::uint32_t>* numbers) const {
     PolygonMesh result;
     result.positions = positions_;
     result.face_offsets.push_back(0);
     for (int f = 0; f < faces.face_count(); ++f) {
+        if (!take(result, f)) continue;
         for (const int v : faces.corners(f)) result.face_vertices.push_back(vertex[v]);
         result.face_offsets.push_back(static_cast<std::uint32_t>(result.face_vertices.size()));
     }
-    drop_unused_vertices(result);
+    drop_unused_vertices(result, numbers);
     return result;
 }
 
@@ -89,8 +105,9 @@ PolygonMesh FactoredFaces::polygons(std::span<const std::array<std::uint32_t, 3>
     PolygonMesh result;
     result.positions = positions_;
     result.face_offsets.push_back(0);
-    for (const auto& t : triangles) {
-        result.face_vertices.insert(result.face_vertices.end(), t.begin(), t.end());
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        if (!take(result, face_of_triangle(t))) continue;
+        result.face_vertices.insert(result.face_vertices.end(), triangles[t].begin(), triangles[t].end());
         result.face_offsets.push_back(static_cast<std::uint32_t>(result.face_vertices.size()));
     }
     drop_unused_vertices(result, numbers);

@@ -16,7 +16,7 @@ class FactoredFaces {
     virtual void half_step() = 0;
     virtual int half_steps_per_level() const { return 2; }
     /// What half_step() would throw for want of room in one of the next `count`, as far as counts tell.
-    virtual void check_half_steps(int count) const = 0;
+    virtual void check_half_steps(int count) const;
     virtual FactoredVertex state(std::uint32_t v) const { return state_[v]; }
     virtual std::vector<std::array<std::uint32_t, 3>> triangles() const;
     virtual PolygonMesh mesh(std::vector<std::uint32_t>* numbers) const;
@@ -27,12 +27,11 @@ class FactoredFaces {
 
   protected:
     static constexpr std::string_view k_next = "the next half-step";
-    /// How check_half_steps() names one of them.
-    static std::string half_step_of(int i, int count) {
-        return "half-step " + std::to_string(i + 1) + " of " + std::to_string(count);
-    }
-    /// @param which  the half-step
-    /// @throws Error  memory_limit: what the half-step and a mesh() of it take together is more than the limit
+    /// Whether there is room for a half-step, named `which`, with a mesh() of it: the one after `done` ones of a level,
+    /// which began with so many half-edges.
+    /// @throws Error  unsupported, memory_limit
+    virtual void check_room(std::uint64_t halfedges, int done, std::string_view which) const = 0;
+    /// @throws Error  memory_limit
     void check_memory(std::uint64_t bytes, std::string_view which) const;
     /// Without centres.
     explicit FactoredFaces(const ControlMesh& control);
@@ -57,9 +56,13 @@ class FactoredFaces {
         return static_cast<std::uint32_t>(positions_.size() - 1);
     }
     /// Faces of positions_ as a mesh.
-    PolygonMesh polygons(const RuleMesh& faces, std::span<const std::uint32_t> vertex) const;
+    PolygonMesh polygons(const RuleMesh& faces, std::span<const std::uint32_t> vertex,
+                         std::vector<std::uint32_t>* numbers = nullptr) const;
     PolygonMesh polygons(std::span<const std::array<std::uint32_t, 3>> triangles,
                          std::vector<std::uint32_t>* numbers) const;
+    /// Takes along what belongs to a face of mesh_; false where it is none of the mesh that is made.
+    virtual bool take(PolygonMesh& /*to*/, int /*face*/) const { return true; }
+    virtual int face_of_triangle(std::size_t /*triangle*/) const { return 0; }
 
     void insert_midpoints();
     /// Centres rest at the mean of the corners around them.
@@ -71,6 +74,7 @@ class FactoredFaces {
     std::vector<std::uint32_t> vertex_, centre_;  ///< numbers of the mesh's vertices and of its faces' centres
     std::vector<std::uint32_t> midpoint_;         ///< of edges; empty until the half-step that makes them
     std::vector<FactoredVertex> state_;
+    int done_ = 0;       ///< half-steps of this level
     bool whole_ = true;  ///< the mesh's edges are edges of the 4-8 mesh: not after a dual step
 
   private:

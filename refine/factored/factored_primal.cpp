@@ -1,7 +1,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/parts/face_split.hpp"
 #include "../../schemes/rules/catmull_clark.hpp"
-#include "../attributes/used_values.hpp"
 #include "factored_faces.hpp"
 
 #include <algorithm>
@@ -24,10 +23,6 @@ class FactoredPrimal final : public FactoredFaces {
           chaikin_(!four_eight_ && mesh.crease_method() == CreaseMethod::chaikin),
           source_(mesh.face_count()) {
         std::iota(source_.begin(), source_.end(), 0u);
-        for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-            edge_halfedge_.push_back(static_cast<int>(mesh.edge_halfedge(EdgeId(e)).value));
-        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-            start_.push_back(static_cast<int>(mesh.vertex_halfedge(VertexId(v)).value));
         if (four_eight_ && !mesh_.all_faces_have(4)) {
             // The tetrakis mesh: centres are there, nothing has moved.
             std::vector<Vec3d> next = with_centres();
@@ -37,19 +32,11 @@ class FactoredPrimal final : public FactoredFaces {
     }
 
     void half_step() override {
-        check_counts(counts(), centred(), k_next);
+        check_room(halfedges(), done_, k_next);
         if (!centred())
             insert_centres();
         else
             insert_edge_points();
-    }
-    void check_half_steps(int count) const override {
-        Counts at = counts();
-        bool between = centred();
-        for (int i = 0; i < count; ++i, between = !between) {
-            check_counts(at, between, half_step_of(i, count));
-            if (between) at = at.next();
-        }
     }
     FactoredVertex state(std::uint32_t v) const override {
         const bool isolated = v < control_.vertex_count() && control_.is_isolated(VertexId(v));
@@ -70,83 +57,52 @@ class FactoredPrimal final : public FactoredFaces {
     }
     PolygonMesh mesh(std::vector<std::uint32_t>* numbers) const override {
         const std::vector<std::array<std::uint32_t, 3>> all = triangles();
-        if (all.empty()) return whole_faces(numbers);
-        PolygonMesh result = with_attributes();
-        result.face_vertices.reserve(3 * all.size());
-        result.face_offsets.reserve(all.size() + 1);
-        for (std::size_t t = 0; t < all.size(); ++t)
-            // Between half-steps there is one for each half-edge.
-            add_face(result, centred() ? mesh_.face(static_cast<int>(t)) : static_cast<int>(t / 2), all[t]);
-        drop_unused_vertices(result, numbers);
+        return with_names(all.empty() ? polygons(mesh_, vertex_, numbers) : polygons(all, numbers));
+    }
+    PolygonMesh active_mesh() const override {
+        std::vector<std::uint32_t> numbers;
+        PolygonMesh result = with_names(polygons(mesh_, vertex_, &numbers));
+        for (std::size_t v = 0; centred() && v < numbers.size(); ++v) result.positions[v] = previous_[numbers[v]];
         return result;
     }
-    PolygonMesh active_mesh() const override { return whole_faces(nullptr); }
 
   private:
-    struct Counts {
-        std::uint64_t vertices, edges, faces, halfedges;
-        Counts next() const { return {vertices + faces + edges, 2 * edges + halfedges, halfedges, 4 * halfedges}; }
-    };
-    Counts counts() const {
-        return {static_cast<std::uint64_t>(mesh_.vertex_count()), static_cast<std::uint64_t>(mesh_.edge_count()),
-                static_cast<std::uint64_t>(mesh_.face_count()), halfedges()};
-    }
-    /// Of a half-step from a level, or from what is between it and the next one.
-    void check_counts(const Counts& level, bool between, std::string_view which) const {
-        check_halfedge_count(level.halfedges, k_growth, which);
+    void check_room(std::uint64_t halfedges, int done, std::string_view which) const override {
+        check_halfedge_count(halfedges, k_growth, which);
         // Points now, before and as output; connectivity of the level and of the next one; triangles as output.
-        const std::uint64_t H = level.halfedges;
-        constexpr std::uint64_t k_per_point = 96, k_per_halfedge = 24, k_per_triangle = 24;
-        if (!between)
-            check_memory(k_per_point * (level.vertices + level.faces) + (k_per_halfedge + k_per_triangle) * H, which);
-        else
-            check_memory(k_per_point * level.next().vertices + k_per_halfedge * (H + level.next().halfedges) +
-                             k_per_triangle * 2 * H,
-                         which);
+        constexpr std::uint64_t k_first = 96, k_second = 264;
+        check_memory(halfedges * (done == 0 ? k_first : k_second), which);
     }
     /// Between the two half-steps.
-    bool centred() const { return !centre_.empty(); }
+    bool centred() const { return done_ == 1; }
 
-    PolygonMesh whole_faces(std::vector<std::uint32_t>* numbers) const {
-        PolygonMesh result = with_attributes();
-        if (centred()) result.positions = previous_;
-        std::vector<std::uint32_t> corners;
-        for (int f = 0; f < mesh_.face_count(); ++f) {
-            corners.clear();
-            for (const int v : mesh_.corners(f)) corners.push_back(vertex_[v]);
-            add_face(result, f, corners);
-        }
-        drop_unused_vertices(result, numbers);
-        return result;
+    PolygonMesh with_names(PolygonMesh mesh) const {
+        mesh.materials = control_.data().materials;
+        mesh.groups = control_.data().groups;
+        return mesh;
     }
-    PolygonMesh with_attributes() const {
-        PolygonMesh result;
-        result.positions = positions_;
-        result.face_offsets.push_back(0);
-        result.materials = control_.data().materials;
-        result.groups = control_.data().groups;
-        return result;
-    }
-    void add_face(PolygonMesh& result, int f, std::span<const std::uint32_t> corners) const {
-        const std::uint32_t root = source_[f];
-        if (control_.is_hole(FaceId(root))) return;
-        result.face_vertices.insert(result.face_vertices.end(), corners.begin(), corners.end());
-        result.face_offsets.push_back(static_cast<std::uint32_t>(result.face_vertices.size()));
+    bool take(PolygonMesh& to, int face) const override {
+        const std::uint32_t root = source_[face];
+        if (control_.is_hole(FaceId(root))) return false;
         const ControlMeshData& data = control_.data();
-        if (!data.face_material.empty()) result.face_material.push_back(data.face_material[root]);
-        if (!data.face_group.empty()) result.face_group.push_back(data.face_group[root]);
+        if (!data.face_material.empty()) to.face_material.push_back(data.face_material[root]);
+        if (!data.face_group.empty()) to.face_group.push_back(data.face_group[root]);
+        return true;
+    }
+    /// Between half-steps there is one for each half-edge.
+    int face_of_triangle(std::size_t triangle) const override {
+        return centred() ? mesh_.face(static_cast<int>(triangle)) : static_cast<int>(triangle / 2);
     }
 
     template <class Body>
     static void each(int count, const Body& body) {
         for_each_index(static_cast<std::uint32_t>(count), [&](std::uint32_t i) { body(static_cast<int>(i)); });
     }
-    /// Calls edge(half-edge of it, neighbour) for the edges and face(face) for the faces around a vertex, from start_
-    /// on.
+    /// Calls edge(half-edge of it, neighbour) for the edges and face(face) for the faces around a vertex.
     /// @return  how many edges there are
     template <class Edge, class Face>
     int around(int v, const Edge& edge, const Face& face) const {
-        int h = start_[v], edges = 0;
+        int h = mesh_.first(v), edges = 0;
         do {
             edge(h, mesh_.target(h));
             face(mesh_.face(h));
@@ -157,7 +113,7 @@ class FactoredPrimal final : public FactoredFaces {
                 edge(before, mesh_.origin(before));
                 ++edges;
             }
-        } while (h != RuleMesh::none && h != start_[v]);
+        } while (h != RuleMesh::none && h != mesh_.first(v));
         return edges;
     }
     VertexRule rule(int v) const {
@@ -187,6 +143,7 @@ class FactoredPrimal final : public FactoredFaces {
     }
     void take_centred(std::vector<Vec3d> next) {
         previous_ = std::exchange(positions_, std::move(next));
+        done_ = 1;
         centre_.resize(static_cast<std::size_t>(mesh_.face_count()));
         std::iota(centre_.begin(), centre_.end(), static_cast<std::uint32_t>(mesh_.vertex_count()));
     }
@@ -249,11 +206,10 @@ class FactoredPrimal final : public FactoredFaces {
             std::copy(positions_.begin(), positions_.end(), next.begin());
         }
         midpoint_.resize(static_cast<std::size_t>(E));
+        std::iota(midpoint_.begin(), midpoint_.end(), static_cast<std::uint32_t>(V + F));
         each(E, [&](int e) {
-            const int h = edge_halfedge_[e];
-            const auto number = static_cast<std::uint32_t>(V + F + e);
-            midpoint_[mesh_.edge(h)] = number;
-            next[number] = four_eight_ ? four_eight_edge(h) : edge_point(h, halves);
+            const int h = mesh_.edge_halfedge(e);
+            next[midpoint_[e]] = four_eight_ ? four_eight_edge(h) : edge_point(h, halves);
         });
         positions_ = std::move(next);
         previous_ = {};
@@ -294,45 +250,23 @@ class FactoredPrimal final : public FactoredFaces {
         return 0.25 * ((positions_[u] + positions_[w]) +
                        (positions_[centre_[mesh_.face(h)]] + positions_[centre_[mesh_.face(mesh_.twin(h))]]));
     }
-    /// The split mesh is the next level's.
+    /// The split mesh is the next level's, with a quad for each half-edge.
     void take_split(const HalfSharpness& halves) {
-        const int E = mesh_.edge_count(), H = mesh_.halfedge_count();
-        // Quad h is at the origin of half-edge h; its corners are that, the edge's point, the face's, the edge's
-        // before.
-        const auto second_half = [&](int h) { return 4 * mesh_.next(h) + 3; };
-        const auto vertices = static_cast<std::size_t>(mesh_.vertex_count());
-        std::vector<int> start(vertices + static_cast<std::size_t>(E + mesh_.face_count())),
-            edge_halfedge(static_cast<std::size_t>(2 * E + H));
-        for (std::size_t v = 0; v < vertices; ++v) start[v] = start_[v] == RuleMesh::none ? start_[v] : 4 * start_[v];
-        for (int e = 0; e < E; ++e) {
-            const int h = edge_halfedge_[e];
-            start[vertices + static_cast<std::size_t>(mesh_.edge(h))] = second_half(h);
-            edge_halfedge[2 * e] = 4 * h;
-            edge_halfedge[2 * e + 1] = second_half(h);
-        }
-        std::vector<std::uint32_t> source(static_cast<std::size_t>(H));
-        for (int h = 0; h < H; ++h) {
-            edge_halfedge[2 * E + h] = 4 * h + 1;
-            source[h] = source_[mesh_.face(h)];
-        }
-        for (int f = 0; f < mesh_.face_count(); ++f)
-            start[vertices + static_cast<std::size_t>(E + f)] = 4 * mesh_.face_begin(f) + 2;
-        start_ = std::move(start);
-        edge_halfedge_ = std::move(edge_halfedge);
+        std::vector<std::uint32_t> source;
+        for (int h = 0; h < mesh_.halfedge_count(); ++h) source.push_back(source_[mesh_.face(h)]);
         source_ = std::move(source);
         vertex_ = places();
         mesh_ = split_polygons(mesh_, halves);
         at_control_ = false;
         midpoint_.clear();
         centre_.clear();
+        done_ = 0;
     }
 
     ControlMesh control_;
     bool four_eight_, chaikin_, at_control_ = true;
     std::vector<Vec3d> previous_;        ///< between the two half-steps: the level's vertices as they were
     std::vector<std::uint32_t> source_;  ///< control face of each face of the level
-    std::vector<int> edge_halfedge_;     ///< a half-edge of each edge, in the order of the edges' points
-    std::vector<int> start_;             ///< by vertex: the half-edge that sums around it begin with
 };
 
 }  // namespace
