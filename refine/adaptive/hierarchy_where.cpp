@@ -90,7 +90,7 @@ std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, con
     for (int pass = 0; !open.empty(); ++pass) {
         const auto report = [&](double done) { context.report("refine", 1.0 - std::ldexp(1.0 - done / 2, -pass)); };
         report(0);
-        family_->remove_below(max_depth, open);
+        std::erase_if(open, [&](LeafId leaf) { return family_->depth(leaf) >= max_depth; });
         marks(open, answers, report);
         marked.clear();
         marked.reserve(open.size());

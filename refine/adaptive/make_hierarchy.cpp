@@ -10,46 +10,12 @@
 
 namespace tetrakis {
 
-namespace {
-
-/// A scheme's levels with limit positions from elsewhere.
-class OtherLimits final : public LevelSource {
-  public:
-    OtherLimits(std::shared_ptr<const LevelSource> levels, std::shared_ptr<const PositionSource> limits)
-        : levels_(std::move(levels)), limits_(std::move(limits)) {}
-    int first_level(const Site& site) const override { return levels_->first_level(site); }
-    int max_level() const override { return levels_->max_level(); }
-    void positions(std::span<const Site> sites, int level, std::span<Vec3d> out) const override {
-        levels_->positions(sites, level, out);
-    }
-    void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const override {
-        levels_->frames(sites, level, out);
-    }
-    void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
-        limits_->positions(sites, out);
-    }
-    void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override { levels_->limits(sites, out); }
-    void normals(std::span<const Site> sites, std::span<Vec3d> out) const override { levels_->normals(sites, out); }
-
-  private:
-    std::shared_ptr<const LevelSource> levels_;
-    std::shared_ptr<const PositionSource> limits_;
-};
-
-std::shared_ptr<const LevelSource> with_limits(std::shared_ptr<const LevelSource> levels,
-                                               const HierarchyOptions& options) {
-    if (!options.limit_positions) return levels;
-    return std::make_shared<OtherLimits>(std::move(levels), options.limit_positions);
-}
-
-}  // namespace
-
 Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options) {
     if (const int steps = averaging_steps(scheme, options.rules); steps < 0 || steps > k_most_averaging_steps)
         throw Error(ErrorCode::invalid_input, "the number of averaging steps must be from 0 to 64");
     const auto by_rows = [&](const RuleOptions& rules, const VertexRoots* roots) {
-        return with_limits(detail::row_points(mesh, scheme, rules, roots, options.context, options.whole_levels),
-                           options);
+        return detail::row_points(mesh, scheme, rules, roots, options.context, options.whole_levels,
+                                  options.limit_positions);
     };
     if (scheme.family != MeshFamily::hexagons && fan_lattice(scheme, options.rules) == FanLattice::dual) {
         VertexRoots roots = vertex_roots(mesh, scheme, options.rules);
@@ -63,7 +29,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
         if (!mesh.all_triangles())
             throw Error(ErrorCode::invalid_input, "sqrt3 needs a triangle mesh; triangulate() makes one");
         std::shared_ptr<const LevelSource> levels =
-            with_limits(sqrt3_levels(mesh, scheme, options.rules, options.context, options.whole_levels), options);
+            sqrt3_levels(mesh, scheme, options.rules, options.context, options.whole_levels, options.limit_positions);
         return Hierarchy(sqrt3_family(mesh, std::move(levels)), scheme, options.rules);
     }
     if (scheme.refinement == Refinement::honeycomb)

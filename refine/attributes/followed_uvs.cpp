@@ -203,21 +203,6 @@ bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules) {
     return steps > 0 && steps % 2 == 0 && (steps > 2 || rules.averaging_boundary == AveragingBoundary::recede);
 }
 
-SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
-                                const RuleOptions& rules) {
-    const bool averages = scheme.averaging_steps != 0;
-    // A step of averaging reaches half a face further; honeycomb's old vertices take from all faces around.
-    const int layers = averages                                     ? (averaging_steps(scheme, rules) + 1) / 2
-                       : scheme.refinement == Refinement::honeycomb ? 2
-                                                                    : 1;
-    std::vector<char> across(mesh.halfedge_count(), 0);
-    for (int h = 0; h < surface.halfedge_count(); ++h) {
-        const float s = surface.sharpness(h);
-        across[h] = surface.twin(h) != RuleMesh::none && (averages || !is_sharp(s));
-    }
-    return extend_over_seams(mesh, surface, layers, across);
-}
-
 FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                 const RuleOptions& rules) {
     const ParallelBlocks runner;

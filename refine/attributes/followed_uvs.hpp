@@ -27,11 +27,6 @@ FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, 
 /// recede use them up. A seam would then pull the chart together, so there it is continued, too.
 bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules);
 
-/// The extension that the scheme's rules need: for dual schemes, honeycomb, and where extends_charts().
-/// @param surface  rule_mesh(mesh)
-SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
-                                const RuleOptions& rules);
-
 /// Dual schemes and honeycomb: mesh and extended charts (SeamExtension) are refined side by side; each corner inside a
 /// chart has its partner there. A face across a seam takes the UVs of one side, the one with the most of its corners,
 /// then the one of the lower control face, then (dual) that of the lower corner of level 1; beyond the seam those of

@@ -81,8 +81,13 @@ SeamExtension one_more_layer(const SeamExtension& from, std::vector<char>& open,
 
 }  // namespace
 
-SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, int layers,
-                                const std::vector<char>& across) {
+SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
+                                const RuleOptions& rules) {
+    const bool averages = scheme.averaging_steps != 0;
+    // A step of averaging reaches half a face further; honeycomb's old vertices take from all faces around.
+    const int layers = averages                                     ? (averaging_steps(scheme, rules) + 1) / 2
+                       : scheme.refinement == Refinement::honeycomb ? 2
+                                                                    : 1;
     const ControlMesh charts = uv_mesh(mesh);
     SeamExtension result;
     for (const Vec3d& p : charts.positions()) result.uvs.emplace_back(p);
@@ -95,7 +100,7 @@ SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface
             const bool cut = !charts.twin(half).valid();
             const auto v = static_cast<int>(charts.origin(half).value);
             faces.corner(v, cut ? 0.0f : surface.sharpness(h));
-            open[h] = cut && across[h] != 0;
+            open[h] = cut && surface.twin(h) != RuleMesh::none && (averages || !is_sharp(surface.sharpness(h)));
             // What the surface does at its corners and boundaries is done here, too.
             const VertexRule rule = surface.rule(surface.origin(h));
             sharpness[v] = surface.vertex_sharpness(surface.origin(h));

@@ -2,6 +2,7 @@
 
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/rule_mesh.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <vector>
 
@@ -19,10 +20,11 @@ struct SeamExtension {
     std::vector<Vec2d> uvs;  ///< of its vertices
 };
 
-/// @param mesh    must have UVs
-/// @param layers  rows of quads
-/// @param across  per half-edge: whether the seam on its edge is to be continued; the boundary is not
-SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, int layers,
-                                const std::vector<char>& across);
+/// As the scheme's rules need it, for dual schemes, honeycomb, and where extends_charts(): along seams, but those of
+/// boundaries and of creases that stay.
+/// @param mesh     must have UVs
+/// @param surface  rule_mesh(mesh)
+SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
+                                const RuleOptions& rules);
 
 }  // namespace tetrakis::detail

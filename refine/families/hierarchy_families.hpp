@@ -54,8 +54,8 @@ inline void take_largest(std::span<const double> values, std::span<const std::ui
 }
 
 /// The part of a family that is the same for every forest: it holds forest, points and tree. A family has, beside what
-/// it overrides, describe(leaf, view), which fills all of a view but the handle's generation (a friend can be private),
-/// and depth(leaf). For many leaves neither is called by way of a table.
+/// it overrides, describe(leaf, view), which fills all of a view but the handle's generation (a friend can be private).
+/// For many leaves it is not called by way of a table.
 template <class Family, class Forest>
 class ForestFamily : public HierarchyFamily {
   public:
@@ -83,9 +83,6 @@ class ForestFamily : public HierarchyFamily {
     }
     void views(std::span<const LeafId> leaves, std::span<LeafView> views) const final {
         for (std::size_t i = 0; i < leaves.size(); ++i) self().describe(leaves[i], views[i]);
-    }
-    void remove_below(int least_depth, std::vector<LeafId>& leaves) const final {
-        std::erase_if(leaves, [&](LeafId leaf) { return self().depth(leaf) >= least_depth; });
     }
 
     std::optional<std::string> check() const final { return check_forest(forest_); }

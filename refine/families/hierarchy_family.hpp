@@ -74,8 +74,6 @@ class HierarchyFamily {
     /// view() of many leaves.
     /// @param views  holds views of this family's leaves, or new ones
     virtual void views(std::span<const LeafId> leaves, std::span<LeafView> views) const = 0;
-    /// Removes the leaves of this depth and below from a list.
-    virtual void remove_below(int least_depth, std::vector<LeafId>& leaves) const = 0;
     /// Across a side: none, one (the other invalid), or two in the order along the side.
     virtual std::array<LeafId, 2> neighbours(LeafId leaf, int side) const = 0;
     /// In the order of their nodes.

@@ -33,12 +33,13 @@ struct RuleVertex {
 class RowPoints final : public LevelSource {
   public:
     RowPoints(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots* roots,
-              const RunContext& context, bool whole_levels)
+              const RunContext& context, bool whole_levels, std::shared_ptr<const PositionSource> limit_positions)
         : roots_(roots != nullptr ? *roots : VertexRoots()),
           linear_(scheme.is_linear()),
           triangles_(scheme.family == MeshFamily::triangles),
           rows_(mesh, scheme, rules, roots_, context, whole_levels),
-          by_rules_(mesh, scheme, rules, roots_, context) {}
+          by_rules_(mesh, scheme, rules, roots_, context),
+          limit_positions_(std::move(limit_positions)) {}
 
     int first_level(const Site& site) const override {
         const Site minimal = rows_.own_site(site);
@@ -63,14 +64,12 @@ class RowPoints final : public LevelSource {
         for (std::size_t i = 0; i < sites.size(); ++i) out[i] = frame_from(points[i], normals[i], towards[i]);
     }
     void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
-        evaluate(
-            sites, Wanted::limits, k_own_level, out, [](const Sums& sums, Vec3d& point) { point = sums.value[0]; },
-            [&](const RuleVertex& at, Vec3d& point) { point = at.limit().position; });
+        limit_positions_ ? limit_positions_->positions(sites, out) : own_limit_positions(sites, out);
     }
     void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override {
         find_planes(sites, out);
         std::vector<Vec3d> points(sites.size());
-        limit_positions(sites, points);
+        own_limit_positions(sites, points);
         for (std::size_t i = 0; i < points.size(); ++i) out[i].position = points[i];
     }
     void normals(std::span<const Site> sites, std::span<Vec3d> out) const override {
@@ -89,6 +88,11 @@ class RowPoints final : public LevelSource {
                                                         std::to_string(level));
     }
 
+    void own_limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const {
+        evaluate(
+            sites, Wanted::limits, k_own_level, out, [](const Sums& sums, Vec3d& point) { point = sums.value[0]; },
+            [&](const RuleVertex& at, Vec3d& point) { point = at.limit().position; });
+    }
     void points_of(std::span<const Site> sites, int level, std::span<Vec3d> out) const {
         evaluate(
             sites, Wanted::positions, level, out, [](const Sums& sums, Vec3d& point) { point = sums.value[0]; },
@@ -219,6 +223,7 @@ class RowPoints final : public LevelSource {
     bool linear_, triangles_;
     SiteRows rows_;
     mutable WholeLevels by_rules_;
+    std::shared_ptr<const PositionSource> limit_positions_;
 };
 
 }  // namespace
@@ -242,8 +247,9 @@ LimitPoint frame_from(const Vec3d& position, const Vec3d& area_normal, const Vec
 
 std::shared_ptr<const LevelSource> row_points(const ControlMesh& mesh, const SchemeInfo& scheme,
                                               const RuleOptions& rules, const VertexRoots* roots,
-                                              const RunContext& context, bool whole_levels) {
-    return std::make_shared<RowPoints>(mesh, scheme, rules, roots, context, whole_levels);
+                                              const RunContext& context, bool whole_levels,
+                                              std::shared_ptr<const PositionSource> limit_positions) {
+    return std::make_shared<RowPoints>(mesh, scheme, rules, roots, context, whole_levels, std::move(limit_positions));
 }
 
 }  // namespace tetrakis::detail

@@ -5,6 +5,7 @@
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "level_source.hpp"
+#include "position_source.hpp"
 
 #include <memory>
 
@@ -26,11 +27,13 @@ LimitPoint frame_from(const Vec3d& position, const Vec3d& area_normal, const Vec
 /// @param context       its memory limit
 /// @param whole_levels  makes further levels whole where many sites are: faster, and the last bits then depend on the
 ///                      calls before
+/// @param limit_positions  limit positions from elsewhere, unless null; limits() gives those by rules all the same
 /// Keeps references to the mesh and the scheme.
 /// @throws Error  invalid_input: a mesh that the scheme cannot take
 std::shared_ptr<const LevelSource> row_points(const ControlMesh& mesh, const SchemeInfo& scheme,
                                               const RuleOptions& rules, const VertexRoots* roots,
-                                              const RunContext& context, bool whole_levels);
+                                              const RunContext& context, bool whole_levels,
+                                              std::shared_ptr<const PositionSource> limit_positions = {});
 
 }  // namespace tetrakis::detail
 
@@ -40,8 +43,9 @@ namespace tetrakis {
 /// are one level of refine(). Even levels and limits are those of detail::row_points(), odd levels are one simple step
 /// from the even ones. Keeps references to the mesh and the scheme.
 /// @param mesh  of triangles
-/// @param context, whole_levels  as row_points() takes them
+/// @param context, whole_levels, limit_positions  as row_points() takes them
 std::shared_ptr<const LevelSource> sqrt3_levels(const ControlMesh& mesh, const SchemeInfo& scheme,
-                                                const RuleOptions& rules, const RunContext& context, bool whole_levels);
+                                                const RuleOptions& rules, const RunContext& context, bool whole_levels,
+                                                std::shared_ptr<const PositionSource> limit_positions = {});
 
 }  // namespace tetrakis

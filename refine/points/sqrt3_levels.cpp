@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tetrakis {
@@ -132,8 +133,9 @@ class RefinedLevel {
 class Sqrt3Levels final : public LevelSource {
   public:
     Sqrt3Levels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const RunContext& context,
-                bool whole_levels)
-        : mesh_(mesh), even_(detail::row_points(mesh, scheme, rules, nullptr, context, whole_levels)) {}
+                bool whole_levels, std::shared_ptr<const PositionSource> limit_positions)
+        : mesh_(mesh),
+          even_(detail::row_points(mesh, scheme, rules, nullptr, context, whole_levels, std::move(limit_positions))) {}
 
     int first_level(const Site& site) const override { return sqrt3_first_level(site); }
     int max_level() const override { return Sqrt3Lattice::max_level(mesh_); }
@@ -236,9 +238,9 @@ class Sqrt3Levels final : public LevelSource {
 }  // namespace
 
 std::shared_ptr<const LevelSource> sqrt3_levels(const ControlMesh& mesh, const SchemeInfo& scheme,
-                                                const RuleOptions& rules, const RunContext& context,
-                                                bool whole_levels) {
-    return std::make_shared<Sqrt3Levels>(mesh, scheme, rules, context, whole_levels);
+                                                const RuleOptions& rules, const RunContext& context, bool whole_levels,
+                                                std::shared_ptr<const PositionSource> limit_positions) {
+    return std::make_shared<Sqrt3Levels>(mesh, scheme, rules, context, whole_levels, std::move(limit_positions));
 }
 
 }  // namespace tetrakis

@@ -3,7 +3,6 @@
 #include "face_normals.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -29,13 +28,6 @@ Vec3d sum(const StencilTable& table, int row, std::span<const Vec3d> net) {
 }
 
 }  // namespace
-
-RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options) {
-    std::vector<int> all(mesh.vertex_count());
-    std::iota(all.begin(), all.end(), 0);
-    LimitSearch search(scheme, options);
-    return rule_limits(search, mesh, all, boundary_recedes(scheme, options));
-}
 
 Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
     FaceNormals normals;

@@ -24,7 +24,7 @@ class NoLimit : public Error {
     std::string reason_;
 };
 
-/// Limits of all vertices of a mesh under a scheme, as combinations of its points.
+/// Limits of vertices of a mesh under a scheme, as combinations of its points.
 struct RuleLimits {
     StencilTable positions;  ///< one row per vertex
     /// Tangents, t1 x t2 outwards: those of vertex v are rows [begin[v], begin[v + 1]), one for each side of a crease;
@@ -36,18 +36,15 @@ struct RuleLimits {
     std::vector<int> missing;
 };
 
-/// By the scheme's closed masks, else by the left eigenvectors of its local matrix, on the mesh itself where the
+/// Of some vertices, one row, or range of tangents, for each in their order; a row does not depend on the others. By
+/// the scheme's closed masks, else by the left eigenvectors of its local matrix, on the mesh itself where the
 /// surroundings of a vertex are those of the mask, else as many steps further down as it takes (of a part of the mesh).
 ///
 /// The limit of a vertex of a dual scheme is that of the face that it becomes: on a regular mesh the spline at the
 /// vertex's own parameters.
+/// @param may_miss  whether vertices may have no limit (RuleLimits::missing); else they throw
 /// @throws std::invalid_argument  a vertex for which there is no mask: one of valence 2 inside a dual scheme's mesh,
 ///                                one where a crease of honeycomb refinement ends
-RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options);
-
-/// The same of some vertices: one row, or range of tangents, for each in their order. A row does not depend on the
-/// others.
-/// @param may_miss  whether vertices may have no limit (RuleLimits::missing); else they throw
 RuleLimits rule_limits(LimitSearch& search, const RuleMesh& mesh, std::span<const int> vertices, bool may_miss = false);
 
 /// The normal of a vertex without tangents (FaceNormals).

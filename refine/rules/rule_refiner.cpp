@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -248,7 +249,10 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
     check_memory("the limits of " + std::to_string(vertex_count()) + " vertices",
                  bytes_with({}) + vertex_count() * terms * k_bytes_per_term);
     try {
-        limits_ = detail::rule_limits(last(), scheme, options.rules);
+        std::vector<int> vertices(vertex_count());
+        std::iota(vertices.begin(), vertices.end(), 0);
+        detail::LimitSearch search(scheme, options.rules);
+        limits_ = detail::rule_limits(search, last(), vertices, boundary_recedes(scheme, options.rules));
     } catch (const std::invalid_argument& e) {
         throw detail::NoLimit(e.what(), mesh.data().source);
     }

@@ -75,15 +75,11 @@ bool has_whole_faces(const RuleMesh& mesh, bool creases) {
 /// @param points  at the places
 void add_face_normals(const RootLattices& net, const RootLayout& at, const Vec3d* points, std::span<Vec3d> normals,
                       const RunContext& context) {
-    std::vector<std::uint32_t> vertices, roots;
+    std::vector<std::uint32_t> vertices;
     for (std::uint32_t i = 0; i < normals.size(); ++i)
         if (normals[i] == Vec3d(0)) vertices.push_back(i);
     if (vertices.empty()) return;
-    for (const std::uint32_t v : vertices)
-        if (!net.in_cells()) net.for_each_root_of(at, v, [&](std::uint32_t root) { roots.push_back(root); });
-    std::sort(roots.begin(), roots.end());
-    roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
-    const RootLattices::Faces faces = net.faces(at.segments(), context, &roots);
+    const RootLattices::Faces faces = net.faces(at.segments(), context);
     const RootLattices::Numbers numbers = net.point_numbers(at);
     std::vector<FaceNormals> sums(vertices.size());
     std::vector<std::uint32_t> place(numbers.count - numbers.first_shared);
@@ -178,8 +174,7 @@ struct RepeatedRows::Plan {
             by_rules = step;
             cost = points * (std::pow(factor * factor, step) - 1);
             for (std::size_t i = 0; i < kinds.size(); ++i)
-                if (used(i) || (limits && i == of_limits))
-                    cost += RowLearner::cost(kinds[i], net, scheme, rules, factor);
+                if (used(i) || (limits && i == of_limits)) cost += learning_cost(kinds[i], net, scheme, rules, factor);
         };
         const auto last = static_cast<int>(of_step.size()) - 1;
         take(kinds.size() == 1 ? 0 : last);
@@ -350,15 +345,15 @@ bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleO
     pattern_.assign(plan.of_step.size(), 0);
     patterns_.reserve(plan.kinds.size());
     for (std::size_t i = 0; i < plan.kinds.size(); ++i) {
-        RowLearner learner(net_, plan.kinds[i], scheme, rules, context.max_memory_bytes);
+        const RowSource source{net_, plan.kinds[i], scheme, rules, context.max_memory_bytes};
         try {
             if (plan.used(i)) {
                 for (std::size_t step = 0; step < pattern_.size(); ++step)
                     if (plan.of_step[step] == i) pattern_[step] = patterns_.size();
-                if (!learner.learn_step(patterns_.emplace_back(net_, factor, RowPatterns::Kind::points))) return false;
+                if (!learn_step(source, patterns_.emplace_back(net_, factor, RowPatterns::Kind::points))) return false;
             }
             if (i == plan.of_limits && (limit_ || normals_) &&
-                !learner.learn_limits(limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr))
+                !learn_limits(source, limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr))
                 return false;
         } catch (const std::invalid_argument&) {
             return false;  // the rules say what is wrong

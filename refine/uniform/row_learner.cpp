@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -59,51 +62,31 @@ class KnownCorners {
     std::size_t terms_ = 0;
 };
 
-}  // namespace
+std::uint32_t factor_of(const SchemeInfo& scheme) { return scheme.refinement == Refinement::sqrt3 ? 3 : 2; }
 
-RowLearner::RowLearner(const RootLattices& net, const CornerKinds& corners, const SchemeInfo& scheme,
-                       const RuleOptions& rules, std::uint64_t max_memory_bytes)
-    : net_(net),
-      corners_(corners),
-      scheme_(scheme),
-      rules_(rules),
-      max_memory_bytes_(max_memory_bytes),
-      factor_(scheme.refinement == Refinement::sqrt3 ? 3 : 2) {
-    rules_.runner = nullptr;
-    // No template is all there is of a surface: its end is none of the mesh's.
-    rules_.averaging_boundary = AveragingBoundary::replicate;
-}
-
-bool RowLearner::too_large(std::uint32_t segments, std::uint32_t factor) const {
+bool too_large(const RowSource& source, std::uint32_t segments, std::uint32_t factor) {
     // A finer level's rows, mesh and places (measured: Catmull-Clark's 50 kB for templates of 5 roots, 12 segments).
     constexpr double k_bytes_per_cell = 100;
     double roots = 0;
-    for (const CornerKind& kind : corners_.kinds) roots += kind.roots();
+    for (const CornerKind& kind : source.corners.kinds) roots += kind.roots();
     const double side = static_cast<double>(factor) * segments;
-    return max_memory_bytes_ != 0 && roots * side * side * k_bytes_per_cell > static_cast<double>(max_memory_bytes_);
+    return source.max_memory_bytes != 0 &&
+           roots * side * side * k_bytes_per_cell > static_cast<double>(source.max_memory_bytes);
 }
 
-double RowLearner::cost(const CornerKinds& corners, const RootLattices& net, const SchemeInfo& scheme,
-                        const RuleOptions& rules, int factor) {
-    // Their points are made by the rules, and read (measured: modified-butterfly, doo-sabin, kobbelt on suzanne).
-    constexpr double k_per_point = 3;
-    double roots = 0;
-    for (const CornerKind& kind : corners.kinds) roots += kind.roots();
-    const double side = factor * static_cast<double>(template_segments(scheme, rules)[0]);
-    return k_per_point * roots * side * side / (net.side_count() == 4 ? 1 : 2);
-}
-
-std::shared_ptr<const CornerRows> RowLearner::step_rows(const CornerKind& kind, std::uint32_t segments) const {
-    CornerTemplate corner(kind, net_.side_count(), net_.in_cells(), segments);
-    std::optional<CornerTemplate::Step> step = corner.step(scheme_, rules_, factor_);
+/// Null where a finer level is no lattice.
+KnownCorners::Rows step_rows(const RowSource& source, const CornerKind& kind, std::uint32_t segments) {
+    CornerTemplate corner(kind, source.net.side_count(), source.net.in_cells(), segments);
+    std::optional<CornerTemplate::Step> step = corner.step(source.scheme, source.rules, factor_of(source.scheme));
     if (!step) return nullptr;
     RuleLimits rows;
     rows.positions = std::move(step->rows);
     return std::make_shared<CornerRows>(std::move(corner), std::move(step->row), std::move(rows));
 }
 
-std::shared_ptr<const CornerRows> RowLearner::limit_rows(const CornerKind& kind, std::uint32_t segments) {
-    CornerTemplate corner(kind, net_.side_count(), net_.in_cells(), segments);
+KnownCorners::Rows limit_rows(const RowSource& source, const CornerKind& kind, std::uint32_t segments,
+                              LimitSearch& search) {
+    CornerTemplate corner(kind, source.net.side_count(), source.net.in_cells(), segments);
     const RootLattices& net = corner.net();
     const RootLayout at = net.layout(segments);
     std::vector<int> vertices, row(net.place_count(at), -1);
@@ -116,53 +99,70 @@ std::shared_ptr<const CornerRows> RowLearner::limit_rows(const CornerKind& kind,
                 row[place] = static_cast<int>(vertices.size());
                 vertices.push_back(static_cast<int>(corner.first_place(place)));
             }
-    if (!search_) search_.emplace(scheme_, rules_);
-    RuleLimits limits = rule_limits(*search_, corner.mesh(), vertices);
+    RuleLimits limits = rule_limits(search, corner.mesh(), vertices);
     return std::make_shared<CornerRows>(std::move(corner), std::move(row), std::move(limits));
 }
 
-RowLearner::Sources RowLearner::rows(std::uint32_t segments, bool limits) {
-    static KnownCorners known;
-    const bool keeps = find_scheme(scheme_.name) == &scheme_;  // others may be gone, and their addresses used again
-    CornerKind regular;
-    regular.sharp.assign(net_.side_count() == 4 ? 4 : 6, 0.0f);
-    const std::vector<CornerKind>& kinds = corners_.kinds;
-    Sources all(kinds.size() + 1);
-    const auto take = [&](std::uint32_t i) {
-        const CornerKind& kind = i < kinds.size() ? kinds[i] : regular;
-        const KnownCorners::Key key = key_of(scheme_, rules_, net_, kind, segments, limits);
-        if (keeps) all[i] = known.find(key);
-        if (all[i]) return;
-        all[i] = limits ? limit_rows(kind, segments) : step_rows(kind, segments);
-        if (keeps && all[i]) known.add(key, all[i]);
-    };
-    if (limits)
-        for (std::uint32_t i = 0; i < all.size(); ++i) take(i);
-    else
-        for_each_index(static_cast<std::uint32_t>(all.size()), take, 1);
-    return all;
-}
-
-/// @param learn  (rows of the kinds): false where the templates are too small
+/// @param limits  finds them; null: rows of a step
+/// @param learn   (rows of all kinds, then of a regular corner): false where the templates are too small
 template <class Learn>
-bool RowLearner::learn_from_templates(bool limits, const Learn& learn) {
-    for (const std::uint32_t n : template_segments(scheme_, rules_)) {
-        if (too_large(n, limits ? 1 : factor_)) return false;
-        const Sources sources = rows(n, limits);
-        if (std::find(sources.begin(), sources.end(), nullptr) != sources.end()) return false;
-        if (learn(sources)) return true;
+bool learn_from_templates(RowSource& source, LimitSearch* limits, const Learn& learn) {
+    static KnownCorners known;
+    // Others than the table's may be gone, and their addresses used again.
+    const bool keeps = find_scheme(source.scheme.name) == &source.scheme;
+    CornerKind regular;
+    regular.sharp.assign(source.net.side_count() == 4 ? 4 : 6, 0.0f);
+    const std::vector<CornerKind>& kinds = source.corners.kinds;
+    for (const std::uint32_t n : template_segments(source.scheme, source.rules)) {
+        if (too_large(source, n, limits != nullptr ? 1 : factor_of(source.scheme))) return false;
+        std::vector<KnownCorners::Rows> all(kinds.size() + 1);
+        const auto take = [&](std::uint32_t i) {
+            const CornerKind& kind = i < kinds.size() ? kinds[i] : regular;
+            const KnownCorners::Key key = key_of(source.scheme, source.rules, source.net, kind, n, limits != nullptr);
+            if (keeps) all[i] = known.find(key);
+            if (all[i]) return;
+            all[i] = limits != nullptr ? limit_rows(source, kind, n, *limits) : step_rows(source, kind, n);
+            if (keeps && all[i]) known.add(key, all[i]);
+        };
+        if (limits != nullptr)
+            for (std::uint32_t i = 0; i < all.size(); ++i) take(i);
+        else
+            for_each_index(static_cast<std::uint32_t>(all.size()), take, 1);
+        if (std::find(all.begin(), all.end(), nullptr) != all.end()) return false;
+        if (learn(all)) return true;
     }
     return false;
 }
 
-bool RowLearner::learn_step(RowPatterns& patterns) {
-    return learn_from_templates(false, [&](const Sources& all) { return patterns.learn(corners_, all); });
+void set_template_rules(RuleOptions& rules) {
+    rules.runner = nullptr;
+    // No template is all there is of a surface: its end is none of the mesh's.
+    rules.averaging_boundary = AveragingBoundary::replicate;
 }
 
-bool RowLearner::learn_limits(RowPatterns* points, RowPatterns* normals) {
-    return learn_from_templates(true, [&](const Sources& all) {
-        return (points == nullptr || points->learn(corners_, all)) &&
-               (normals == nullptr || normals->learn(corners_, all));
+}  // namespace
+
+double learning_cost(const CornerKinds& corners, const RootLattices& net, const SchemeInfo& scheme,
+                     const RuleOptions& rules, int factor) {
+    // Their points are made by the rules, and read (measured: modified-butterfly, doo-sabin, kobbelt on suzanne).
+    constexpr double k_per_point = 3;
+    double roots = 0;
+    for (const CornerKind& kind : corners.kinds) roots += kind.roots();
+    const double side = factor * static_cast<double>(template_segments(scheme, rules)[0]);
+    return k_per_point * roots * side * side / (net.side_count() == 4 ? 1 : 2);
+}
+
+bool learn_step(RowSource source, RowPatterns& patterns) {
+    set_template_rules(source.rules);
+    return learn_from_templates(source, nullptr, [&](const auto& all) { return patterns.learn(source.corners, all); });
+}
+
+bool learn_limits(RowSource source, RowPatterns* points, RowPatterns* normals) {
+    set_template_rules(source.rules);
+    LimitSearch search(source.scheme, source.rules);
+    return learn_from_templates(source, &search, [&](const auto& all) {
+        return (points == nullptr || points->learn(source.corners, all)) &&
+               (normals == nullptr || normals->learn(source.corners, all));
     });
 }
 
