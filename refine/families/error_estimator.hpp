@@ -1,11 +1,14 @@
 #pragma once
 
+#include "../../hier/base/error.hpp"
 #include "../../hier/forest/site.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "hierarchy_leaf.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace tetrakis {
 
@@ -37,15 +40,31 @@ class ErrorEstimator {
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
     /// The same with the basis of each error: `bound`, unless an estimator overrides this.
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
-                          std::span<ErrorBasis> basis) const;
+                          std::span<ErrorBasis> basis) const {
+        estimate(triangles, errors);
+        std::ranges::fill(basis, ErrorBasis::bound);
+    }
     /// Triangles of the sqrt(3) scheme; from one thread, all that are wanted at a time together.
     /// @throws Error  unsupported: not overridden
-    virtual void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const;
+    virtual void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const {
+        (void)triangles, (void)errors;
+        refuse("triangles between points of binary lattices, and the vertices of sqrt3 lie elsewhere", "sqrt3");
+    }
     /// Leaves of vertex quadtrees, as vertices of the forest's mesh; from one thread, all that are wanted at a time
     /// together.
     /// @throws Error  unsupported: not overridden
     virtual void estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,
-                                   std::span<double> errors) const;
+                                   std::span<double> errors) const {
+        (void)forest, (void)leaves, (void)errors;
+        refuse("triangles between lattice points, and a dual scheme's vertices lie between those", "vertices");
+    }
+
+  private:
+    [[noreturn]] static void refuse(const std::string& measures, const std::string& other) {
+        throw Error(ErrorCode::unsupported, "this estimator measures " + measures +
+                                                "; take one that overrides estimate_" + other +
+                                                "(), such as HierarchyEstimator, or a predicate");
+    }
 };
 
 }  // namespace tetrakis

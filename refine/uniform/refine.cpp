@@ -7,13 +7,13 @@
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/used_values.hpp"
 #include "../attributes/uv_mesh.hpp"
-#include "../attributes/vertex_attributes.hpp"
 #include "../rules/rule_refiner.hpp"
 #include "refined_points.hpp"
 #include "repeated_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -74,12 +74,56 @@ void detail::warn_of_ignored_tags(const ControlMesh& mesh, const SchemeInfo& sch
     if (auto warning = ignored_creases(mesh, scheme, rules)) warnings.push_back(std::move(*warning));
 }
 
+namespace {
+
+/// @throws Error  invalid_input: a width below one, or not `width` values for each control vertex (names the attribute)
+void check_attributes(const ControlMesh& mesh, std::span<const VertexAttribute> attributes) {
+    for (const VertexAttribute& attribute : attributes) {
+        if (attribute.width < 1)
+            throw Error(ErrorCode::invalid_input,
+                        "attribute \"" + attribute.name + "\" must have at least one number per vertex");
+        const std::size_t expected = std::size_t{mesh.vertex_count()} * static_cast<std::size_t>(attribute.width);
+        if (attribute.values.size() == expected) {
+            const auto bad = std::ranges::find_if_not(attribute.values, [](double x) { return std::isfinite(x); });
+            if (bad == attribute.values.end()) continue;
+            const auto vertex = (bad - attribute.values.begin()) / attribute.width;
+            throw Error(ErrorCode::invalid_input, "attribute \"" + attribute.name + "\" of vertex " +
+                                                      std::to_string(vertex) + " is not finite; give a finite number");
+        }
+        throw Error(ErrorCode::invalid_input,
+                    "attribute \"" + attribute.name + "\" has " + std::to_string(attribute.values.size()) +
+                        " values, but " + std::to_string(mesh.vertex_count()) + " vertices with " +
+                        std::to_string(attribute.width) + " each need " + std::to_string(expected));
+    }
+}
+
+}  // namespace
+
 void detail::RefinedPoints::make(const ControlMesh& mesh, const RefineOptions& options, PolygonMesh& result) const {
     resize_large(result.positions, count);
     if (options.normals) resize_large(result.normals, count);
     refine(mesh.positions(), result.positions, result.normals);
-    result.attributes = refine_by_threes(options.attributes, mesh.vertex_count(), count,
-                                         [&](std::span<const Vec3d> in, std::span<Vec3d> out) { refine(in, out, {}); });
+    // Attributes as points, three numbers at a time; what is left of the last three is zero.
+    std::vector<Vec3d> control, refined;
+    for (const VertexAttribute& attribute : options.attributes) {
+        const auto width = static_cast<std::size_t>(attribute.width);
+        VertexAttribute& out = result.attributes.emplace_back(VertexAttribute{attribute.name, attribute.width, {}});
+        out.values.resize(count * width);
+        refined.resize(count);
+        for (std::size_t first = 0; first < width; first += 3) {
+            const std::size_t size = std::min<std::size_t>(3, width - first);
+            control.assign(mesh.vertex_count(), Vec3d(0));
+            for_each_index(mesh.vertex_count(), [&](std::uint32_t v) {
+                for (std::size_t k = 0; k < size; ++k)
+                    control[v][static_cast<int>(k)] = attribute.values[v * width + first + k];
+            });
+            refine(control, refined, {});
+            for_each_index(count, [&](std::uint32_t v) {
+                for (std::size_t k = 0; k < size; ++k)
+                    out.values[v * width + first + k] = static_cast<float>(refined[v][static_cast<int>(k)]);
+            });
+        }
+    }
 }
 
 void detail::drop_unused_points(PolygonMesh& mesh, RefinedPoints* points) {
@@ -159,26 +203,28 @@ void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
 
 /// What of a mesh goes with its faces, and only the faces outside holes. Returns whether these are all.
 /// @param control_face  gives the control face that a face belongs to
-/// @param beyond        vertices beyond the end of the surface: their faces go, too
+/// @param missing       whether a vertex is missing, so that its faces go, too; or none: no vertex is
 template <class ControlFace>
 bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
-                  const ControlFace& control_face, std::span<const int> beyond, PolygonMesh& result) {
+                  const ControlFace& control_face, const std::function<bool(std::uint32_t)>& missing,
+                  PolygonMesh& result) {
     const ControlMeshData& data = mesh.data();
     bool holes = false;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes = holes || mesh.is_hole(FaceId(f));
-    const bool all_kept = !holes && beyond.empty();
+    const bool all_kept = !holes && !missing;
     std::vector<char> kept(all_kept ? 0 : result.face_count(), 1);
     for (std::uint32_t f = 0; f < kept.size(); ++f) {
-        if (mesh.is_hole(FaceId(control_face(f)))) kept[f] = 0;
-        for (std::uint32_t c = result.face_offsets[f]; !beyond.empty() && c < result.face_offsets[f + 1]; ++c)
-            if (std::binary_search(beyond.begin(), beyond.end(), static_cast<int>(result.face_vertices[c])))
-                kept[f] = 0;
+        for (std::uint32_t c = result.face_offsets[f]; missing && c < result.face_offsets[f + 1]; ++c)
+            if (missing(result.face_vertices[c])) kept[f] = 0;
+        if (kept[f] != 0 && mesh.is_hole(FaceId(control_face(f)))) kept[f] = 0;
     }
     // Followed texture coordinates bring their own.
     const auto per_face = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
         if (from.empty() || !to.empty()) return;
         to.resize(result.face_count());
-        for_each_index(result.face_count(), [&](std::uint32_t f) { to[f] = from[control_face(f)]; });
+        for_each_index(result.face_count(), [&](std::uint32_t f) {
+            if (all_kept || kept[f] != 0) to[f] = from[control_face(f)];
+        });
     };
     per_face(data.face_material, result.face_material);
     per_face(data.face_group, result.face_group);
@@ -256,23 +302,6 @@ ControlMesh with_missing_ring(const ControlMesh& mesh) {
     return ControlMesh::build(std::move(data));
 }
 
-/// The faces all of whose points and normals are there. False where there is none.
-bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
-    const auto missing = [&](std::uint32_t v) {
-        return std::isnan(points.positions[v].x) || (!points.normals.empty() && std::isnan(points.normals[v].x));
-    };
-    detail::RepeatedRows::Faces kept{{0}, {}, {}};
-    for (std::size_t f = 0; f < faces.control.size(); ++f) {
-        const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
-        if (std::any_of(&faces.vertices[begin], faces.vertices.data() + end, missing)) continue;
-        kept.vertices.insert(kept.vertices.end(), &faces.vertices[begin], faces.vertices.data() + end);
-        kept.offsets.push_back(static_cast<std::uint32_t>(kept.vertices.size()));
-        kept.control.push_back(faces.control[f]);
-    }
-    faces = std::move(kept);
-    return !faces.control.empty();
-}
-
 /// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
 /// there is none; `first_levels` then has what was done by rules.
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
@@ -329,7 +358,6 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
                                }};
     made.make(mesh, options, result);
     detail::RepeatedRows::Faces faces = rows->faces(options.context);
-    if (recedes && !keep_whole(result, faces)) return std::nullopt;
     if (charts) {
         std::vector<Vec3d> points(chart_rows->point_count());
         chart_rows->refine(charts->positions(), points, {}, quiet);
@@ -338,10 +366,16 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     }
     result.face_offsets = std::move(faces.offsets);
     result.face_vertices = std::move(faces.vertices);
+    std::function<bool(std::uint32_t)> missing;
+    if (recedes)
+        missing = [&](std::uint32_t v) {
+            return std::isnan(result.positions[v].x) || (!result.normals.empty() && std::isnan(result.normals[v].x));
+        };
     const bool all_kept = keep_surface(
-        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, missing, result);
+    if (recedes && result.face_count() == 0) return std::nullopt;
     if (keep != nullptr) *keep = std::move(made);
-    if (!all_kept || recedes || !rows->uses_all_points()) detail::drop_unused_points(result, keep);
+    if (!all_kept || !rows->uses_all_points()) detail::drop_unused_points(result, keep);
     return result;
 }
 
@@ -356,7 +390,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
                            StencilTable* stencils, detail::RefinedPoints* keep) {
     options.normals = options.normals && !scheme.is_linear();
     options.rules = detail::with_crease_method(mesh, scheme, options.rules);
-    detail::check_attributes(mesh, options.attributes);
+    check_attributes(mesh, options.attributes);
     check_rounds(levels, options);
     std::unique_ptr<detail::RuleLevels> first_levels;
     if (stencils == nullptr) {
@@ -382,9 +416,11 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     if (mesh.has_uvs() && !refine_uvs(mesh, scheme, levels, options, last, result))
         result.warnings.push_back("the texture coordinates were dropped: " + std::string(scheme.name) +
                                   " changes the charts otherwise than the mesh");
+    std::function<bool(std::uint32_t)> missing;
+    if (const std::span<const int> beyond = refiner.vertices_beyond(); !beyond.empty())
+        missing = [beyond](std::uint32_t v) { return std::ranges::binary_search(beyond, static_cast<int>(v)); };
     keep_surface(
-        mesh, scheme, options.rules, [&](std::uint32_t f) { return refiner.control_face(f); },
-        refiner.vertices_beyond(), result);
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return refiner.control_face(f); }, missing, result);
     if (!refiner.vertices_beyond().empty() && result.face_count() == 0)
         throw Error(ErrorCode::unsupported,
                     "nothing of the limit surface is left: its boundary recedes by more than the mesh has",
@@ -399,7 +435,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
 }
 
 PolygonMesh refine_triangulated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, RefineOptions options) {
-    detail::check_attributes(mesh, options.attributes);
+    check_attributes(mesh, options.attributes);
     const ControlMesh cut = triangulate(mesh, options.context);
     // A face without ears has become a fan around its mean.
     std::vector<VertexAttribute> attributes;
