@@ -102,36 +102,31 @@ void add_face_normals(const RootLattices& net, const RootLayout& at, const Vec3d
     for (std::size_t i = 0; i < sums.size(); ++i) normals[vertices[i]] = sums[i].normal();
 }
 
-/// What the roots of a mesh are.
-struct RootKind {
-    bool triangles = false;
-    bool split = false;     ///< the quads of the first refinement
-    bool in_cells = false;  ///< with those beyond the boundary
-    int factor = 2;         ///< segments of a level to one of the level above
-    bool creases = false;   ///< in cells: with those beyond creases, too
-};
-
 struct LastLevel {
     double points, bytes;
 };
 
 /// What the last level will be, before anything is made.
+/// @param split  whether roots are the quads of the first refinement
 /// @throws Error  unsupported: more than 32 bits can number
-LastLevel last_level(const ControlMesh& mesh, const RootKind& roots, int levels, const RepeatedRows::Demand& demand) {
-    const bool split = roots.split, triangles = roots.triangles;
+LastLevel last_level(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, bool split,
+                     int levels, const RepeatedRows::Demand& demand) {
+    const bool triangles = scheme.family == MeshFamily::triangles,
+               cells = fan_lattice(scheme, rules) == FanLattice::dual,
+               creases = cells && !ignores_creases(scheme, rules);
     double faces = split ? mesh.halfedge_count() : mesh.face_count();
     const double edges = mesh.edge_count() * (split ? 2.0 : 1.0) + (split ? mesh.halfedge_count() : 0.0),
                  vertices = mesh.vertex_count() + (split ? double(mesh.edge_count()) + mesh.face_count() : 0.0),
-                 n = std::pow(roots.factor, levels - (split ? 1 : 0));
+                 n = std::pow(scheme.refinement == Refinement::sqrt3 ? 3 : 2, levels - (split ? 1 : 0));
     // Two for each boundary edge, and at most one more for each of its vertices; a crease has two sides.
-    for (std::uint32_t e = 0; e < mesh.edge_count() && roots.in_cells; ++e)
+    for (std::uint32_t e = 0; e < mesh.edge_count() && cells; ++e)
         if (mesh.is_boundary(EdgeId(e)))
             faces += 3;
-        else if (roots.creases && is_sharp(mesh.sharpness(EdgeId(e))))
+        else if (creases && is_sharp(mesh.sharpness(EdgeId(e))))
             faces += 6;
-    const double cells = faces * n * n, corners = cells * (triangles ? 3 : 4);
+    const double count = faces * n * n, corners = count * (triangles ? 3 : 4);
     const double inner = triangles ? 0.5 * (n - 1) * (n - 2) : (n - 1) * (n - 1);
-    const double points = roots.in_cells ? cells : faces * inner + edges * (n - 1) + vertices;
+    const double points = cells ? count : faces * inner + edges * (n - 1) + vertices;
     constexpr double k_most = std::numeric_limits<std::uint32_t>::max();
     if (std::max(corners, points) >= k_most)
         throw Error(ErrorCode::unsupported,
@@ -140,10 +135,10 @@ LastLevel last_level(const ControlMesh& mesh, const RootKind& roots, int levels,
                                 levels, corners),
                     mesh.data().source);
     // The points of the level above, and of that above it; where points share places, those of this one, too.
-    const double above = roots.creases ? 1.3 : 0.3;
+    const double above = creases ? 1.3 : 0.3;
     const double bytes = points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
                          corners * static_cast<double>(demand.corner_bytes) +
-                         cells * static_cast<double>(demand.face_bytes);
+                         count * static_cast<double>(demand.face_bytes);
     return {points, bytes};
 }
 
@@ -205,9 +200,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const int factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
     const bool creases = dual && !ignores_creases(scheme, rules);
     LastLevel last_size{0, 0};
-    if (!demand.any_level)
-        last_size =
-            last_level(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand);
+    if (!demand.any_level) last_size = last_level(mesh, scheme, rules, !triangles && (dual || !quads), levels, demand);
     if (has_too_large_rings(mesh)) return nullptr;
     const bool recedes = boundary_recedes(scheme, rules);
     if (recedes && mesh.has_boundary()) return nullptr;
