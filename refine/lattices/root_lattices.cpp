@@ -276,10 +276,13 @@ bool RootLattices::has_simple_roots() const {
     return true;
 }
 
-RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context) const {
+RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context,
+                                        const std::vector<std::uint32_t>* only) const {
     const RootLayout at(base_, segments);
     if (in_cells_) return cell_faces(at);
-    const std::uint32_t size = side_count(), cells = segments * segments, count = cells * base_.face_count;
+    const std::uint32_t size = side_count(), cells = segments * segments,
+                        roots = only != nullptr ? static_cast<std::uint32_t>(only->size()) : base_.face_count,
+                        count = cells * roots;
     Faces faces;
     resize_large(faces.offsets, count + std::size_t{1});
     faces.control.resize(count);
@@ -288,9 +291,10 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
     const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
         std::vector<std::uint32_t> lines(2 * (segments + std::size_t{1}));
         for (std::uint32_t f = begin; f < end; ++f) {
-            std::fill_n(&faces.control[cells * f], cells, base_face_[f]);
+            const std::uint32_t root = only != nullptr ? (*only)[f] : f;
+            std::fill_n(&faces.control[cells * f], cells, base_face_[root]);
             const auto row = [&](std::uint32_t y, std::uint32_t* numbers) {
-                at.line(size * f, y).for_each(0, segments + 1, [&](std::uint32_t x, std::uint32_t v) {
+                at.line(size * root, y).for_each(0, segments + 1, [&](std::uint32_t x, std::uint32_t v) {
                     numbers[x] = v;
                 });
             };
@@ -299,7 +303,7 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
         std::uint32_t* const offsets = faces.offsets.data();
         for (std::uint32_t i = cells * begin; i < cells * end; ++i) offsets[i] = size * i;
     };
-    for_each_reported_block(base_.face_count, k_grain, context, "faces", 0, 1, number_roots);
+    for_each_reported_block(roots, k_grain, context, "faces", 0, 1, number_roots);
     return faces;
 }
 

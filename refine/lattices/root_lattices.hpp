@@ -118,7 +118,23 @@ class RootLattices {
         std::vector<std::uint32_t> offsets, vertices;
         RawPoolVector<std::uint32_t> control;
     };
-    Faces faces(std::uint32_t segments, const RunContext& context) const;
+    /// @param only  in lattices: unless null, the roots whose faces are wanted
+    Faces faces(std::uint32_t segments, const RunContext& context,
+                const std::vector<std::uint32_t>* only = nullptr) const;
+    /// Calls visit(root) for each root that a point lies in. In lattices.
+    template <class Visit>
+    void for_each_root_of(const RootLayout& at, std::uint32_t number, const Visit& visit) const {
+        if (number >= at.face_begin(0)) return visit((number - at.face_begin(0)) / at.root_points());
+        const bool corner = number < base_.vertex_count;
+        const std::uint32_t first = corner ? base_.vertex_halfedge[number]
+                                           : base_.edge_halfedge[(number - base_.vertex_count) / (at.segments() - 1)];
+        std::uint32_t h = first;
+        while (h != none) {
+            visit(base_.face_of(h));
+            h = corner ? turned(h) : base_.twin[h];
+            if (h == first) return;
+        }
+    }
 
     // Lattices seen from half-edge h: a along it, b away from it; n is the last place.
     std::uint32_t side_count() const { return base_.face_size; }

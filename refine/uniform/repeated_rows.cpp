@@ -75,11 +75,15 @@ bool has_whole_faces(const RuleMesh& mesh, bool creases) {
 /// @param points  at the places
 void add_face_normals(const RootLattices& net, const RootLayout& at, const Vec3d* points, std::span<Vec3d> normals,
                       const RunContext& context) {
-    std::vector<std::uint32_t> vertices;
+    std::vector<std::uint32_t> vertices, roots;
     for (std::uint32_t i = 0; i < normals.size(); ++i)
         if (normals[i] == Vec3d(0)) vertices.push_back(i);
     if (vertices.empty()) return;
-    const RootLattices::Faces faces = net.faces(at.segments(), context);
+    for (const std::uint32_t v : vertices)
+        if (!net.in_cells()) net.for_each_root_of(at, v, [&](std::uint32_t root) { roots.push_back(root); });
+    std::sort(roots.begin(), roots.end());
+    roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+    const RootLattices::Faces faces = net.faces(at.segments(), context, &roots);
     const RootLattices::Numbers numbers = net.point_numbers(at);
     std::vector<FaceNormals> sums(vertices.size());
     std::vector<std::uint32_t> place(numbers.count - numbers.first_shared);
