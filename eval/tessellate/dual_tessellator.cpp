@@ -258,13 +258,12 @@ class DualTessellator final : public TessellationRun {
         }
         for (const VertexCell& cell : triangles_.faces.cells)
             result_.deepest_level = std::max<int>(result_.deepest_level, cell.level);
-        if (options_.uvs && mesh_.has_uvs()) add_uvs();
+        if (options_.uvs && mesh_.has_uvs()) add_dual_uvs();
         for (const FaceId f : triangles_.faces.control_faces) result_.triangle_face.push_back(f.value);
-        add_face_attributes(mesh_, result_.triangle_face, mesh);
-        split_normals_of(result_, mesh_, options_);
+        split_creases();
     }
 
-    void add_uvs() {
+    void add_dual_uvs() {
         context_.report("attributes", 0);
         try {
             const DualCharts charts(mesh_, options_.scheme.info(), options_.rules, forest_.roots(), context_);

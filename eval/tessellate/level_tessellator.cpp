@@ -52,7 +52,7 @@ class LevelTessellator final : public TessellationRun {
         for (int level = options_.min_level;; ++level) {
             take(std::move(next), level);
             const bool is_last = level == options_.max_level;
-            if (options_.tolerance) check_coarsest(options_, result_.mesh.triangles.size());
+            if (options_.tolerance) check_coarsest();
             if (!is_last) next = make(marked_, level + 1, options_.normals);
             if (options_.tolerance) {
                 Stopwatch watch;
@@ -70,7 +70,7 @@ class LevelTessellator final : public TessellationRun {
     void export_mesh() override {}  // done with each level
     bool repair(int) override { return false; }
     bool left_over() const override { return left_over_; }
-    void add_attributes() override { split_normals_of(result_, mesh_, options_); }
+    void add_attributes() override { split_creases(); }
 
     /// Whether such a distance, or measured error, leaves nothing to refine.
     bool is_near(double distance) const { return distance <= off_above_; }
@@ -141,7 +141,6 @@ class LevelTessellator final : public TessellationRun {
         result_.triangle_error.assign(result_.mesh.triangles.size(), 0.0f);
         result_.measured_error.reset();
         result_.deepest_level = number;
-        add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
         // All levels have the same.
         if (number == options_.min_level)
             for (std::string& warning : level.warnings)

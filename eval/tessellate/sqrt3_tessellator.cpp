@@ -209,11 +209,10 @@ class Sqrt3Tessellator final : public TessellationRun {
             result_.triangle_face.push_back(leaf.control_face().value);
             result_.deepest_level = std::max(result_.deepest_level, sqrt3_lattice_level(leaf.level));
         }
-        add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
-        split_normals_of(result_, mesh_, options_);
+        split_creases();
         if (!options_.uvs || !mesh_.has_uvs()) return;
         try {
-            add_uvs(result_.mesh, sqrt3_uvs(forest().lattice(), leaves_, options_, context_));
+            add_uvs(sqrt3_uvs(forest().lattice(), leaves_, options_, context_));
         } catch (const Error& error) {
             if (error.code() != ErrorCode::invalid_input) throw;
             result_.warnings.push_back(std::string("the UV layer cannot be subdivided and is left out (") +

@@ -1,15 +1,12 @@
 #include "tessellate.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../surface/local_frame.hpp"
 #include "../triangles/mesh_sliding.hpp"
 #include "../triangles/point_triangle.hpp"
-#include "exported_mesh.hpp"
+#include "cell_tessellator.hpp"
 #include "leaf_estimator.hpp"
-#include "measure.hpp"
 #include "patch_batches.hpp"
-#include "tessellate_run.hpp"
 
 #include <fmt/format.h>
 
@@ -65,13 +62,15 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
 }
 
 template <class Family>
-class PatchTessellator final : public detail::TessellationRun {
+class PatchTessellator final : public detail::CellTessellator<Family> {
   public:
     PatchTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : TessellationRun(mesh, options, context, 1) {}
+        : detail::CellTessellator<Family>(mesh, options, context, 1) {}
 
   private:
-    using Hierarchy = typename Family::Hierarchy;
+    using Base = detail::CellTessellator<Family>;
+    using Base::hierarchy_, Base::refinement_, Base::fans_, Base::corners_, Base::exported_, Base::part_, Base::origin;
+    using Base::mesh_, Base::options_, Base::context_, Base::result_, Base::tolerance_, Base::aim_, Base::certified;
 
     /// Which way a target is too far from the mesh, and by how much.
     void warn_of_target(bool left_over) {
@@ -144,69 +143,40 @@ class PatchTessellator final : public detail::TessellationRun {
         estimator_.emplace(map_, *closest_, options_.estimator, aim_, options_.max_triangles != 0);
     }
 
-    void refine() override {
-        progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_->triangle_count(); });
-        watched_.emplace(*estimator_, *progress_);
-        AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
-        adaptive.max_memory_bytes = context_.max_memory_bytes;
-        adaptive.base_bytes = patches_->memory_bytes();
-        adaptive.bytes_per_triangle = k_patch_bytes;
-        if constexpr (std::is_same_v<Family, QuadFamily>) choose_coarsest(*hierarchy_);
-        refinement_.emplace(*hierarchy_, *watched_, adaptive, progress_->context());
-        refinement_->run();
-        estimate_seconds_ = watched_->seconds();
-    }
+    void refine() override { this->refine_by(*estimator_, patches_->memory_bytes(), k_patch_bytes); }
 
-    /// eval/README.md, Coarsest mesh: faces that do without their centre.
-    void choose_coarsest(BisectionHierarchy& hierarchy) {
-        corner_positions_.resize(mesh_.vertex_count());
+    void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,
+               std::string_view stage, double share) override {
         detail::for_each_batch(
-            patches_.get(), mesh_.vertex_count(), 64, context_, "coarsest", 0, 0.2, [&](std::uint32_t v) {
-                const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v));
-                corner_positions_[v] = h.valid() ? map_.vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
-                                                 : mesh_.position(VertexId(v));
-            });
-        if (options_.min_level > 0) return;
-        const std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
-        fans_ = choose_fans(mesh_, corner_positions_, wanted);
-        fan_error_.emplace(map_, *estimator_, fans_, corner_positions_);
-        fan_errors_.assign(mesh_.face_count(), {});
-        detail::for_each_batch(
-            patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
-                if (!fans_.has(FaceId(f))) return;
-                // A budget opens the worst fans first: their errors must be known.
-                if (options_.estimator == EstimatorKind::certified)
-                    fan_errors_[f].error = fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0);
-                else
-                    fan_errors_[f] = fan_error_->measured(FaceId(f), aim_);
-                // Nobody else asks for the corner cells of a face, and of one that needs no more triangles nobody will.
-                if (fan_errors_[f].error <= aim_)
-                    for (std::uint32_t i = 0; i < mesh_.face_size(FaceId(f)); ++i)
-                        patches_->forget_tree(HalfedgeId(mesh_.face_halfedge(FaceId(f)).value + i));
-            });
-        const bool budget = options_.max_triangles != 0;
-        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-            if (const double error = fan_errors_[f].error; fans_.has(FaceId(f)) && (budget || error <= aim_))
-                hierarchy.accept_fan(FaceId(f), error);
+            patches_.get(), static_cast<std::uint32_t>(sites.size()), 32, context_, stage, 0, share,
+            [&](std::uint32_t i) { positions[i] = map_.vertex(sites[i], normals.empty() ? nullptr : &normals[i]); });
     }
 
-    void export_mesh() override {
-        context_.report("export", 0);
-        exported_ = detail::ExportedMesh<Family>(*hierarchy_, fans_);
-        const std::uint32_t points = static_cast<std::uint32_t>(exported_.sites.size());
-        TriangleMesh& mesh = result_.mesh;
-        mesh = {};
-        mesh.triangles = std::move(exported_.triangles);
-        mesh.positions.resize(points);
-        mesh.normals.resize(options_.normals ? points : 0);
-        detail::for_each_batch(patches_.get(), points, 32, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
-            mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
-        });
-        exported_.describe(*hierarchy_, *refinement_, result_);
-        context_.report("export", 1.0);
+    std::vector<double> fan_errors() override {
+        std::vector<double> errors(mesh_.face_count(), 0.0);
+        fan_basis_.assign(mesh_.face_count(), ErrorBasis::bound);
+        if constexpr (std::is_same_v<Family, QuadFamily>) {
+            fan_error_.emplace(map_, *estimator_, fans_, corners_);
+            detail::for_each_batch(
+                patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
+                    if (!fans_.has(FaceId(f))) return;
+                    // A budget opens the worst fans first: their errors must be known.
+                    if (certified()) {
+                        errors[f] = fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0);
+                    } else {
+                        const FanError::Estimate found = fan_error_->measured(FaceId(f), aim_);
+                        errors[f] = found.error;
+                        fan_basis_[f] = found.basis;
+                    }
+                    // Nobody else asks for the corner cells of a face, and of one that needs no more triangles nobody
+                    // will.
+                    if (errors[f] <= aim_)
+                        for (std::uint32_t i = 0; i < mesh_.face_size(FaceId(f)); ++i)
+                            patches_->forget_tree(HalfedgeId(mesh_.face_halfedge(FaceId(f)).value + i));
+                });
+        }
+        return errors;
     }
-
-    OutputTriangle origin(std::uint32_t t) const { return exported_.origin(*hierarchy_, fans_, t); }
 
     void measure() override {
         // What is certified needs no repair: searches for closest points that end short of them are no reason to split.
@@ -220,25 +190,14 @@ class PatchTessellator final : public detail::TessellationRun {
 
     bool may_repair() const override { return !refinement_->budget_spent(); }
 
-    bool repair(int) override {
+    bool repair(int round) override {
         // Where splitting no longer helps (a map that jumps) more of it would not either.
         stalled_ += result_.measured_error->hausdorff > k_progress * last_error_;
         last_error_ = result_.measured_error->hausdorff;
         if (stalled_ == 2) return false;
-        std::vector<LeafId> leaves;
-        std::vector<FaceId> fans;
-        for (std::uint32_t t = 0; t < measured_errors_.size(); ++t) {
-            if (!(measured_errors_[t] > tolerance_)) continue;
-            const LeafId leaf = exported_.leaves[t];
-            if (!leaf.valid())
-                fans.push_back(exported_.faces[t]);
-            else if (hierarchy_->level(leaf) < options_.max_level)
-                leaves.push_back(leaf);
-        }
-        if (leaves.empty() && fans.empty()) return false;
-        refinement_->split(leaves, fans);
-        return true;
+        return Base::repair(round);
     }
+    double error_of(std::uint32_t t) const override { return measured_errors_[t]; }
 
     bool left_over() const override { return refinement_->left_over() || estimator_->gave_up(); }
 
@@ -285,9 +244,10 @@ class PatchTessellator final : public detail::TessellationRun {
         double known(std::uint32_t t) const {
             const LeafId leaf = of_.exported_.leaves[t];
             if (!leaf.valid()) {
-                const FanError::Estimate& fan = of_.fan_errors_[of_.exported_.faces[t].value];
-                return of_.exported_.part[t] == 0 && fan.basis == ErrorBasis::bound && fan.error <= of_.aim_ ? fan.error
-                                                                                                             : 0;
+                const FaceId face = of_.exported_.faces[t];
+                const double error = of_.hierarchy_->fan_error(face);
+                return of_.part_[t] == 0 && of_.fan_basis_[face.value] == ErrorBasis::bound && error <= of_.aim_ ? error
+                                                                                                                 : 0;
             }
             if (of_.refinement_->basis(leaf) == ErrorBasis::samples) return 0;
             const double error = of_.refinement_->error(leaf);
@@ -308,12 +268,13 @@ class PatchTessellator final : public detail::TessellationRun {
                                        over_block(block, [&](std::uint32_t t, double) {
                                            const LeafId leaf = of_.exported_.leaves[t];
                                            const bool fan = !leaf.valid();
-                                           if (fan && of_.exported_.part[t] != 0) return 0.0;
+                                           if (fan && of_.part_[t] != 0) return 0.0;
                                            if (!of_.certified()) {
                                                if (fan) {
-                                                   const FanError::Estimate& e =
-                                                       of_.fan_errors_[of_.exported_.faces[t].value];
-                                                   return e.basis == ErrorBasis::samples ? e.error : 0.0;
+                                                   const FaceId face = of_.exported_.faces[t];
+                                                   return of_.fan_basis_[face.value] == ErrorBasis::samples
+                                                              ? of_.hierarchy_->fan_error(face)
+                                                              : 0.0;
                                                }
                                                return t % k_stride == 0 ? sampled(t) : 0.0;
                                            }
@@ -352,7 +313,7 @@ class PatchTessellator final : public detail::TessellationRun {
         /// @param still  whether to try without them first
         double bound(std::uint32_t t, double floor, bool still) const {
             if (!of_.exported_.leaves[t].valid())
-                return of_.exported_.part[t] == 0 ? of_.fan_error_->certified(of_.exported_.faces[t], floor, false) : 0;
+                return of_.part_[t] == 0 ? of_.fan_error_->certified(of_.exported_.faces[t], floor, false) : 0;
             const CellTriangle leaf = of_.origin(t).cell;
             const EdgeSliding sliding = granted_->of(t, of_.estimator_->soft_edges(leaf));
             auto& bounder = of_.estimator_->bounder();
@@ -382,41 +343,35 @@ class PatchTessellator final : public detail::TessellationRun {
             result_.warnings.push_back(
                 "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
                 "across a seam or a crease): refinement stopped there, far below the tolerance");
-        detail::warn_of_fine_control_mesh(mesh_, options_, result_);
     }
 
     void add_attributes() override {
         add_warnings();
-        context_.report("attributes", 0);
-        if (options_.normals) add_normals();
-        if (options_.uvs && uv_) {
-            const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
-            std::vector<Vec2d> uvs(3 * std::size_t{count});
-            detail::for_each_batch(uv_->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
-                for (std::size_t k = 0; k < 3; ++k)
-                    uvs[3 * std::size_t{t} + k] = uv_->at(origin(t).template corner_site<Family>(mesh_, k));
-            });
-            add_uvs(result_.mesh, uvs);
-        }
-        context_.report("attributes", 1);
-        add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
+        Base::add_attributes();
     }
 
-    void add_normals() {
+    std::vector<Vec2d> corner_uvs() override {
+        const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
+        std::vector<Vec2d> uvs(3 * std::size_t{count});
+        detail::for_each_batch(uv_->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
+            for (std::size_t k = 0; k < 3; ++k) uvs[3 * std::size_t{t} + k] = uv_->at(this->corner_site(t, k));
+        });
+        return uvs;
+    }
+
+    void add_normals() override {
         detail::SideNormals side;
         if (map_.plain())
-            side = detail::normals_from_inside<Family>(
-                mesh_, [&](std::uint32_t t) { return origin(t); },
-                [&](std::span<const Site> sites, std::span<Vec3d> normals) {
-                    detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), k_default_grain,
-                                           {}, {}, 0, 1, [&](std::uint32_t i) {
-                                               normals[i] =
-                                                   patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal;
-                                           });
-                });
+            side = this->normals_from_inside([this](std::span<const Site> sites, std::span<Vec3d> normals) {
+                detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), k_default_grain, {},
+                                       {}, 0, 1, [&](std::uint32_t i) {
+                                           normals[i] =
+                                               patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal;
+                                       });
+            });
         else
             detail::geometric_normals(result_.mesh);
-        detail::split_normals_of(result_, mesh_, options_, side);
+        this->split_creases(side);
     }
 
     std::unique_ptr<typename Family::Patches> patches_;
@@ -425,15 +380,8 @@ class PatchTessellator final : public detail::TessellationRun {
     std::unique_ptr<TriangleBvh> target_;
     std::unique_ptr<HeightPyramid> heights_;
     SurfaceMap<Family> map_;
-    FanChoice fans_;
-    std::vector<Vec3d> corner_positions_;
-    std::vector<FanError::Estimate> fan_errors_;  ///< by face
-    detail::ExportedMesh<Family> exported_;
-    std::optional<Hierarchy> hierarchy_;
+    std::vector<ErrorBasis> fan_basis_;  ///< of fans' errors, by face
     std::optional<LeafEstimator<Family>> estimator_;
-    std::optional<detail::RefineProgress> progress_;
-    std::optional<detail::WatchedEstimator> watched_;
-    std::optional<AdaptiveRefinement<Hierarchy>> refinement_;
     std::optional<FanError> fan_error_;
     std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
     double last_error_ = std::numeric_limits<double>::infinity();  ///< before the last repair

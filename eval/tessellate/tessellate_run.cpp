@@ -21,38 +21,42 @@
 
 namespace tetrakis {
 
-void add_uvs(TriangleMesh& mesh, std::span<const Vec2d> corner_uvs) {
+namespace detail {
+
+void TessellationRun::add_uvs(std::span<const Vec2d> corner_uvs) {
+    TriangleMesh& mesh = result_.mesh;
     if (mesh.triangles.empty()) return;
-    auto [uvs, numbers] = detail::number_uvs({mesh.triangles.front().data(), corner_uvs.size()}, corner_uvs);
+    auto [uvs, numbers] = number_uvs({mesh.triangles.front().data(), corner_uvs.size()}, corner_uvs);
     mesh.uvs = std::move(uvs);
     mesh.triangle_uvs.resize(mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         std::copy_n(&numbers[3 * t], 3, mesh.triangle_uvs[t].begin());
 }
 
-void add_face_attributes(const ControlMesh& control, std::span<const std::uint32_t> triangle_face, TriangleMesh& mesh) {
-    const ControlMeshData& data = control.data();
+/// Materials and groups of the control faces that the triangles come from.
+void TessellationRun::add_face_attributes() {
+    const ControlMeshData& data = mesh_.data();
     const auto carry = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
         if (from.empty()) return;
-        to.resize(triangle_face.size());
-        for (std::size_t t = 0; t < triangle_face.size(); ++t) to[t] = from[triangle_face[t]];
+        to.resize(result_.triangle_face.size());
+        for (std::size_t t = 0; t < to.size(); ++t) to[t] = from[result_.triangle_face[t]];
     };
-    carry(data.face_material, mesh.triangle_material);
-    carry(data.face_group, mesh.triangle_group);
-    if (!data.face_material.empty()) mesh.materials = data.materials;
-    if (!data.face_group.empty()) mesh.groups = data.groups;
+    carry(data.face_material, result_.mesh.triangle_material);
+    carry(data.face_group, result_.mesh.triangle_group);
+    if (!data.face_material.empty()) result_.mesh.materials = data.materials;
+    if (!data.face_group.empty()) result_.mesh.groups = data.groups;
 }
 
-namespace detail {
-
-double tolerance_length(const ControlMesh& mesh, const TessellateOptions& options) {
-    const Box3d box = mesh.bounding_box();
-    double tolerance = options.tolerance.value_or(std::numeric_limits<double>::infinity());
-    if (options.tolerance && !options.tolerance_is_absolute) tolerance *= box.diagonal();
+/// The tolerance in the unit of the model; infinite where none is given.
+/// @throws Error  invalid_input: one that rounding hides, or a mesh too small to calculate with
+double TessellationRun::tolerance_length() const {
+    const Box3d box = mesh_.bounding_box();
+    double tolerance = options_.tolerance.value_or(std::numeric_limits<double>::infinity());
+    if (options_.tolerance && !options_.tolerance_is_absolute) tolerance *= box.diagonal();
     // What rounds to nothing beside the coordinates can never be reached.
     constexpr double k_least_tolerance = 1e-14;
     const double largest = std::max(glm::length(box.lower), glm::length(box.upper));
-    if (options.tolerance && !(tolerance > k_least_tolerance * largest))
+    if (options_.tolerance && !(tolerance > k_least_tolerance * largest))
         throw Error(
             ErrorCode::invalid_input,
             box.diagonal() > 0
@@ -68,96 +72,95 @@ double tolerance_length(const ControlMesh& mesh, const TessellateOptions& option
     return tolerance;
 }
 
-double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& options, double tolerance,
-                           std::vector<std::string>& warnings) {
-    const bool certified = options.estimator == EstimatorKind::certified;
+/// What the estimator aims at. What is certified includes the rounding of the floats that are written: the certified
+/// estimator must do with the rest of the tolerance. Warns where rounding leaves nothing of it. Where there is no
+/// tolerance, rounding is the aim.
+/// @throws Error  invalid_input: the certified estimator with a tolerance below twice surface_rounding()
+double TessellationRun::aim_beside_rounding() {
     // Every bound adds the rounding of points: half of the tolerance is left for the surface.
-    const double least = 2 * surface_rounding(mesh, averaging_steps(options.scheme.info(), options.rules));
-    if (!options.tolerance) return least;  // below it, more triangles would not bring the mesh closer
-    if (certified && !(tolerance > least))
+    const double least = 2 * surface_rounding(mesh_, averaging_steps(options_.scheme.info(), options_.rules));
+    if (!options_.tolerance) return least;  // below it, more triangles would not bring the mesh closer
+    if (certified() && !(tolerance_ > least))
         throw Error(
             ErrorCode::invalid_input,
             fmt::format("a tolerance of {:.2g} cannot be certified: with coordinates as large as these, rounding "
                         "rules out tolerances up to {:.2g}; use a larger one, the measured estimator, or a model "
                         "near the origin",
-                        tolerance, least),
-            mesh.data().source);
-    if (!options.floats_written) return tolerance;
-    const double rounding = glb_rounding_bound_within(mesh.bounding_box());
+                        tolerance_, least),
+            mesh_.data().source);
+    if (!options_.floats_written) return tolerance_;
+    const double rounding = glb_rounding_bound_within(mesh_.bounding_box());
     constexpr double k_below = 1 - 1e-15;  // the sum of both is rounded once more
-    if (!certified && rounding < tolerance) return tolerance;
-    if (const double left = tolerance * k_below - rounding; certified && left > least) return left;
-    warnings.push_back(
+    if (!certified() && rounding < tolerance_) return tolerance_;
+    if (const double left = tolerance_ * k_below - rounding; certified() && left > least) return left;
+    result_.warnings.push_back(
         fmt::format("the floats that are written may be off by {:.2g}, which leaves nothing of the tolerance of "
                     "{:.2g}; write doubles (.obj or .ply) or use a larger tolerance",
-                    rounding, tolerance));
-    return tolerance;
+                    rounding, tolerance_));
+    return tolerance_;
 }
 
-double written_rounding(const TessellateOptions& options, const TriangleMesh& mesh) {
-    return options.floats_written ? glb_rounding_bound(bounding_box(mesh.positions)) : 0;
+/// What rounding the result's vertices to float may add, where floats are written.
+double TessellationRun::written_rounding() const {
+    return options_.floats_written ? glb_rounding_bound(bounding_box(result_.mesh.positions)) : 0;
 }
 
-bool tolerance_reached(const TessellateOptions& options, const Tessellation& result, double tolerance, bool left_over) {
-    if (!options.tolerance) return true;
-    return !left_over && written_rounding(options, result.mesh) <= tolerance &&
-           (!result.measured_error || result.measured_error->hausdorff <= tolerance) &&
-           (options.estimator != EstimatorKind::certified || *result.certified_error <= tolerance);
+/// Whether the result, its rounding included, is within the tolerance as far as it was measured and certified.
+bool TessellationRun::tolerance_reached() const {
+    if (!options_.tolerance) return true;
+    return !left_over() && written_rounding() <= tolerance_ &&
+           (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
+           (!certified() || *result_.certified_error <= tolerance_);
 }
 
-void split_normals_of(Tessellation& result, const ControlMesh& mesh, const TessellateOptions& options,
-                      const SideNormals& side) {
-    if (result.mesh.normals.empty()) return;
-    const bool creases = !ignores_creases(options.scheme.info(), options.rules);
-    split_normals(result.mesh, result.triangle_face, creases ? &mesh : nullptr, options.crease_degrees, side);
+void TessellationRun::split_creases(const SideNormals& side) {
+    if (result_.mesh.normals.empty()) return;
+    const bool creases = !ignores_creases(options_.scheme.info(), options_.rules);
+    split_normals(result_.mesh, result_.triangle_face, creases ? &mesh_ : nullptr, options_.crease_degrees, side);
 }
 
-void check_coarsest(const TessellateOptions& options, std::size_t triangles) {
-    if (options.max_triangles == 0 || triangles <= options.max_triangles) return;
+void TessellationRun::check_coarsest() const {
+    const std::size_t triangles = result_.mesh.triangles.size();
+    if (options_.max_triangles == 0 || triangles <= options_.max_triangles) return;
     throw Error(
         ErrorCode::unsupported,
         fmt::format("the coarsest mesh of this surface has {0} triangles, more than the {1} allowed; allow at "
                     "least {0}{2}",
-                    triangles, options.max_triangles, options.min_level > 0 ? ", or lower the minimum level" : ""));
+                    triangles, options_.max_triangles, options_.min_level > 0 ? ", or lower the minimum level" : ""));
 }
 
-void warn_of_nothing(Tessellation& result) {
-    if (result.mesh.triangles.empty())
-        result.warnings.emplace_back(
-            "no face of the control mesh is part of the surface: all are holes, or touch the boundary under boundary "
-            "rule 0 (none); the mesh is empty");
-}
-
-void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions& options, Tessellation& result) {
-    if (!options.tolerance || options.max_triangles != 0 || options.max_level == 0 || !result.tolerance_reached ||
-        result.mesh.triangles.empty())
+void TessellationRun::warn_of_fine_control_mesh() {
+    const std::size_t triangles = result_.mesh.triangles.size();
+    if (!options_.tolerance || options_.max_triangles != 0 || options_.max_level == 0 || !result_.tolerance_reached ||
+        triangles == 0)
         return;
     std::size_t own = 0;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        if (!mesh.is_hole(FaceId(f))) own += mesh.face_size(FaceId(f)) - std::size_t{2};
+    for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
+        if (!mesh_.is_hole(FaceId(f))) own += mesh_.face_size(FaceId(f)) - std::size_t{2};
     constexpr std::size_t k_dense = 1000;  // a few faces that suffice are no news
-    if (own < k_dense) return;
-    constexpr double k_hardly = 1.01;  // some faces may need more
-    if (static_cast<double>(result.mesh.triangles.size()) > k_hardly * static_cast<double>(own)) return;
-    result.warnings.push_back(
+    constexpr double k_hardly = 1.01;      // some faces may need more
+    if (own < k_dense || static_cast<double>(triangles) > k_hardly * static_cast<double>(own)) return;
+    result_.warnings.push_back(
         fmt::format("the control mesh's own faces are within the tolerance already: {} was refined, and the result has "
                     "their connectivity; a coarser control mesh would do, or a smaller tolerance gives more",
-                    result.mesh.triangles.size() > own ? "next to nothing" : "nothing"));
+                    triangles > own ? "next to nothing" : "nothing"));
 }
 
 Tessellation TessellationRun::run() {
+    // After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
+    constexpr int k_repairs = 8;
     Stopwatch watch;
-    result_.tolerance_absolute = tolerance_length(mesh_, options_);
+    result_.tolerance_absolute = tolerance_length();
     tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
     warn_of_ignored_tags(mesh_, options_.scheme.info(), options_.rules, result_.warnings);
-    aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+    aim_ = aim_beside_rounding();
     if (!certified()) aim_ *= sampled_aim_;
     off_above_ = certified() ? tolerance_ : tolerance_ * sampled_aim_;
     prepare();
     result_.seconds.build = watch.lap();
     refine();
     export_mesh();
-    check_coarsest(options_, result_.mesh.triangles.size());
+    check_coarsest();
     result_.seconds.estimate = estimate_seconds_;
     result_.seconds.refine = watch.lap() - estimate_seconds_;
     result_.peak_memory_before_measure_bytes = peak_memory_bytes();
@@ -173,11 +176,15 @@ Tessellation TessellationRun::run() {
         }
     }
     certify();
-    if (result_.certified_error) *result_.certified_error += written_rounding(options_, result_.mesh);
+    if (result_.certified_error) *result_.certified_error += written_rounding();
     result_.seconds.estimate += watch.lap();
-    result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, left_over());
-    warn_of_nothing(result_);
+    result_.tolerance_reached = tolerance_reached();
+    if (result_.mesh.triangles.empty())
+        result_.warnings.emplace_back(
+            "no face of the control mesh is part of the surface: all are holes, or touch the boundary under boundary "
+            "rule 0 (none); the mesh is empty");
     add_attributes();
+    add_face_attributes();
     return std::move(result_);
 }
 

@@ -41,21 +41,8 @@ Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptio
 
 }  // namespace tetrakis::detail
 
-namespace tetrakis {
-
-/// Gives each triangle corner its UV, three a triangle, and merges those of one vertex that are equal, bit for bit.
-void add_uvs(TriangleMesh& mesh, std::span<const Vec2d> corner_uvs);
-
-/// Materials and groups of the control faces that the triangles come from.
-void add_face_attributes(const ControlMesh& control, std::span<const std::uint32_t> triangle_face, TriangleMesh& mesh);
-
-}  // namespace tetrakis
-
 /// What all ways to tessellate have in common: lengths from options, time, memory, progress.
 namespace tetrakis::detail {
-
-/// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
-inline constexpr int k_repairs = 8;
 
 class Stopwatch {
   public:
@@ -69,37 +56,6 @@ class Stopwatch {
   private:
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
-
-/// The tolerance in the unit of the model; infinite where none is given.
-/// @throws Error  invalid_input: one that rounding hides, or a mesh too small to calculate with
-double tolerance_length(const ControlMesh& mesh, const TessellateOptions& options);
-
-/// What the estimator aims at. What is certified includes the rounding of the floats that are written: the certified
-/// estimator must do with the rest of the tolerance.
-/// @param tolerance  as a length; where the options have none, rounding is the aim
-/// @param warnings   receives one where rounding leaves nothing of the tolerance
-/// @throws Error     invalid_input: the certified estimator with a tolerance below twice surface_rounding()
-double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& options, double tolerance,
-                           std::vector<std::string>& warnings);
-
-/// What rounding the result's vertices to float may add, where floats are written.
-double written_rounding(const TessellateOptions& options, const TriangleMesh& mesh);
-
-/// Whether a result, its rounding included, is within the tolerance as far as it was measured and certified.
-/// @param tolerance  as a length
-/// @param left_over  parts were left above it, for a level or a budget
-bool tolerance_reached(const TessellateOptions& options, const Tessellation& result, double tolerance, bool left_over);
-
-/// split_normals() of a result that has one normal a vertex, or none, and its triangles' control faces.
-void split_normals_of(Tessellation& result, const ControlMesh& mesh, const TessellateOptions& options,
-                      const SideNormals& side = {});
-
-/// @throws Error  unsupported: a result that has more triangles than allowed, which then is the coarsest one
-void check_coarsest(const TessellateOptions& options, std::size_t triangles);
-/// Says so where nothing of the control mesh is part of the surface.
-void warn_of_nothing(Tessellation& result);
-/// Says so where the control mesh is as fine as the tolerance asks: of a scheme that keeps its faces at level 0.
-void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions& options, Tessellation& result);
 
 /// The course that every tessellation takes: refine, export; measure and mend until nothing is found that is off;
 /// certify. A domain says how its leaves are refined, written as a mesh and measured.
@@ -132,9 +88,19 @@ class TessellationRun {
     virtual bool repair(int round) = 0;
     /// Sets the certified error, where there is a bound.
     virtual void certify() {}
+    /// All but materials and groups.
     virtual void add_attributes() = 0;
     /// Whether parts were left above the aim, for a level or a budget.
     virtual bool left_over() const = 0;
+
+    /// @throws Error  unsupported: the result has more triangles than allowed, and is the coarsest one
+    void check_coarsest() const;
+    /// Gives each triangle corner its UV, three a triangle, and merges those of one vertex that are equal, bit for bit.
+    void add_uvs(std::span<const Vec2d> corner_uvs);
+    /// split_normals() of a result that has one normal a vertex, or none, and its triangles' control faces.
+    void split_creases(const SideNormals& side = {});
+    /// Says so where the control mesh is as fine as the tolerance asks: of a scheme that keeps its faces at level 0.
+    void warn_of_fine_control_mesh();
 
     const ControlMesh& mesh_;
     const TessellateOptions& options_;
@@ -146,6 +112,12 @@ class TessellationRun {
     double estimate_seconds_ = 0;
 
   private:
+    double tolerance_length() const;
+    double aim_beside_rounding();
+    double written_rounding() const;
+    bool tolerance_reached() const;
+    void add_face_attributes();
+
     double sampled_aim_;
 };
 
@@ -170,7 +142,7 @@ class RefineProgress {
 class WatchedEstimator final : public ErrorEstimator {
   public:
     /// @param most  triangles between two chances to cancel
-    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t most = 4096)
+    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t most)
         : inner_(inner), progress_(progress), most_(most), block_(std::min<std::size_t>(most, 256)) {}
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
         std::vector<ErrorBasis> basis(triangles.size());

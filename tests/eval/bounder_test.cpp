@@ -4,8 +4,8 @@
 #include "../kit/patch_meshes.hpp"
 
 #include "../../eval/surface/local_frame.hpp"
-#include "../../eval/tessellate/exported_mesh.hpp"
 #include "../../eval/tessellate/leaf_estimator.hpp"
+#include "../../eval/tessellate/measure.hpp"
 
 #include <doctest/doctest.h>
 

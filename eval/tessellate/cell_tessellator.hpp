@@ -1,0 +1,194 @@
+#pragma once
+
+#include "../../hier/forest/exported_triangles.hpp"
+#include "../../hier/mesh/fan_choice.hpp"
+#include "../../refine/adaptive/adaptive_refinement.hpp"
+#include "../distance/surface_family.hpp"
+#include "../surface/local_frame.hpp"
+#include "measure.hpp"
+#include "tessellate_run.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// A tessellation whose leaves are triangles of cells: bisected quads, red-green quadtrees. A derived class says where
+/// vertices are and what estimates errors.
+template <class Family>
+class CellTessellator : public TessellationRun {
+  protected:
+    using TessellationRun::TessellationRun;
+
+    /// refine() by an estimator. hierarchy_ is known.
+    /// @param base_bytes  that are in use, for the memory limit
+    /// @param block       triangles between two chances to cancel, at most
+    void refine_by(const ErrorEstimator& estimator, std::uint64_t base_bytes, std::uint64_t bytes_per_triangle,
+                   std::size_t block = 4096) {
+        progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_->triangle_count(); });
+        watched_.emplace(estimator, *progress_, block);
+        AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
+        adaptive.max_memory_bytes = context_.max_memory_bytes;
+        adaptive.base_bytes = base_bytes;
+        adaptive.bytes_per_triangle = bytes_per_triangle;
+        choose_coarsest();
+        refinement_.emplace(*hierarchy_, *watched_, adaptive, progress_->context());
+        refinement_->run();
+        estimate_seconds_ = watched_->seconds();
+    }
+    void export_mesh() final {
+        context_.report("export", 0);
+        const auto exported = [&] {
+            if constexpr (std::is_same_v<Family, QuadFamily>)
+                if (!fans_.offsets.empty()) return hierarchy_->forest().exported(fans_, hierarchy_->fans());
+            return hierarchy_->forest().exported();
+        };
+        exported_ = exported();
+        TriangleMesh& mesh = result_.mesh;
+        mesh = {};
+        mesh.triangles = std::move(exported_.triangles);
+        mesh.positions.resize(exported_.sites.size());
+        mesh.normals.resize(options_.normals ? exported_.sites.size() : 0);
+        place(exported_.sites, mesh.positions, mesh.normals, "export", 0.9);
+        const std::size_t count = mesh.triangles.size();
+        part_.assign(count, 0);
+        result_.triangle_face.resize(count);
+        result_.triangle_error.resize(count);
+        result_.deepest_level = 0;
+        for (std::size_t t = 0; t < count; ++t) {
+            const LeafId leaf = exported_.leaves[t];
+            const FaceId face = exported_.faces[t];
+            // A fan's or a green leaf's triangles stand next to each other.
+            if (t > 0 && exported_.leaves[t - 1] == leaf && (leaf.valid() || exported_.faces[t - 1] == face))
+                part_[t] = static_cast<std::uint8_t>(part_[t - 1] + 1);
+            result_.triangle_face[t] = face.value;
+            result_.triangle_error[t] = round_up(leaf.valid() ? refinement_->error(leaf) : hierarchy_->fan_error(face));
+            if (leaf.valid()) result_.deepest_level = std::max(result_.deepest_level, hierarchy_->level(leaf));
+        }
+        context_.report("export", 1.0);
+    }
+    bool repair(int) override {
+        std::vector<LeafId> leaves;
+        std::vector<FaceId> fans;
+        for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
+            if (!(error_of(t) > off_above_)) continue;
+            const LeafId leaf = exported_.leaves[t];
+            if (!leaf.valid())
+                fans.push_back(exported_.faces[t]);
+            else if (hierarchy_->level(leaf) < options_.max_level)
+                leaves.push_back(leaf);
+        }
+        if (leaves.empty() && fans.empty()) return false;
+        refinement_->split(leaves, fans);
+        return true;
+    }
+    bool left_over() const override { return refinement_->left_over(); }
+    void add_attributes() override {
+        warn_of_fine_control_mesh();
+        context_.report("attributes", 0);
+        if (options_.normals) add_normals();
+        if (options_.uvs && mesh_.has_uvs()) add_uvs(corner_uvs());
+        context_.report("attributes", 1);
+    }
+
+    /// Where canonical sites are in the output. Reports a stage from 0 to `share`.
+    /// @param normals  may receive limit normals; may be empty
+    virtual void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,
+                       std::string_view stage, double share) = 0;
+    /// Whether a face may do without its centre.
+    virtual bool wants_fan(FaceId) const { return true; }
+    /// By face, of those that have one in fans_.
+    virtual std::vector<double> fan_errors() = 0;
+    /// Of a triangle, as the last measurement found it.
+    virtual double error_of(std::uint32_t t) const { return double{result_.triangle_error[t]}; }
+    /// Those of the surface, split where one does not do.
+    virtual void add_normals() = 0;
+    /// Three a triangle.
+    virtual std::vector<Vec2d> corner_uvs() = 0;
+
+    OutputTriangle origin(std::uint32_t t) const {
+        OutputTriangle from;
+        if (exported_.leaves[t].valid()) {
+            std::array<CellTriangle, 3> parts;
+            hierarchy_->triangles(exported_.leaves[t], parts);
+            from.cell = parts[part_[t]];
+            return from;
+        }
+        from.fan = exported_.faces[t];
+        const auto corners = fans_.of(from.fan)[part_[t]];
+        for (std::size_t k = 0; k < 3; ++k) from.fan_corner[k] = corners[k];
+        return from;
+    }
+    /// An address of each triangle's corner inside its root.
+    Site corner_site(std::uint32_t t, std::size_t k) const { return origin(t).template corner_site<Family>(mesh_, k); }
+    /// Limit normals at the corners of triangles, each seen from inside its triangle: continued linearly from two
+    /// points near by.
+    /// @param normals  (canonical sites, receives their limit normals)
+    SideNormals normals_from_inside(std::function<void(std::span<const Site>, std::span<Vec3d>)> normals) const {
+        return [this, normals = std::move(normals)](std::span<const std::uint64_t> corners, std::span<Vec3d> out) {
+            // 2^-8 of a triangle: what is left of its bend after continuing is below a thousandth of it.
+            constexpr int k_finer = 8, k_least = 3;
+            std::vector<Site> sites;
+            std::vector<std::size_t> place;
+            for (std::size_t i = 0; i < corners.size(); ++i) {
+                const OutputTriangle from = origin(static_cast<std::uint32_t>(corners[i] / 3));
+                const int finer = std::min(k_finer, k_max_level - (from.fan.valid() ? 0 : from.cell.level));
+                if (finer < k_least) continue;
+                for (const std::uint32_t steps : {1u, 2u})
+                    sites.push_back(Family::canonical_site(
+                        mesh_, from.template inner_site<Family>(mesh_, corners[i] % 3, finer, steps)));
+                place.push_back(i);
+            }
+            std::vector<Vec3d> found(sites.size());
+            normals(sites, found);
+            for (std::size_t j = 0; j < place.size(); ++j)
+                out[place[j]] = unit_or_zero(2.0 * found[2 * j] - found[2 * j + 1]);
+        };
+    }
+
+    std::optional<typename Family::Hierarchy> hierarchy_;
+    std::optional<AdaptiveRefinement<typename Family::Hierarchy>> refinement_;
+    FanChoice fans_;
+    std::vector<Vec3d> corners_;      ///< of the fans in the output, by control vertex
+    ExportedTriangles exported_;      ///< the triangles themselves are the result's
+    std::vector<std::uint8_t> part_;  ///< by triangle: which of its leaf's or fan's triangles it is
+
+  private:
+    /// eval/README.md, Coarsest mesh: faces that do without their centre.
+    void choose_coarsest() {
+        if constexpr (std::is_same_v<Family, QuadFamily>) {
+            if (options_.min_level > 0) return;
+            std::vector<Site> sites;
+            std::vector<std::uint32_t> vertex;
+            corners_.assign(mesh_.positions().begin(), mesh_.positions().end());
+            for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+                if (const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v)); h.valid()) {
+                    sites.push_back(canonical(mesh_, {h, {0, 0}, 0}));
+                    vertex.push_back(v);
+                }
+            std::vector<Vec3d> positions(sites.size());
+            place(sites, positions, {}, "coarsest", 0.2);
+            for (std::size_t i = 0; i < vertex.size(); ++i) corners_[vertex[i]] = positions[i];
+            std::vector<std::uint8_t> wanted(mesh_.face_count());
+            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) wanted[f] = wants_fan(FaceId(f)) ? 1 : 0;
+            fans_ = choose_fans(mesh_, corners_, wanted);
+            const std::vector<double> errors = fan_errors();
+            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
+                if (fans_.has(FaceId(f)) && (options_.max_triangles != 0 || errors[f] <= aim_))
+                    hierarchy_->accept_fan(FaceId(f), errors[f]);
+        }
+    }
+
+    std::optional<RefineProgress> progress_;
+    std::optional<WatchedEstimator> watched_;
+};
+
+}  // namespace tetrakis::detail
