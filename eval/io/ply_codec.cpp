@@ -1,46 +1,99 @@
 #include "mesh_codecs.hpp"
 #include "mesh_view.hpp"
-#include "ply_header.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <optional>
 
 namespace tetrakis::detail {
 
 namespace {
 
-// Where each number of a vertex or face goes.
-enum class Role { skip, x, y, z, nx, ny, nz, u, v, corners, texcoord, material, group };
+struct PlyType {
+    std::string_view name, other_name;
+    std::size_t size;
+    bool is_integer;
+    double (*read)(const char* bytes, bool swap);
+};
 
-Role vertex_role(const std::string& name) {
-    constexpr std::pair<std::string_view, Role> k_names[] = {
-        {"x", Role::x},   {"y", Role::y},   {"z", Role::z},         {"nx", Role::nx},
-        {"ny", Role::ny}, {"nz", Role::nz}, {"s", Role::u},         {"t", Role::v},
-        {"u", Role::u},   {"v", Role::v},   {"texture_u", Role::u}, {"texture_v", Role::v}};
-    for (const auto& [key, role] : k_names)
-        if (name == key) return role;
-    return Role::skip;
+template <class T>
+double read_as(const char* bytes, bool swap) {
+    char ordered[sizeof(T)];
+    std::memcpy(ordered, bytes, sizeof(T));
+    if (swap) std::reverse(ordered, ordered + sizeof(T));
+    T value;
+    std::memcpy(&value, ordered, sizeof(T));
+    return static_cast<double>(value);
 }
 
-Role face_role(const std::string& name) {
-    if (name == "vertex_indices" || name == "vertex_index") return Role::corners;
-    if (name == "texcoord") return Role::texcoord;
-    if (name == "material_index") return Role::material;
-    if (name == "group_index") return Role::group;
-    return Role::skip;
+constexpr PlyType k_types[] = {
+    {"char", "int8", 1, true, read_as<std::int8_t>},    {"uchar", "uint8", 1, true, read_as<std::uint8_t>},
+    {"short", "int16", 2, true, read_as<std::int16_t>}, {"ushort", "uint16", 2, true, read_as<std::uint16_t>},
+    {"int", "int32", 4, true, read_as<std::int32_t>},   {"uint", "uint32", 4, true, read_as<std::uint32_t>},
+    {"float", "float32", 4, false, read_as<float>},     {"double", "float64", 8, false, read_as<double>}};
+
+/// nullptr: there is no such type
+const PlyType* type_of(std::string_view word) {
+    const auto* const found = std::ranges::find_if(
+        k_types, [&](const PlyType& type) { return word == type.name || word == type.other_name; });
+    return found == std::end(k_types) ? nullptr : found;
+}
+
+struct PlyProperty {
+    std::string name;
+    const PlyType* type;
+    const PlyType* count_type;  // nullptr: no list
+};
+
+struct PlyElement {
+    std::string name;
+    std::uint64_t count = 0;
+    std::vector<PlyProperty> properties;
+};
+
+/// What a property of a vertex or face says.
+struct RoleName {
+    std::string_view name;
+    int role;
+    bool is_list;
+};
+constexpr int k_skip = -1;
+// A vertex's position, normal and texture coordinates are numbers 0 to 2, 3 to 5, 6 and 7.
+constexpr RoleName k_vertex_roles[] = {{"x", 0, false},  {"y", 1, false},         {"z", 2, false},
+                                       {"nx", 3, false}, {"ny", 4, false},        {"nz", 5, false},
+                                       {"s", 6, false},  {"t", 7, false},         {"u", 6, false},
+                                       {"v", 7, false},  {"texture_u", 6, false}, {"texture_v", 7, false}};
+constexpr int k_corners = 0, k_texcoord = 1, k_material = 2, k_group = 3;
+constexpr RoleName k_face_roles[] = {{"vertex_indices", k_corners, true},
+                                     {"vertex_index", k_corners, true},
+                                     {"texcoord", k_texcoord, true},
+                                     {"material_index", k_material, false},
+                                     {"group_index", k_group, false}};
+
+std::vector<std::string_view> words_of(std::string_view line) {
+    std::vector<std::string_view> words;
+    constexpr std::string_view k_blanks = " \t";
+    for (std::size_t i = line.find_first_not_of(k_blanks); i < line.size();) {
+        const std::size_t end = std::min(line.find_first_of(k_blanks, i), line.size());
+        words.push_back(line.substr(i, end - i));
+        i = line.find_first_not_of(k_blanks, end);
+    }
+    return words;
 }
 
 class PlyDecoder {
   public:
     PlyDecoder(std::string_view bytes, const std::filesystem::path& path, const RunContext& context)
-        : header_(parse_ply_header(bytes, path)), values_(bytes, header_, path), path_(path), context_(context) {}
+        : bytes_(bytes), path_(path), context_(context) {}
 
     TriangleMesh run() {
-        for (const PlyElement& element : header_.elements) {
-            values_.check_room(element);
+        read_header();
+        for (const PlyElement& element : elements_) {
+            check_room(element);
             if (element.name == "vertex")
                 vertices(element);
             else if (element.name == "face")
@@ -50,14 +103,14 @@ class PlyDecoder {
                     for (const PlyProperty& property : element.properties) skip(property);
         }
         check_corners();
-        name_numbers(mesh_.triangle_material, mesh_.materials, header_.materials, "material");
-        name_numbers(mesh_.triangle_group, mesh_.groups, header_.groups, "group");
+        name_numbers(mesh_.triangle_material, mesh_.materials, materials_, "material");
+        name_numbers(mesh_.triangle_group, mesh_.groups, groups_, "group");
         if (!mesh_.triangle_uvs.empty() && mesh_.triangle_uvs.size() != mesh_.triangles.size()) {
             mesh_.triangle_uvs.clear();
             mesh_.uvs.clear();
         }
         cut_fans(fans_, mesh_.positions, {&mesh_.triangles, &mesh_.triangle_uvs});
-        if (vertex_uvs_ && mesh_.triangle_uvs.empty()) {  // one UV per vertex: the same numbers
+        if (!uv_of_vertex_.empty() && mesh_.triangle_uvs.empty()) {  // one UV per vertex: the same numbers
             mesh_.uvs = std::move(uv_of_vertex_);
             mesh_.triangle_uvs = mesh_.triangles;
         }
@@ -66,80 +119,200 @@ class PlyDecoder {
     }
 
   private:
-    static constexpr std::uint64_t k_per_report = 1 << 18;
+    enum class Format { text, little_endian, big_endian };
 
-    void check_count(const PlyElement& element) const {
-        if (element.count > k_most_elements)
-            throw Error(ErrorCode::unsupported, fmt::format("{} {} elements are too many", element.count, element.name),
-                        path_);
+    /// With the place: line of a text file, offset of a binary one.
+    [[noreturn]] void reject(const std::string& text) const {
+        if (format_ == Format::text) throw Error(ErrorCode::invalid_input, text, path_, line_);
+        throw Error(ErrorCode::invalid_input, fmt::format("at byte {}: {}", at_, text), path_);
     }
 
-    // The last role is that of `property`.
-    void reject_second(const std::vector<Role>& roles, const PlyElement& element, const PlyProperty& property) const {
-        if (roles.back() != Role::skip && std::count(roles.begin(), roles.end(), roles.back()) > 1)
-            throw Error(ErrorCode::invalid_input,
-                        fmt::format("the element {} has a second property for what {} says; remove one", element.name,
-                                    property.name),
-                        path_);
+    void read_header() {
+        if (next_line() != "ply") reject("this is no PLY file: its first line is not 'ply'");
+        std::optional<Format> format;
+        for (;;) {
+            if (at_ >= bytes_.size()) reject("the header has no end_header; the file may be cut short");
+            const std::string_view line = next_line();
+            const std::vector<std::string_view> words = words_of(line);
+            if (words.empty() || words[0] == "obj_info") continue;
+            if (words[0] == "comment")
+                take_name(line, words);
+            else if (words[0] == "format")
+                format = format_of(words);
+            else if (words[0] == "element")
+                add_element(words);
+            else if (words[0] == "property")
+                add_property(words);
+            else if (words[0] == "end_header")
+                break;
+            else
+                reject(fmt::format("unknown word '{:.40}' in the header", words[0]));
+        }
+        if (bytes_[at_ - 1] != '\n') reject("the header ends with the file; the file may be cut short");
+        if (!format) reject("the header has no format line");
+        format_ = *format;
+        ++line_;
+    }
+
+    std::string_view next_line() {
+        ++line_;
+        const std::size_t end = std::min(bytes_.find('\n', at_), bytes_.size());
+        std::string_view line = bytes_.substr(at_, end - at_);
+        at_ = std::min(end + 1, bytes_.size());
+        if (line.ends_with('\r')) line.remove_suffix(1);
+        return line;
+    }
+
+    /// `comment material 3 brass` gives materials_[3] = "brass", as long as the numbers come in order.
+    void take_name(std::string_view line, const std::vector<std::string_view>& words) {
+        if (words.size() < 3 || (words[1] != "material" && words[1] != "group")) return;
+        std::vector<std::string>& names = words[1] == "material" ? materials_ : groups_;
+        long long number = -1;
+        std::string_view word = words[2];
+        if (!take_integer(word, number) || number != static_cast<long long>(names.size())) return;
+        line.remove_prefix(static_cast<std::size_t>(words[2].data() - line.data()) + words[2].size());
+        names.emplace_back(line.substr(std::min(line.find_first_not_of(' '), line.size())));
+    }
+
+    Format format_of(const std::vector<std::string_view>& words) const {
+        const std::string_view name = words.size() > 1 ? words[1] : std::string_view{};
+        if (name == "ascii") return Format::text;
+        if (name == "binary_little_endian") return Format::little_endian;
+        if (name == "binary_big_endian") return Format::big_endian;
+        reject("the format is none of ascii, binary_little_endian, binary_big_endian");
+    }
+
+    void add_element(const std::vector<std::string_view>& words) {
+        long long count = -1;
+        std::string_view number = words.size() == 3 ? words[2] : std::string_view{};
+        if (!take_integer(number, count) || !number.empty() || count < 0)
+            reject("an element line has a name and a count");
+        for (const PlyElement& other : elements_)
+            if (other.name == words[1]) reject(fmt::format("element '{:.40}' is declared twice", words[1]));
+        elements_.push_back({std::string(words[1]), static_cast<std::uint64_t>(count), {}});
+    }
+
+    void add_property(const std::vector<std::string_view>& words) {
+        if (elements_.empty()) reject("a property comes before the first element");
+        const bool is_list = words.size() > 1 && words[1] == "list";
+        if (words.size() != (is_list ? 5 : 3)) reject("a property line has a type and a name");
+        const PlyType *const type = type_of(words[is_list ? 3 : 1]), *const count_type =
+                                                                         is_list ? type_of(words[2]) : type;
+        if (type == nullptr || count_type == nullptr) reject("a property has an unknown type");
+        if (is_list && !count_type->is_integer) reject("the count of a list is not an integer type");
+        elements_.back().properties.push_back({std::string(words.back()), type, is_list ? count_type : nullptr});
+    }
+
+    double next(const PlyType& type) {
+        if (format_ == Format::text) return next_word();
+        if (bytes_.size() - at_ < type.size) reject("the file ends in the middle of its data");
+        at_ += type.size;
+        return type.read(bytes_.data() + at_ - type.size, format_ == Format::big_endian);
+    }
+
+    double next_word() {
+        const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
+        for (; at_ < bytes_.size() && blank(bytes_[at_]); ++at_)
+            if (bytes_[at_] == '\n') ++line_;
+        if (at_ >= bytes_.size()) reject("the file ends in the middle of its data");
+        std::string_view rest = bytes_.substr(at_);
+        double value = 0;
+        if (!take_number(rest, value) || (!rest.empty() && !blank(rest.front()))) reject("this is not a number");
+        at_ = bytes_.size() - rest.size();
+        return value;
+    }
+
+    /// That a number takes at least; in text a digit and a blank.
+    std::uint64_t least_bytes(const PlyType& type) const { return format_ == Format::text ? 2 : type.size; }
+
+    /// Checked against what is left of the file.
+    std::uint64_t list_count(const PlyProperty& property) {
+        const double number = next(*property.count_type);
+        if (!(number >= 0) || number != std::floor(number)) reject("the count of a list is no count");
+        if (number * static_cast<double>(least_bytes(*property.type)) > static_cast<double>(bytes_.size() - at_ + 1))
+            reject("a list is longer than the rest of the file");
+        return static_cast<std::uint64_t>(number);
+    }
+
+    /// Before anything is allocated for the element.
+    void check_room(const PlyElement& element) const {
+        if (element.count == 0) return;
+        if (element.properties.empty()) reject(fmt::format("element '{:.40}' has no properties", element.name));
+        std::uint64_t each = 0;
+        for (const PlyProperty& property : element.properties)
+            each += least_bytes(property.count_type != nullptr ? *property.count_type : *property.type);
+        // The last number of a text file needs no blank after it.
+        if (element.count > (bytes_.size() - at_ + 1) / each)
+            reject(fmt::format("{} elements '{:.40}' do not fit into the {} bytes left; the file may be cut short",
+                               element.count, element.name, bytes_.size() - at_));
     }
 
     void skip(const PlyProperty& property) {
-        const std::uint64_t count = property.is_list ? values_.list_count(property) : 1;
-        for (std::uint64_t i = 0; i < count; ++i) (void)values_.next(property.type);
+        const std::uint64_t count = property.count_type != nullptr ? list_count(property) : 1;
+        for (std::uint64_t i = 0; i < count; ++i) (void)next(*property.type);
     }
 
     void report(std::uint64_t i, const PlyElement& element, double from, double to) const {
+        constexpr std::uint64_t k_per_report = 1 << 18;
         if (i % k_per_report == 0)
             context_.report("load", from + (to - from) * static_cast<double>(i) / static_cast<double>(element.count));
     }
 
-    void vertices(const PlyElement& element) {
-        check_count(element);
-        std::vector<Role> roles;
-        bool has[static_cast<int>(Role::group) + 1] = {};
+    /// Of the element's properties.
+    std::vector<int> roles_of(const PlyElement& element, std::span<const RoleName> names) const {
+        if (element.count > k_most_elements)
+            throw Error(ErrorCode::unsupported, fmt::format("{} {} elements are too many", element.count, element.name),
+                        path_);
+        std::vector<int> roles;
         for (const PlyProperty& property : element.properties) {
-            roles.push_back(property.is_list ? Role::skip : vertex_role(property.name));
-            reject_second(roles, element, property);
-            has[static_cast<int>(roles.back())] = true;
+            const auto known = std::ranges::find_if(names, [&](const RoleName& role) {
+                return role.name == property.name && role.is_list == (property.count_type != nullptr);
+            });
+            const int role = known == names.end() ? k_skip : known->role;
+            if (role != k_skip && std::ranges::count(roles, role) != 0)
+                throw Error(ErrorCode::invalid_input,
+                            fmt::format("the element {} has a second property for what {} says; remove one",
+                                        element.name, property.name),
+                            path_);
+            roles.push_back(role);
         }
-        const auto all_of = [&](std::initializer_list<Role> wanted) {
-            return std::all_of(wanted.begin(), wanted.end(), [&](Role r) { return has[static_cast<int>(r)]; });
+        return roles;
+    }
+
+    void vertices(const PlyElement& element) {
+        const std::vector<int> roles = roles_of(element, k_vertex_roles);
+        const auto has = [&](int first, int last) {
+            for (int role = first; role <= last; ++role)
+                if (std::ranges::count(roles, role) == 0) return false;
+            return true;
         };
-        if (!all_of({Role::x, Role::y, Role::z}))
-            throw Error(ErrorCode::invalid_input, "the vertices have no x, y and z", path_);
-        const bool normals = all_of({Role::nx, Role::ny, Role::nz});
-        vertex_uvs_ = all_of({Role::u, Role::v});
+        if (!has(0, 2)) throw Error(ErrorCode::invalid_input, "the vertices have no x, y and z", path_);
+        const bool normals = has(3, 5), uvs = has(6, 7);
         mesh_.positions.resize(element.count);
         if (normals) mesh_.normals.resize(element.count);
-        if (vertex_uvs_) uv_of_vertex_.resize(element.count);
+        if (uvs) uv_of_vertex_.resize(element.count);
         for (std::uint64_t v = 0; v < element.count; ++v) {
             report(v, element, 0.3, 0.6);
-            double value[static_cast<int>(Role::group) + 1] = {};
+            std::array<double, 8> value{};
             for (std::size_t p = 0; p < roles.size(); ++p) {
-                if (roles[p] == Role::skip) {
-                    skip(element.properties[p]);
+                const PlyProperty& property = element.properties[p];
+                if (roles[p] == k_skip) {
+                    skip(property);
                     continue;
                 }
-                const double number = values_.next(element.properties[p].type);
-                if (!std::isfinite(number))
-                    values_.reject(fmt::format("{} of vertex {} is not finite", element.properties[p].name, v));
-                value[static_cast<int>(roles[p])] = number;
+                const double number = next(*property.type);
+                if (!std::isfinite(number)) reject(fmt::format("{} of vertex {} is not finite", property.name, v));
+                value[static_cast<std::size_t>(roles[p])] = number;
             }
-            const auto at = [&](Role r) { return value[static_cast<int>(r)]; };
-            mesh_.positions[v] = {at(Role::x), at(Role::y), at(Role::z)};
-            if (normals) mesh_.normals[v] = {at(Role::nx), at(Role::ny), at(Role::nz)};
-            if (vertex_uvs_) uv_of_vertex_[v] = {at(Role::u), at(Role::v)};
+            mesh_.positions[v] = {value[0], value[1], value[2]};
+            if (normals) mesh_.normals[v] = {value[3], value[4], value[5]};
+            if (uvs) uv_of_vertex_[v] = {value[6], value[7]};
         }
     }
 
     void faces(const PlyElement& element) {
-        check_count(element);
-        std::vector<Role> roles;
-        for (const PlyProperty& property : element.properties) {
-            roles.push_back(face_role(property.name));
-            reject_second(roles, element, property);
-        }
-        if (std::find(roles.begin(), roles.end(), Role::corners) == roles.end())
+        const std::vector<int> roles = roles_of(element, k_face_roles);
+        if (std::ranges::count(roles, k_corners) == 0)
             throw Error(ErrorCode::invalid_input, "the faces have no list vertex_indices", path_);
         std::vector<double> texcoords;
         for (std::uint64_t f = 0; f < element.count; ++f) {
@@ -149,16 +322,16 @@ class PlyDecoder {
             std::optional<std::uint32_t> material, group;
             for (std::size_t p = 0; p < roles.size(); ++p) {
                 const PlyProperty& property = element.properties[p];
-                if (roles[p] == Role::corners && property.is_list) {
-                    const std::uint64_t count = values_.list_count(property);
-                    if (count < 3) values_.reject(fmt::format("face {} has {} corners; it needs three", f, count));
+                if (roles[p] == k_corners) {
+                    const std::uint64_t count = list_count(property);
+                    if (count < 3) reject(fmt::format("face {} has {} corners; it needs three", f, count));
                     for (std::uint64_t i = 0; i < count; ++i) corners_.push_back(index(property, "vertex", f));
-                } else if (roles[p] == Role::texcoord && property.is_list) {
-                    const std::uint64_t count = values_.list_count(property);
-                    for (std::uint64_t i = 0; i < count; ++i) texcoords.push_back(values_.next(property.type));
-                } else if (roles[p] == Role::material && !property.is_list) {
+                } else if (roles[p] == k_texcoord) {
+                    const std::uint64_t count = list_count(property);
+                    for (std::uint64_t i = 0; i < count; ++i) texcoords.push_back(next(*property.type));
+                } else if (roles[p] == k_material) {
                     material = index(property, "material", f);
-                } else if (roles[p] == Role::group && !property.is_list) {
+                } else if (roles[p] == k_group) {
                     group = index(property, "group", f);
                 } else {
                     skip(property);
@@ -169,9 +342,9 @@ class PlyDecoder {
     }
 
     std::uint32_t index(const PlyProperty& property, const char* what, std::uint64_t f) {
-        const double number = values_.next(property.type);
+        const double number = next(*property.type);
         if (!(number >= 0 && number <= static_cast<double>(k_most_elements)) || number != std::floor(number))
-            values_.reject(fmt::format("a {} index of face {} is no index", what, f));
+            reject(fmt::format("a {} index of face {} is no index", what, f));
         return static_cast<std::uint32_t>(number);
     }
 
@@ -183,7 +356,7 @@ class PlyDecoder {
             for (std::size_t i = 0; i < corners_.size(); ++i) {
                 mesh_.uvs.emplace_back(texcoords[2 * i], texcoords[2 * i + 1]);
                 if (!std::isfinite(texcoords[2 * i]) || !std::isfinite(texcoords[2 * i + 1]))
-                    values_.reject(fmt::format("a texture coordinate of face {} is not finite", f));
+                    reject(fmt::format("a texture coordinate of face {} is not finite", f));
             }
         if (corners_.size() > 3) fans_.push_back({mesh_.triangles.size(), corners_.size()});
         for (std::uint32_t i = 1; i + 1 < corners_.size(); ++i) {
@@ -219,15 +392,18 @@ class PlyDecoder {
         while (names.size() <= largest) names.push_back(fmt::format("{}_{}", what, names.size()));
     }
 
-    PlyHeader header_;
-    PlyValues values_;
+    std::string_view bytes_;
     const std::filesystem::path& path_;
     const RunContext& context_;
+    std::size_t at_ = 0;            // in bytes_
+    std::uint64_t line_ = 0;        // of the header, and of text
+    Format format_ = Format::text;  // of what is being read: the header is text
+    std::vector<PlyElement> elements_;
+    std::vector<std::string> materials_, groups_;  // from comments, as our writer puts them
     TriangleMesh mesh_;
     std::vector<Vec2d> uv_of_vertex_;
     std::vector<std::uint32_t> corners_;
     std::vector<Fan> fans_;
-    bool vertex_uvs_ = false;
 };
 
 }  // namespace
