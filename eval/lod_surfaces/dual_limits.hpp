@@ -1,17 +1,28 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
+#include "../../hier/forest/corner_cell.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../../refine/points/level_source.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../bounds/dual_cells.hpp"
-#include "lattice_limits.hpp"
 
 #include <memory>
 #include <span>
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// The limit surface of a scheme over the lattice of a SampledSurface.
+class LatticeLimits {
+  public:
+    virtual ~LatticeLimits() = default;
+    /// Limit positions and unit normals of sites of the roots.
+    virtual void points(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals) const = 0;
+    /// How far the limit surface is at most from each of these finest triangles of one corner cell, or from those
+    /// around it.
+    virtual void bound(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
+};
 
 /// The quads over whose corner cells a dual surface lies: the cells of level 1, one after the other. Quads share
 /// vertices along creases, too. Positions and uvs are those of the control faces, linear; quads beside boundaries and
