@@ -50,8 +50,12 @@ std::vector<std::int32_t> lines(std::uint32_t length, int log_side) {
 
 }  // namespace
 
-TerrainLattice::TerrainLattice(std::uint32_t columns, std::uint32_t rows)
-    : log_side(best_log_side(columns - 1, rows - 1)), xs(lines(columns - 1, log_side)), ys(lines(rows - 1, log_side)) {}
+TerrainLattice::TerrainLattice(const HeightGrid& grid)
+    : log_side(best_log_side(grid.columns - 1, grid.rows - 1)),
+      origin(grid.origin),
+      spacing(grid.spacing),
+      xs(lines(grid.columns - 1, log_side)),
+      ys(lines(grid.rows - 1, log_side)) {}
 
 ControlMesh TerrainLattice::make_roots(const std::function<Vec3d(LatticePlace)>& position) {
     const std::uint32_t side = 1u << log_side;
@@ -87,13 +91,11 @@ ControlMesh TerrainLattice::make_roots(const std::function<Vec3d(LatticePlace)>&
     return roots;
 }
 
-std::optional<LatticePlace> TerrainLattice::square_at(const HeightGrid& frame, const Vec2d& place) const {
+std::optional<LatticePlace> TerrainLattice::square_at(const Vec2d& place) const {
     // Where the borders are is a sum, so that quotients may be a little beyond them.
-    const double east = frame.origin.x + frame.spacing.x * in_samples(xs.back()),
-                 south = frame.origin.y - frame.spacing.y * in_samples(ys.back());
-    if (!(place.x >= frame.origin.x && place.x <= east && place.y <= frame.origin.y && place.y >= south)) return {};
-    const double x = (place.x - frame.origin.x) / frame.spacing.x * k_grid_unit,
-                 y = (frame.origin.y - place.y) / frame.spacing.y * k_grid_unit;
+    if (!(place.x >= origin.x && place.x <= east(last_x()) && place.y <= origin.y && place.y >= north(last_y())))
+        return {};
+    const double x = (place.x - origin.x) / spacing.x * k_grid_unit, y = (origin.y - place.y) / spacing.y * k_grid_unit;
     const auto line = [](const std::vector<std::int32_t>& lines, double at) {
         const auto after = std::upper_bound(lines.begin(), lines.end(), at);
         return static_cast<std::int32_t>(std::min<std::ptrdiff_t>(after - lines.begin(), std::ssize(lines) - 1) - 1);

@@ -53,14 +53,23 @@ struct GroundSquare {
 /// Its lines are at samples, or between two that are side by side, so that grids of any size work.
 struct TerrainLattice {
     TerrainLattice() = default;
-    /// The one with the fewest points that has every sample of the grid.
-    TerrainLattice(std::uint32_t columns, std::uint32_t rows);
+    /// The one with the fewest points that has every sample of the grid, whose heights do not count.
+    explicit TerrainLattice(const HeightGrid& grid);
 
     int log_side = 1;
-    std::vector<std::int32_t> xs, ys;  ///< of its columns and rows: places in the grid, as GridVertex has them
+    Vec2d origin{0, 0}, spacing{1, 1};  ///< the grid's
+    std::vector<std::int32_t> xs, ys;   ///< of its columns and rows: places in the grid, as GridVertex has them
 
     std::int32_t last_x() const { return static_cast<std::int32_t>(xs.size()) - 1; }
     std::int32_t last_y() const { return static_cast<std::int32_t>(ys.size()) - 1; }
+    /// On the ground.
+    double east(std::int32_t x) const { return origin.x + spacing.x * in_samples(xs[static_cast<std::size_t>(x)]); }
+    double north(std::int32_t y) const { return origin.y - spacing.y * in_samples(ys[static_cast<std::size_t>(y)]); }
+    /// From (0, 0) at the first sample to (1, 1) at the last one.
+    Vec2d uv(LatticePlace p) const {
+        return {in_samples(xs[static_cast<std::size_t>(p.x)]) / in_samples(xs.back()),
+                in_samples(ys[static_cast<std::size_t>(p.y)]) / in_samples(ys.back())};
+    }
 
     /// Makes the roots, and place() work. @param position  of the roots' corners
     ControlMesh make_roots(const std::function<Vec3d(LatticePlace)>& position);
@@ -77,7 +86,7 @@ struct TerrainLattice {
         return ((p.x | p.y) & (2 * half - 1)) == 0 || ((p.x & p.y & half) != 0 && ((p.x | p.y) & (half - 1)) == 0);
     }
     /// The north-west corner of the square that a place on the ground is in; nothing beside the grid.
-    std::optional<LatticePlace> square_at(const HeightGrid& frame, const Vec2d& place) const;
+    std::optional<LatticePlace> square_at(const Vec2d& place) const;
 
   private:
     /// How the frame of a half-edge's corner cell lies in the lattice: its origin, and the steps of its two axes.

@@ -16,7 +16,6 @@ namespace {
 
 using detail::GridTriangle;
 using detail::GridVertex;
-using detail::in_samples;
 using detail::k_grid_unit;
 using detail::LatticeDiamond;
 
@@ -32,17 +31,10 @@ bool spans_samples(const std::vector<std::int32_t>& lines, std::int32_t at, std:
 
 }  // namespace
 
-inline double TerrainSurface::east_of(std::int32_t column) const {
-    return grid_.origin.x + grid_.spacing.x * in_samples(lattice_.xs[static_cast<std::size_t>(column)]);
-}
-inline double TerrainSurface::north_of(std::int32_t row) const {
-    return grid_.origin.y - grid_.spacing.y * in_samples(lattice_.ys[static_cast<std::size_t>(row)]);
-}
-
 TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : grid_(std::move(grid)) {
     detail::check_surface(grid_);
     with_threads(context, [&] {
-        lattice_ = detail::TerrainLattice(grid_.columns, grid_.rows);
+        lattice_ = detail::TerrainLattice(grid_);
         roots_ = lattice_.make_roots([&](LatticePlace p) { return position(p); });
         set_heights();
         set_errors(context);
@@ -176,7 +168,7 @@ double TerrainSurface::height(LatticePlace p) const {
         .z;
 }
 
-Vec3d TerrainSurface::position(LatticePlace p) const { return {east_of(p.x), north_of(p.y), height(p)}; }
+Vec3d TerrainSurface::position(LatticePlace p) const { return {lattice_.east(p.x), lattice_.north(p.y), height(p)}; }
 
 void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places) const {
     // The loop waits for memory.
@@ -200,13 +192,12 @@ void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places
         const auto column = static_cast<std::uint32_t>(lattice_.xs[static_cast<std::size_t>(p.x)] / k_grid_unit),
                    row = static_cast<std::uint32_t>(lattice_.ys[static_cast<std::size_t>(p.y)] / k_grid_unit);
         place.normal = detail::sample_normal(grid_, column, row);
-        place.uv = {in_samples(lattice_.xs[static_cast<std::size_t>(p.x)]) / (grid_.columns - 1),
-                    in_samples(lattice_.ys[static_cast<std::size_t>(p.y)]) / (grid_.rows - 1)};
+        place.uv = lattice_.uv(p);
     }
 }
 
 std::optional<GroundPoint> TerrainSurface::at(const Vec2d& place) const {
-    const auto corner = lattice_.square_at(grid_, place);
+    const auto corner = lattice_.square_at(place);
     if (!corner) return {};
     return square(*corner).ground(place);
 }
@@ -248,8 +239,8 @@ void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t si
     }
     // Wider by what rounding may do.
     const double room = 1e-9 * (std::abs(low) + std::abs(high) + grid_.spacing.x + grid_.spacing.y);
-    const auto way = ray.in({east_of(x) - room, north_of(std::min(y + side, last_y)) - room, low - room},
-                            {east_of(std::min(x + side, last_x)) + room, north_of(y) + room, high + room});
+    const auto way = ray.in({lattice_.east(x) - room, lattice_.north(std::min(y + side, last_y)) - room, low - room},
+                            {lattice_.east(std::min(x + side, last_x)) + room, lattice_.north(y) + room, high + room});
     if (way.begin > way.end) return;
     if (side > 1) {
         const std::int32_t half = side / 2;
@@ -323,9 +314,9 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
         const Around around(*this, p);
         const Heights a = around.north[0], b = around.north[around.east], c = around.south[0],
                       d = around.south[around.east];
-        const Vec3d first(east_of(around.x0), north_of(around.y1),
+        const Vec3d first(lattice_.east(around.x0), lattice_.north(around.y1),
                           double{std::min(std::min(a.low, b.low), std::min(c.low, d.low))}),
-            last(east_of(around.x1), north_of(around.y0),
+            last(lattice_.east(around.x1), lattice_.north(around.y0),
                  double{std::max(std::max(a.high, b.high), std::max(c.high, d.high))});
         bounds[i].center = (first + last) / 2.0;
         bounds[i].half_sides = (last - first) / 2.0;

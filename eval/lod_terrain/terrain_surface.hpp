@@ -68,8 +68,6 @@ class TerrainSurface final : public Terrain {
     struct Around;
     struct RaySearch;
     void search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const;
-    double east_of(std::int32_t column) const;
-    double north_of(std::int32_t row) const;
 
     HeightGrid grid_;
     detail::TerrainLattice lattice_;

@@ -158,7 +158,7 @@ class Writer {
         : source_(source),
           options_(options),
           frame_(source.frame()),
-          lattice_(frame_.columns, frame_.rows),
+          lattice_(frame_),
           layout_(lattice_, static_cast<std::int32_t>(options.side)),
           file_(path) {
         if (layout_.tile_count() > std::numeric_limits<std::int32_t>::max())

@@ -1,7 +1,6 @@
 #include "tiled_terrain.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../terrain/grid_triangle.hpp"
 #include "tile_file.hpp"
 
 #include <fmt/format.h>
@@ -22,7 +21,6 @@ namespace tetrakis::lod {
 namespace {
 
 using detail::HeightRange;
-using detail::in_samples;
 using detail::LatticeDiamond;
 using detail::LatticePlace;
 using detail::Tile;
@@ -54,7 +52,7 @@ class TiledTerrain::Impl {
         }
         if (header_.side < 16 || header_.side > 1024 || !std::has_single_bit(header_.side))
             refuse(ErrorCode::invalid_input, fmt::format("the tile file is damaged: tiles of {} steps", header_.side));
-        lattice_ = detail::TerrainLattice(frame_.columns, frame_.rows);
+        lattice_ = detail::TerrainLattice(frame_);
         layout_ = TileLayout(lattice_, static_cast<std::int32_t>(header_.side));
         if (file_.size() != layout_.file_bytes())
             refuse(ErrorCode::invalid_input, fmt::format("the tile file has {} bytes, not {}: it is cut off or damaged",
@@ -107,8 +105,7 @@ class TiledTerrain::Impl {
                 place.on_edge = detail::foot_on_edge(place.position, end(diamond.ends[0]), end(diamond.ends[1]));
             }
             place.normal = at.normal();
-            place.uv = {in_samples(lattice_.xs[static_cast<std::size_t>(p.x)]) / (frame_.columns - 1),
-                        in_samples(lattice_.ys[static_cast<std::size_t>(p.y)]) / (frame_.rows - 1)};
+            place.uv = lattice_.uv(p);
         }
     }
 
@@ -124,8 +121,8 @@ class TiledTerrain::Impl {
             const std::int32_t x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, lattice_.last_x()),
                                y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, lattice_.last_y());
             const HeightRange range = spot.heights(*tile, x0, y0, x1, y1);
-            const Vec3d first(east_of(x0), north_of(y1), double{range.low}),
-                last(east_of(x1), north_of(y0), double{range.high});
+            const Vec3d first(lattice_.east(x0), lattice_.north(y1), double{range.low}),
+                last(lattice_.east(x1), lattice_.north(y0), double{range.high});
             bounds[i].center = (first + last) / 2.0;
             bounds[i].half_sides = (last - first) / 2.0;
             bounds[i].error = spot.point(*tile, p).error();
@@ -133,7 +130,7 @@ class TiledTerrain::Impl {
     }
 
     std::optional<GroundPoint> at(const Vec2d& place) {
-        const auto corner = lattice_.square_at(frame_, place);
+        const auto corner = lattice_.square_at(place);
         if (!corner) return {};
         const std::lock_guard lock(mutex_);
         const Spot spot(*this, *corner, 0);
@@ -231,14 +228,8 @@ class TiledTerrain::Impl {
         Clock::time_point not_before{};
     };
 
-    double east_of(std::int32_t x) const {
-        return frame_.origin.x + frame_.spacing.x * in_samples(lattice_.xs[static_cast<std::size_t>(x)]);
-    }
-    double north_of(std::int32_t y) const {
-        return frame_.origin.y - frame_.spacing.y * in_samples(lattice_.ys[static_cast<std::size_t>(y)]);
-    }
     Vec3d position(LatticePlace p, const TilePoint& point) const {
-        return {east_of(p.x), north_of(p.y), double{point.height}};
+        return {lattice_.east(p.x), lattice_.north(p.y), double{point.height}};
     }
 
     /// nullptr: it is to be loaded.

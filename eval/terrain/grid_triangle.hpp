@@ -15,8 +15,6 @@ struct GridVertex {
     std::int32_t x, y;
     float z;  ///< as files and graphics cards have it: errors hold for what they get
 };
-inline constexpr std::int32_t k_grid_unit = 64;
-constexpr double in_samples(std::int32_t place) { return static_cast<double>(place) / k_grid_unit; }
 
 /// The middle of two places of an axis: a sample, where there is one between them.
 constexpr std::int32_t middle(std::int32_t a, std::int32_t b) {

@@ -55,6 +55,10 @@ HeightGrid load_height_grid(const std::filesystem::path& path, const HeightReadO
 std::uint64_t fill_missing_heights(HeightGrid& grid);
 
 namespace detail {
+/// Places along a grid's sides are numbers of these parts of a sample.
+inline constexpr std::int32_t k_grid_unit = 64;
+constexpr double in_samples(std::int32_t place) { return static_cast<double>(place) / k_grid_unit; }
+
 /// Whether its sizes and spacing are those of a surface.
 /// @throws Error  as check_surface(), but for heights
 void check_frame(const HeightGrid& grid);
