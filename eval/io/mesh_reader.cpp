@@ -4,10 +4,6 @@
 #include "../../hier/mesh/face_cutter.hpp"
 #include "mesh_codecs.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cstdlib>
 
@@ -70,9 +66,7 @@ void cut_fans(std::span<const Fan> fans, std::span<const Vec3d> positions,
 }  // namespace detail
 
 TriangleMesh read_triangle_mesh(const std::filesystem::path& path, const RunContext& context) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = detail::lower_extension(path);
     const bool obj = extension == ".obj", ply = extension == ".ply", gltf = extension == ".glb" || extension == ".gltf";
     if (!obj && !ply && !gltf)
         throw Error(ErrorCode::unsupported, "meshes are read from .obj, .ply, .glb and .gltf files", path);

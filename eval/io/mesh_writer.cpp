@@ -4,15 +4,10 @@
 #include "../../hier/base/parallel.hpp"
 #include "mesh_codecs.hpp"
 
-#include <algorithm>
-#include <cctype>
-
 namespace tetrakis {
 
 MeshFormat mesh_format(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = detail::lower_extension(path);
     if (extension == ".obj") return MeshFormat::obj;
     if (extension == ".ply") return MeshFormat::ply;
     if (extension == ".glb") return MeshFormat::glb;

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <bit>
 #include <cctype>
 #include <cmath>
@@ -123,9 +122,7 @@ class RawSource final : public HeightSource {
 
 HeightFormat format_of(const std::filesystem::path& path, const HeightReadOptions& options) {
     if (options.format != HeightFormat::automatic) return options.format;
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = lower_extension(path);
     if (extension == ".png") return HeightFormat::png;
     if (extension == ".hgt") return HeightFormat::hgt;
     if (extension == ".r16" || extension == ".raw") return HeightFormat::raw16;

@@ -15,6 +15,9 @@ namespace tetrakis::detail {
 /// @throws Error io: no such file, a directory, not readable; memory_limit; cancelled
 std::string read_file(const std::filesystem::path& path, const RunContext& context = {});
 
+/// Of a file: ".obj" of "A.OBJ".
+std::string lower_extension(const std::filesystem::path& path);
+
 }  // namespace tetrakis::detail
 
 namespace tetrakis {

@@ -2,13 +2,11 @@
 #include "console.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
-#include "../../hier/base/files.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 
 namespace tetrakis::cli {
 namespace {
@@ -26,13 +24,6 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
 }
 
 }  // namespace
-
-std::string lower_extension(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
 
 void add_read_options(CommandLine command, ReadOptions& options) {
     command

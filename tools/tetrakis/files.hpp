@@ -5,6 +5,7 @@
 
 #include "../../eval/terrain/height_source.hpp"
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/files.hpp"
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/obj/obj_reader.hpp"
@@ -84,8 +85,7 @@ struct HeightInput {
     HeightReadOptions options(const Run& process) const;
 };
 
-/// Of a file: ".obj" of "A.OBJ".
-std::string lower_extension(const std::filesystem::path& path);
+using tetrakis::detail::lower_extension;
 
 /// The files that a command is to write, checked before any work is done.
 class OutputFiles {
