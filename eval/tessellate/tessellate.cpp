@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -213,14 +212,22 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         /// are.
         double run() {
             if (count_ == 0) return 0;
-            guess();
-            if (all_known_) return std::ranges::max(largest_);
-            floor_ = of_.certified() ? of_.aim_ : 0.0;
-            for (double e : largest_) floor_ = std::max(floor_, e);
-            std::ranges::fill(largest_, 0.0);
+            if (of_.certified()) {
+                double largest = 0;
+                bool all_known = true;
+                for (std::uint32_t t = 0; t < count_; ++t) {
+                    const double error = known(t);
+                    largest = std::max(largest, error);
+                    all_known = all_known && (error > 0 || of_.part_[t] != 0);
+                }
+                if (all_known) return largest;
+                floor_ = of_.aim_;
+            } else if (of_.result_.measured_error) {
+                floor_ = of_.result_.measured_error->hausdorff;  // it settles most triangles at first sight
+            }
             granted_.emplace(of_.result_.mesh.triangles, of_.result_.mesh.positions);
             // First those that nothing is known of; what is known may be loose, where all of it matters.
-            pass(0.2, 0.9, [&](std::uint32_t t, double floor) {
+            pass(0, 0.9, [&](std::uint32_t t, double floor) {
                 const LeafId leaf = of_.exported_.leaves[t];
                 return known(t) > 0
                            ? 0.0
@@ -236,8 +243,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
       private:
         static constexpr std::uint32_t k_block = 64;
         static constexpr std::uint32_t k_rounds = 8;
-        /// Of the triangles only one in so many is sampled for a first guess: it need not be the largest.
-        static constexpr std::uint32_t k_stride = 8;
 
         /// The bound that the estimator has for a triangle already, or 0. It has one for errors within the tolerance
         /// that it has not marked. The first triangle of a fan stands for all of it.
@@ -258,39 +263,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         void over_block(std::uint32_t block, const ErrorOf& error_of) {
             for (std::uint32_t t = block * k_block; t < std::min((block + 1) * k_block, count_); ++t)
                 largest_[block] = std::max(largest_[block], error_of(t, std::max(floor_, largest_[block])));
-        }
-
-        /// A first guess at the largest error, which settles most triangles at first sight.
-        void guess() {
-            all_known_ = of_.certified();
-            detail::for_each_batch(of_.patches_.get(), static_cast<std::uint32_t>(largest_.size()), 4, of_.context_,
-                                   "certify", 0, 0.2, [&](std::uint32_t block) {
-                                       over_block(block, [&](std::uint32_t t, double) {
-                                           const LeafId leaf = of_.exported_.leaves[t];
-                                           const bool fan = !leaf.valid();
-                                           if (fan && of_.part_[t] != 0) return 0.0;
-                                           if (!of_.certified()) {
-                                               if (fan) {
-                                                   const FaceId face = of_.exported_.faces[t];
-                                                   return of_.fan_basis_[face.value] == ErrorBasis::samples
-                                                              ? of_.hierarchy_->fan_error(face)
-                                                              : 0.0;
-                                               }
-                                               return t % k_stride == 0 ? sampled(t) : 0.0;
-                                           }
-                                           const double error = known(t);
-                                           if (error > 0) return error;
-                                           all_known_.store(false, std::memory_order_relaxed);
-                                           return fan ? 0.0 : of_.refinement_->error(leaf);
-                                       });
-                                   });
-        }
-
-        /// Across the triangle: how far the surface slides is no error.
-        double sampled(std::uint32_t t) const {
-            const QuickError quick = of_.estimator_->bounder().quick_error(of_.origin(t).cell);
-            const detail::PlaneMeasure plane(quick.corners);
-            return plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
         }
 
         /// In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next, and so does
@@ -328,7 +300,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         std::uint32_t count_;
         std::vector<double> largest_;  ///< by block of triangles
         double floor_ = 0;
-        std::atomic<bool> all_known_ = false;
         std::optional<MeshSliding> granted_;
     };
 
