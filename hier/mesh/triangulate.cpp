@@ -17,11 +17,14 @@ namespace {
 
 class Triangulator {
   public:
-    explicit Triangulator(const ControlMesh& mesh) : mesh_(mesh), in_(mesh.data()), out_(in_) {
-        uses_ = detail::sorted_edge_uses(in_.face_offsets, in_.face_vertices, mesh.vertex_count());
-    }
+    explicit Triangulator(const ControlMeshData& mesh)
+        : in_(mesh),
+          out_(in_),
+          uses_(detail::sorted_edge_uses(in_.face_offsets, in_.face_vertices,
+                                         static_cast<std::uint32_t>(in_.positions.size()))) {}
 
-    ControlMeshData run() {
+    /// @param mesh  what the data are of; null: they need not be a surface, and have no tags
+    ControlMeshData run(const ControlMesh* mesh) {
         out_.face_offsets.assign(1, 0);
         out_.face_vertices.clear();
         out_.face_uvs.clear();
@@ -31,20 +34,21 @@ class Triangulator {
         out_.face_lines.clear();
         out_.holes.clear();
         out_.hole_lines.clear();
-        std::vector<std::uint32_t> first(std::size_t{mesh_.face_count()} + 1);
-        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) {
-            first[f] = triangle_count();
-            face_ = f;
+        const auto face_count = static_cast<std::uint32_t>(in_.face_offsets.size() - 1);
+        std::vector<std::uint32_t> first(std::size_t{face_count} + 1);
+        for (face_ = 0; face_ < face_count; ++face_) {
+            first[face_] = triangle_count();
             cut_face();
         }
-        first[mesh_.face_count()] = triangle_count();
+        first[face_count] = triangle_count();
+        if (mesh == nullptr) return std::move(out_);
         // Of a face that is dropped at the boundary not all triangles might be dropped by themselves.
-        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-            if (mesh_.is_hole(FaceId(f)))
+        for (std::uint32_t f = 0; f < face_count; ++f)
+            if (mesh->is_hole(FaceId(f)))
                 for (std::uint32_t t = first[f]; t < first[f + std::size_t{1}]; ++t) out_.holes.push_back(t);
         for (auto& tag : out_.corner_angles) tag.face = triangle_at(tag.vertex, first[tag.face]);
-        keep_sharp_corners();
-        out_.warnings.push_back(fmt::format("cut {} of {} faces into triangles", cut_count_, mesh_.face_count()));
+        keep_sharp_corners(*mesh);
+        out_.warnings.push_back(fmt::format("cut {} of {} faces into triangles", cut_count_, face_count));
         if (centre_count_ != 0)
             out_.warnings.push_back(
                 fmt::format("{} of them got a new vertex in the middle, where no diagonal was free", centre_count_));
@@ -133,15 +137,14 @@ class Triangulator {
     }
 
     // A boundary corner of one face may have several triangles now and would lose its sharpness.
-    void keep_sharp_corners() {
+    void keep_sharp_corners(const ControlMesh& mesh) {
         if (in_.boundary_rule != BoundaryRule::edge_and_corner) return;
-        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
-            if (mesh_.is_boundary(VertexId(v)) && mesh_.face_valence(VertexId(v)) == 1 &&
-                mesh_.face_size(mesh_.face(mesh_.vertex_halfedge(VertexId(v)))) > 3)
+        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+            if (mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 1 &&
+                mesh.face_size(mesh.face(mesh.vertex_halfedge(VertexId(v)))) > 3)
                 out_.corners.push_back({v, k_sharpness_infinity});
     }
 
-    const ControlMesh& mesh_;
     const ControlMeshData& in_;
     ControlMeshData out_;
     std::vector<detail::EdgeUse> uses_;
@@ -158,7 +161,9 @@ class Triangulator {
 
 ControlMesh triangulate(const ControlMesh& mesh, const RunContext& context) {
     if (mesh.all_triangles()) return mesh;
-    return ControlMesh::build(Triangulator(mesh).run(), context);
+    return ControlMesh::build(Triangulator(mesh.data()).run(&mesh), context);
 }
+
+ControlMeshData detail::cut_faces(const ControlMeshData& mesh) { return Triangulator(mesh).run(nullptr); }
 
 }  // namespace tetrakis
