@@ -29,49 +29,27 @@ constexpr double k_lower_aim = 0.8;
 /// Three vertices more for each leaf that is split, and two triangles for each of them.
 constexpr std::uint64_t k_triangles_per_split = 6;
 
-/// Why a mesh has no vertex quadtrees.
-struct NoQuadtrees {
-    std::string why;
-};
-
-/// @throws NoQuadtrees  where make() says that something is not supported
-template <class Make>
-auto quadtrees_from(Make&& make) {
-    try {
-        return make();
-    } catch (const Error& error) {
-        if (error.code() != ErrorCode::unsupported) throw;
-        throw NoQuadtrees{error.what()};
-    }
-}
-
 class DualTessellator final : public TessellationRun {
   public:
-    DualTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+    DualTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
+                    VertexRoots roots)
         : TessellationRun(mesh, options, context),
-          forest_(quadtrees_from([&] { return vertex_roots(mesh, options.scheme.info(), options.rules); })),
+          forest_(std::move(roots)),
           points_(row_points(mesh, options.scheme.info(), options.rules, &forest_.roots(), context, true)),
           leaf_errors_([this](std::span<const Site> sites, std::span<Vec3d> points) {
               points_->limit_positions(sites, points);
           }) {
-        const std::string_view no_bound = lacks_bound();
-        if (DualBound::has(options.scheme.info()) && no_bound.empty())
+        const bool has_holes = std::ranges::count(forest_.roots().hole, 1) != 0;
+        if (DualBound::has(options.scheme.info()) && !has_holes)
             bound_.emplace(*points_, options.scheme.info(), forest_.roots(), mesh);
         if (certified() && !bound_)
             throw Error(ErrorCode::unsupported,
-                        "there is no certified bound where " + std::string(no_bound) + "; use the measured estimator",
+                        "there is no certified bound where the mesh has holes (remove their faces instead); use the "
+                        "measured estimator",
                         mesh.data().source);
     }
 
   private:
-    /// What the mesh has that the bound does not know; empty: nothing.
-    std::string_view lacks_bound() const {
-        const auto& holes = forest_.roots().hole;
-        if (std::find(holes.begin(), holes.end(), 1) != holes.end())
-            return "the mesh has holes (remove their faces instead)";
-        return {};
-    }
-
     void refine_to_least_level() {
         std::vector<LeafId> low;
         ForestChange change;
@@ -311,14 +289,17 @@ class DualTessellator final : public TessellationRun {
 }  // namespace
 
 Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
+    VertexRoots roots;
     try {
-        return DualTessellator(mesh, options, context).run();
-    } catch (const NoQuadtrees& none) {
+        roots = vertex_roots(mesh, options.scheme.info(), options.rules);
+    } catch (const Error& none) {
+        if (none.code() != ErrorCode::unsupported) throw;
         // Where two faces meet inside, level 0 has no limits.
         TessellateOptions from_level_1 = options;
         from_level_1.min_level = std::max(options.min_level, 1);
-        return tessellate_by_levels(mesh, from_level_1, context, none.why);
+        return tessellate_by_levels(mesh, from_level_1, context, none.what());
     }
+    return DualTessellator(mesh, options, context, std::move(roots)).run();
 }
 
 }  // namespace tetrakis::detail
