@@ -621,29 +621,22 @@ std::uint64_t View::memory_bytes() const { return impl_->memory_bytes(); }
 
 TriangleMesh View::mesh() const {
     const BisectionForest& forest = impl_->forest_;
-    std::vector<std::uint32_t> numbers(forest.point_slots(), PointId::none);
-    std::vector<Site> sites;
-    std::vector<std::uint32_t> points;
-    TriangleMesh mesh;
+    ExportedTriangles out;
     for (std::uint32_t i = 0; i < forest.leaf_slots(); ++i) {
         if (!forest.is_leaf(LeafId(i))) continue;
-        Triangle& triangle = mesh.triangles.emplace_back();
-        for (std::size_t k = 0; k < 3; ++k) {
-            const PointId p = forest.leaf(LeafId(i)).vertex[k];
-            if (numbers[p.value] == PointId::none) {
-                numbers[p.value] = static_cast<std::uint32_t>(sites.size());
-                sites.push_back(forest.point_site(p));
-                points.push_back(p.value);
-            }
-            triangle[k] = numbers[p.value];
-        }
+        const auto& v = forest.leaf(LeafId(i)).vertex;
+        out.triangles.push_back({v[0].value, v[1].value, v[2].value});
     }
-    std::vector<Place> places(sites.size());
-    impl_->surface_.places(sites, places);
+    detail::number_points(out, forest.point_slots(), out.triangles.size() / 2);
+    for (const PointId p : out.points) out.sites.push_back(forest.point_site(p));
+    TriangleMesh mesh;
+    mesh.triangles = std::move(out.triangles);
+    std::vector<Place> places(out.sites.size());
+    impl_->surface_.places(out.sites, places);
     for (std::size_t i = 0; i < places.size(); ++i) {
         Place& place = places[i];
         if (!place.known) {
-            const Vertex& v = impl_->vertices_[points[i]];
+            const Vertex& v = impl_->vertices_[out.points[i].value];
             place.position = unpacked(v.position) + impl_->origin_;
             place.normal = detail::from_octahedral(v.normal);
             place.uv = {v.uv[0], v.uv[1]};

@@ -1,4 +1,5 @@
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/exported_triangles.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/adaptive/hierarchy_view.hpp"
@@ -129,26 +130,18 @@ class Sqrt3Tessellator final : public TessellationRun {
 
     /// The leaves of a forest, with limit points for vertices.
     TriangleMesh triangle_mesh(const Sqrt3Forest& forest, std::vector<Site>& sites, const char* stage) const {
-        TriangleMesh mesh;
-        constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
-        std::vector<std::uint32_t> number(forest.point_slots(), k_no_number);
-        std::vector<PointId> points;
+        ExportedTriangles out;
         forest.for_each_leaf([&](LeafId leaf, FaceId) {
-            auto& triangle = mesh.triangles.emplace_back();
             const std::array<PointId, 3> corners = forest.points(leaf);
-            for (std::size_t k = 0; k < 3; ++k) {
-                std::uint32_t& v = number[corners[k].value];
-                if (v == k_no_number) {
-                    v = static_cast<std::uint32_t>(points.size());
-                    points.push_back(corners[k]);
-                }
-                triangle[k] = v;
-            }
+            out.triangles.push_back({corners[0].value, corners[1].value, corners[2].value});
         });
-        sites.resize(points.size());
-        for_each_index(static_cast<std::uint32_t>(points.size()),
-                       [&](std::uint32_t v) { sites[v] = forest.site(points[v]); });
-        mesh.positions.resize(points.size());
+        number_points(out, forest.point_slots(), out.triangles.size() / 2);
+        sites.resize(out.points.size());
+        for_each_index(static_cast<std::uint32_t>(sites.size()),
+                       [&](std::uint32_t v) { sites[v] = forest.site(out.points[v]); });
+        TriangleMesh mesh;
+        mesh.triangles = std::move(out.triangles);
+        mesh.positions.resize(sites.size());
         limit_positions(points_, sites, mesh.positions, [&](double) { context_.report(stage, 0.1); });
         return mesh;
     }
