@@ -29,13 +29,13 @@ std::vector<Vec2d> uvs_at(std::span<const Site> addresses, const ControlMesh& me
     ControlMesh chart;
     std::optional<Hierarchy> points;
     try {
-        const std::optional<ControlMesh> untagged = without_ignored_tags(mesh, options.scheme.info(), options.rules);
-        chart = uv_mesh(untagged ? *untagged : mesh, options.rules);
-        const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
-        const bool triangles = options.scheme.info().family == MeshFamily::triangles;
-        const SchemeInfo& scheme = linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
-        points.emplace(make_hierarchy(chart, scheme,
-                                      {.rules = chart_rules(options.rules), .whole_levels = true, .context = context}));
+        if (mesh.face_varying_rule() != FaceVaryingRule::linear_all) {
+            const auto untagged = without_ignored_tags(mesh, options.scheme.info(), options.rules);
+            chart = uv_mesh(untagged ? *untagged : mesh, options.rules);
+            points.emplace(
+                make_hierarchy(chart, options.scheme.info(),
+                               {.rules = chart_rules(options.rules), .whole_levels = true, .context = context}));
+        }
     } catch (const Error& error) {
         warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
                            error.what() + ")");
