@@ -53,29 +53,6 @@ void for_each_row(const std::array<LatticePlace, 3>& t, Visit&& visit) {
     }
 }
 
-/// A triangle from which many points' distances are asked for.
-class Triangle3 {
-  public:
-    Triangle3(const Vec3d& a, const Vec3d& b, const Vec3d& c) : a_(a), b_(b), c_(c) {
-        const Vec3d ab = b - a, ac = c - a, normal = glm::cross(ab, ac);
-        const double squared = glm::dot(normal, normal);
-        if (!(squared > 1e-8 * glm::dot(ab, ab) * glm::dot(ac, ac))) return;  // a sliver
-        normal_ = normal / std::sqrt(squared);
-        u_ = glm::cross(ac, normal) / squared;
-        v_ = glm::cross(normal, ab) / squared;
-    }
-    double distance(const Vec3d& p) const {
-        const Vec3d off = p - a_;
-        const double u = glm::dot(u_, off), v = glm::dot(v_, off);
-        // Over the triangle, and not a sliver, whose u and v are 0.
-        if (u > 0 && v > 0 && u + v < 1) return std::abs(glm::dot(normal_, off));
-        return std::sqrt(detail::nearest_on_triangle(p, a_, b_, c_).squared_distance);
-    }
-
-  private:
-    Vec3d a_, b_, c_, normal_{}, u_{}, v_{};
-};
-
 }  // namespace
 
 SampledSurface::SampledSurface(ControlMesh roots, int level) : roots_(std::move(roots)), level_(level) {
@@ -204,7 +181,6 @@ void SampledSurface::measure_cell(HalfedgeId cell) {
                                  v = twice_area(corners[0], corners[1], {px, py}) / area;
                     return a + u * (b - a) + v * (c - a);
                 };
-                const Triangle3 triangle(a, b, c);
                 const Vec3d base = b - a, off_base = middle - a - detail::nearest_on_segment(base, middle - a) * base;
                 error = glm::length(off_base) + double{around[number(x, y)]};
                 const Vec3d step = at_parameters(1, 0) - at_parameters(0, 0);
@@ -215,7 +191,9 @@ void SampledSurface::measure_cell(HalfedgeId cell) {
                         const double left = error - double{around[i]};
                         const Vec3d off = points[i] - same;
                         if (left >= 0 && glm::dot(off, off) <= left * left) continue;
-                        error = std::max(error, triangle.distance(points[i]) + double{around[i]});
+                        error = std::max(error,
+                                         std::sqrt(detail::nearest_on_triangle(points[i], a, b, c).squared_distance) +
+                                             double{around[i]});
                     }
                 });
                 if (diamond.step == 1 && !diamond.is_centre) {
