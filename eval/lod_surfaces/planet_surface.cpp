@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -64,21 +65,17 @@ double within(const HeightGrid& grid, double x, double y) {
     return mixed(grid, column, column + 1, row, row + 1, x - column, y - row);
 }
 
-std::vector<HeightGrid> list(HeightGrid grid) {
-    std::vector<HeightGrid> grids;
-    grids.push_back(std::move(grid));
-    return grids;
+std::vector<HeightGrid> list(std::span<HeightGrid> grids) {
+    return {std::make_move_iterator(grids.begin()), std::make_move_iterator(grids.end())};
 }
 
 }  // namespace
 
 PlanetSurface::PlanetSurface(HeightGrid longitudes_latitudes, const PlanetOptions& options)
-    : PlanetSurface(list(std::move(longitudes_latitudes)), options) {}
+    : PlanetSurface(list({&longitudes_latitudes, 1}), options) {}
 
 PlanetSurface::PlanetSurface(std::array<HeightGrid, 6> faces, const PlanetOptions& options)
-    : PlanetSurface(
-          std::vector<HeightGrid>(std::make_move_iterator(faces.begin()), std::make_move_iterator(faces.end())),
-          options) {}
+    : PlanetSurface(list(faces), options) {}
 
 PlanetSurface::PlanetSurface(std::vector<HeightGrid> grids, const PlanetOptions& options)
     : SampledSurface(detail::cube_roots(options.radius), level_of(grids, options)),

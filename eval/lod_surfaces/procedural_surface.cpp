@@ -147,9 +147,8 @@ double ProceduralSurface::error(double length) const {
            change * change / (4 * (radius_ + heights_.low));
 }
 
-Vec3d ProceduralSurface::base(const Site& site) const {
-    const Vec3d flat = detail::on_flat_roots(roots_, site);
-    return std::isfinite(radius_) ? radius_ * glm::normalize(flat) : flat;
+Vec3d ProceduralSurface::base(const Vec3d& on_roots) const {
+    return std::isfinite(radius_) ? radius_ * glm::normalize(on_roots) : on_roots;
 }
 Vec3d ProceduralSurface::up(const Vec3d& base) const {
     return std::isfinite(radius_) ? base / radius_ : Vec3d(0, 0, 1);
@@ -164,32 +163,27 @@ Vec3d ProceduralSurface::ground(const Vec3d& base) const {
 }
 
 void ProceduralSurface::places(std::span<const Site> sites, std::span<Place> places) const {
-    const bool is_ball = std::isfinite(radius_);
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const Site& site = sites[i];
-        const Vec3d at = base(site), z = up(at);
+        const Vec3d at = base(detail::on_flat_roots(roots_, site)), z = up(at);
         Place& place = places[i];
         place.position = place.on_edge = ground(at);
         const std::uint32_t n = 1u << site.level;
         if (site.at.x != site.at.y || (site.at.x != 0 && site.at.x != n)) {
             const LatticeDiamond diamond({static_cast<std::int32_t>(site.at.x), static_cast<std::int32_t>(site.at.y)});
             std::array<Vec3d, 2> ends;
-            for (std::size_t k = 0; k < 2; ++k) {
-                const Vec3d flat = detail::on_flat_roots(roots_, site.root, std::ldexp(diamond.ends[k].x, -site.level),
-                                                         std::ldexp(diamond.ends[k].y, -site.level));
-                ends[k] = ground(is_ball ? radius_ * glm::normalize(flat) : flat);
-            }
+            for (std::size_t k = 0; k < 2; ++k)
+                ends[k] =
+                    ground(base(detail::on_flat_roots(roots_, site.root, std::ldexp(diamond.ends[k].x, -site.level),
+                                                      std::ldexp(diamond.ends[k].y, -site.level))));
             const Vec3d along = ends[1] - ends[0];
             place.on_edge = ends[0] + detail::nearest_on_segment(along, place.position - ends[0]) * along;
         }
         const Vec3d x = glm::normalize(glm::cross(std::abs(z.x) < 0.9 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0), z)),
                     y = glm::cross(z, x);
-        const auto beside = [&](const Vec3d& aside) {
-            const Vec3d moved = at + finest_step_ * aside;
-            return ground(is_ball ? radius_ * glm::normalize(moved) : moved);
-        };
+        const auto beside = [&](const Vec3d& aside) { return ground(base(at + finest_step_ * aside)); };
         place.normal = glm::normalize(glm::cross(beside(x) - beside(-x), beside(y) - beside(-y)));
-        place.uv = is_ball ? detail::longitude_latitude(at) : Vec2d(at) / (2 * step_) + 0.5;
+        place.uv = std::isfinite(radius_) ? detail::longitude_latitude(at) : Vec2d(at) / (2 * step_) + 0.5;
     }
 }
 
@@ -203,7 +197,7 @@ void ProceduralSurface::bounds(std::span<const Site> sites, std::span<DiamondBou
         const int depth = 2 * site.level - (is_centre ? 1 : 0);
         const double length = step_ * std::exp2(1 - 0.5 * depth) *
                               (std::isfinite(radius_) ? 1 + std::max(0.0, heights_.high) / radius_ : 1);
-        bounds[i] = {ground(base(site)), Vec3d((1 + heights_.slope) * reach * length),
+        bounds[i] = {ground(base(detail::on_flat_roots(roots_, site))), Vec3d((1 + heights_.slope) * reach * length),
                      errors_[static_cast<std::size_t>(depth)]};
     }
 }

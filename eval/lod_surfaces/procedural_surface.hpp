@@ -47,7 +47,7 @@ class ProceduralSurface final : public Surface {
 
   private:
     ProceduralSurface(ControlMesh roots, double radius, double step, double finest, ProceduralHeights heights);
-    Vec3d base(const Site& site) const;  // on the plane or ball
+    Vec3d base(const Vec3d& on_roots) const;  // on the plane or ball
     Vec3d up(const Vec3d& base) const;
     Vec3d ground(const Vec3d& base) const;  // above that
     double error(double length) const;      // of triangles with such a longest side
