@@ -7,13 +7,23 @@
 #include "../lod_surfaces/surface.hpp"
 #include "../terrain/height_grid.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
 namespace tetrakis::detail {
+
+struct HeightRange {
+    float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
+    void add(const HeightRange& other) {
+        low = std::min(low, other.low);
+        high = std::max(high, other.high);
+    }
+};
 
 /// The plane over a triangle: height = at + slopes * (place - corner).
 struct GroundPlane {

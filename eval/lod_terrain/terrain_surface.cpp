@@ -44,7 +44,7 @@ TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : gri
 std::uint64_t TerrainSurface::memory_bytes() const {
     std::uint64_t bytes = grid_.heights.capacity() * sizeof(float) + codes_.capacity() +
                           (lattice_.xs.capacity() + lattice_.ys.capacity()) * sizeof(std::int32_t);
-    for (const HeightLevel& level : heights_) bytes += level.cells.capacity() * sizeof(Heights);
+    for (const HeightLevel& level : heights_) bytes += level.cells.capacity() * sizeof(HeightRange);
     return bytes;
 }
 
@@ -65,11 +65,11 @@ void TerrainSurface::set_heights() {
             const auto rows = samples(lattice_.ys, static_cast<std::int32_t>(r));
             for (std::int32_t c = 0; c < finest.columns; ++c) {
                 const auto columns = samples(lattice_.xs, c);
-                Heights range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
+                HeightRange range;
                 for (std::int32_t y = rows[0]; y <= rows[1]; ++y) {
                     const float* const row = grid_.heights.data() + static_cast<std::size_t>(y) * grid_.columns;
                     const auto [low, high] = std::minmax_element(row + columns[0], row + columns[1] + 1);
-                    range = {std::min(range.low, *low), std::max(range.high, *high)};
+                    range.add({*low, *high});
                 }
                 finest.cells[r * static_cast<std::size_t>(finest.columns) + c] = range;
             }
@@ -81,12 +81,10 @@ void TerrainSurface::set_heights() {
         HeightLevel level{(finer.columns + 1) / 2, (finer.rows + 1) / 2, {}};
         for (std::int32_t r = 0; r < level.rows; ++r)
             for (std::int32_t c = 0; c < level.columns; ++c) {
-                Heights range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
+                HeightRange range;
                 for (std::int32_t y = 2 * r; y < std::min(2 * r + 2, finer.rows); ++y)
-                    for (std::int32_t x = 2 * c; x < std::min(2 * c + 2, finer.columns); ++x) {
-                        const Heights& part = finer.cells[static_cast<std::size_t>(y) * finer.columns + x];
-                        range = {std::min(range.low, part.low), std::max(range.high, part.high)};
-                    }
+                    for (std::int32_t x = 2 * c; x < std::min(2 * c + 2, finer.columns); ++x)
+                        range.add(finer.row(y)[x]);
                 level.cells.push_back(range);
             }
         heights_.push_back(std::move(level));
@@ -94,7 +92,7 @@ void TerrainSurface::set_heights() {
 }
 
 void TerrainSurface::set_errors(const RunContext& context) {
-    const Heights all = heights_.back().cells[0];
+    const HeightRange all = heights_.back().cells[0];
     // Where lines are no samples, errors are the sum of their children's and of what the heights are apart. Of each
     // level's sum, an eighth larger by rounding, a nest of these errors keeps below this.
     constexpr double k_sums = 16;
@@ -233,7 +231,7 @@ void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t si
     const int k = std::countr_zero(static_cast<std::uint32_t>(side)) - k_log_cell;
     if (k >= 0) {
         const HeightLevel& level = heights_[static_cast<std::size_t>(k)];
-        const Heights& range = level.row(y / side)[x / side];
+        const HeightRange& range = level.row(y / side)[x / side];
         low = double{range.low};
         high = double{range.high};
     }
@@ -297,7 +295,7 @@ struct TerrainSurface::Around {
         east = std::min(x1 >> shift, level.columns - 1) - (x0 >> shift);
     }
     std::int32_t x0, x1, y0, y1, east;
-    const Heights *north, *south;
+    const HeightRange *north, *south;
 };
 
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
@@ -312,7 +310,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const LatticePlace p = lattice_.place(sites[i]);
         const Around around(*this, p);
-        const Heights a = around.north[0], b = around.north[around.east], c = around.south[0],
+        const HeightRange a = around.north[0], b = around.north[around.east], c = around.south[0],
                       d = around.south[around.east];
         const Vec3d first(lattice_.east(around.x0), lattice_.north(around.y1),
                           double{std::min(std::min(a.low, b.low), std::min(c.low, d.low))}),

@@ -41,14 +41,12 @@ class TerrainSurface final : public Terrain {
 
   private:
     using LatticePlace = detail::LatticePlace;
-    struct Heights {
-        float low, high;
-    };
+    using HeightRange = detail::HeightRange;
     /// Of the square cells of the lattice, 8 * 2^level steps wide.
     struct HeightLevel {
         std::int32_t columns = 0, rows = 0;
-        std::vector<Heights> cells;
-        const Heights* row(std::int32_t r) const {
+        std::vector<HeightRange> cells;
+        const HeightRange* row(std::int32_t r) const {
             return cells.data() + static_cast<std::size_t>(r) * static_cast<std::size_t>(columns);
         }
     };

@@ -50,14 +50,6 @@ struct TilePoint {
 };
 static_assert(sizeof(TilePoint) == 8);
 
-struct HeightRange {
-    float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
-    void add(const HeightRange& other) {
-        low = std::min(low, other.low);
-        high = std::max(high, other.high);
-    }
-};
-
 /// The first bytes of a tile file, in the byte order of the machine that wrote it.
 struct TileHeader {
     static constexpr std::array<char, 8> k_magic{'t', 'k', 't', 'i', 'l', 'e', 's', '\n'};
