@@ -17,6 +17,19 @@ namespace tetrakis::detail {
 
 namespace {
 
+/// A number of a buffer; where it is normalized, the largest one of its type is 1.
+template <class T>
+double number_at(const unsigned char* at, bool normalized) {
+    T value;
+    std::memcpy(&value, at, sizeof(T));
+    const auto number = static_cast<double>(value);
+    return normalized ? std::max(-1.0, number / static_cast<double>(std::numeric_limits<T>::max())) : number;
+}
+/// By component type, from TINYGLTF_COMPONENT_TYPE_BYTE on; tinygltf knows more than glTF has.
+constexpr decltype(&number_at<float>) k_number_at[] = {
+    number_at<std::int8_t>,   number_at<std::uint8_t>, number_at<std::int16_t>, number_at<std::uint16_t>, nullptr,
+    number_at<std::uint32_t>, number_at<float>};
+
 class GltfDecoder {
   public:
     GltfDecoder(std::string_view bytes, const std::filesystem::path& path) : path_(path) { parse(bytes); }
@@ -126,35 +139,12 @@ class GltfDecoder {
     struct Numbers {
         const unsigned char* data = nullptr;
         std::uint64_t count = 0, stride = 0;
-        int component_type = 0;
-        int components = 0;
+        int component_type = 0, component_size = 0;
         bool normalized = false;
 
         double operator()(std::uint64_t i, int component) const {
-            const unsigned char* at = data + i * stride;
-            const auto get = [&]<class T>(T) {
-                T value;
-                std::memcpy(&value, at + component * sizeof(T), sizeof(T));
-                return value;
-            };
-            const auto scaled = [&]<class T>(T value) {
-                const double full = static_cast<double>(std::numeric_limits<T>::max());
-                return normalized ? std::max(-1.0, static_cast<double>(value) / full) : static_cast<double>(value);
-            };
-            switch (component_type) {
-                case TINYGLTF_COMPONENT_TYPE_BYTE:
-                    return scaled(get(std::int8_t{}));
-                case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-                    return scaled(get(std::uint8_t{}));
-                case TINYGLTF_COMPONENT_TYPE_SHORT:
-                    return scaled(get(std::int16_t{}));
-                case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-                    return scaled(get(std::uint16_t{}));
-                case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-                    return static_cast<double>(get(std::uint32_t{}));
-                default:  // FLOAT: numbers() lets no other through
-                    return static_cast<double>(get(float{}));
-            }
+            return k_number_at[component_type - TINYGLTF_COMPONENT_TYPE_BYTE](
+                data + i * stride + component * component_size, normalized);
         }
     };
 
@@ -167,10 +157,8 @@ class GltfDecoder {
         const int component_size =
             tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
         const int found = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
-        // tinygltf knows more types than glTF has.
-        const bool allowed = accessor.componentType != TINYGLTF_COMPONENT_TYPE_INT &&
-                             accessor.componentType != TINYGLTF_COMPONENT_TYPE_DOUBLE;
-        if (component_size <= 0 || !allowed || found != components)
+        const auto type = static_cast<std::size_t>(accessor.componentType - TINYGLTF_COMPONENT_TYPE_BYTE);
+        if (type >= std::size(k_number_at) || k_number_at[type] == nullptr || found != components)
             reject(fmt::format("accessor {} has the wrong type for a {}", index, what));
         const auto element = static_cast<std::uint64_t>(component_size * components);
         const std::uint64_t stride = view.byteStride == 0 ? element : view.byteStride;
@@ -185,8 +173,8 @@ class GltfDecoder {
                              accessor.count,
                              stride,
                              accessor.componentType,
-                             components,
-                             accessor.normalized};
+                             component_size,
+                             accessor.normalized && component_size < 4};
         for (std::uint64_t i = 0; i < result.count; ++i)
             for (int c = 0; c < components; ++c)
                 if (!std::isfinite(result(i, c)))
