@@ -23,17 +23,10 @@ void encode(AtomicFile& file, const detail::MeshView& view, const Box3d& whole, 
     const MeshFormat format = mesh_format(file.path());
     view.check();
     with_threads(context, [&] {
-        switch (format) {
-            case MeshFormat::obj:
-                detail::encode_obj(view, file, context);
-                break;
-            case MeshFormat::ply:
-                detail::encode_ply(view, file, context);
-                break;
-            case MeshFormat::glb:
-                detail::encode_glb(view, whole, file, context);
-                break;
-        }
+        if (format == MeshFormat::glb)
+            detail::encode_glb(view, whole, file, context);
+        else
+            (format == MeshFormat::obj ? detail::encode_obj : detail::encode_ply)(view, file, context);
     });
 }
 

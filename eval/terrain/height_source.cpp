@@ -38,16 +38,11 @@ std::unique_ptr<HeightSource> make_height_source(const HeightGrid& grid) {
 }
 
 std::unique_ptr<HeightSource> open_height_source(const std::filesystem::path& path, const HeightReadOptions& options) {
-    switch (const HeightFormat format = detail::format_of(path, options); format) {
-        case HeightFormat::raw16:
-        case HeightFormat::raw_float:
-        case HeightFormat::hgt:
-            return detail::open_raw_heights(path, options, format);
-        case HeightFormat::gdal:
-            return detail::open_with_gdal(path, options);
-        default:
-            return std::make_unique<GridSource>(std::make_shared<HeightGrid>(load_height_grid(path, options)));
-    }
+    const HeightFormat format = detail::format_of(path, options);
+    if (format == HeightFormat::gdal) return detail::open_with_gdal(path, options);
+    if (format == HeightFormat::png || format == HeightFormat::terrain_rgb)
+        return std::make_unique<GridSource>(std::make_shared<HeightGrid>(load_height_grid(path, options)));
+    return detail::open_raw_heights(path, options, format);
 }
 
 }  // namespace tetrakis

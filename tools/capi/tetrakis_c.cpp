@@ -54,6 +54,11 @@ struct tetrakis_view {
     lod::View view;
 };
 
+static_assert(static_cast<int>(ErrorCode::invalid_input) == TETRAKIS_INVALID_INPUT &&
+              static_cast<int>(ErrorCode::io) == TETRAKIS_IO &&
+              static_cast<int>(ErrorCode::unsupported) == TETRAKIS_UNSUPPORTED &&
+              static_cast<int>(ErrorCode::memory_limit) == TETRAKIS_MEMORY_LIMIT &&
+              static_cast<int>(ErrorCode::cancelled) == TETRAKIS_FAILURE);  // nothing here is ever cancelled
 static_assert(sizeof(tetrakis_vertex) == sizeof(lod::Vertex) && sizeof(tetrakis_range) == sizeof(lod::Update::Range));
 
 namespace {
@@ -76,19 +81,7 @@ tetrakis_status guarded(const Work& work) {
         work();
         return TETRAKIS_OK;
     } catch (const Error& error) {
-        switch (error.code()) {
-            case ErrorCode::invalid_input:
-                return failed(TETRAKIS_INVALID_INPUT, error.what());
-            case ErrorCode::io:
-                return failed(TETRAKIS_IO, error.what());
-            case ErrorCode::unsupported:
-                return failed(TETRAKIS_UNSUPPORTED, error.what());
-            case ErrorCode::memory_limit:
-                return failed(TETRAKIS_MEMORY_LIMIT, error.what());
-            case ErrorCode::cancelled:
-                break;
-        }
-        return failed(TETRAKIS_FAILURE, error.what());
+        return failed(static_cast<tetrakis_status>(error.code()), error.what());
     } catch (const std::bad_alloc&) {
         return failed(TETRAKIS_MEMORY_LIMIT, "out of memory");
     } catch (const std::exception& error) {

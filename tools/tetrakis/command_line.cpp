@@ -113,17 +113,9 @@ bool CommandLine::given(const std::string& option) const { return app_->count(op
 namespace {
 
 ExitCode exit_code_of(const Error& error) {
-    switch (error.code()) {
-        case ErrorCode::invalid_input:
-            return ExitCode::bad_input;
-        case ErrorCode::cancelled:
-            return ExitCode::cancelled;
-        case ErrorCode::io:
-        case ErrorCode::unsupported:
-        case ErrorCode::memory_limit:
-            break;
-    }
-    return ExitCode::failure;
+    return error.code() == ErrorCode::invalid_input ? ExitCode::bad_input
+           : error.code() == ErrorCode::cancelled   ? ExitCode::cancelled
+                                                    : ExitCode::failure;
 }
 
 ExitCode run_command(const std::function<ExitCode()>& command) {

@@ -108,35 +108,12 @@ MeshStatistics statistics(const ControlMesh& mesh) {
     return s;
 }
 
-std::string_view name_of(BoundaryRule rule) {
-    switch (rule) {
-        case BoundaryRule::none:
-            return "none";
-        case BoundaryRule::edge_and_corner:
-            return "edge-and-corner";
-        case BoundaryRule::edge_only:
-            break;
-    }
-    return "edge-only";
-}
-
-std::string_view name_of(FaceVaryingRule rule) {
-    switch (rule) {
-        case FaceVaryingRule::smooth_all:
-            return "smooth-all";
-        case FaceVaryingRule::corners_only:
-            return "corners-only";
-        case FaceVaryingRule::corners_plus1:
-            return "corners-plus-1";
-        case FaceVaryingRule::corners_plus2:
-            return "corners-plus-2";
-        case FaceVaryingRule::boundaries:
-            return "boundaries";
-        case FaceVaryingRule::linear_all:
-            break;
-    }
-    return "linear-all";
-}
+/// By the rules' numbers.
+constexpr std::string_view k_boundary_rules[] = {"none", "edge-and-corner", "edge-only"},
+                           k_face_varying_rules[] = {"smooth-all",     "corners-only", "corners-plus-1",
+                                                     "corners-plus-2", "boundaries",   "linear-all"};
+std::string_view name_of(BoundaryRule rule) { return k_boundary_rules[static_cast<int>(rule)]; }
+std::string_view name_of(FaceVaryingRule rule) { return k_face_varying_rules[static_cast<int>(rule)]; }
 
 /// "128 of 4, 2 of 5"
 std::string list_counts(const std::map<std::uint32_t, std::uint64_t>& counts) {
