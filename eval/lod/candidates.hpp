@@ -77,7 +77,6 @@ class Candidates {
     /// Whether its own bucket was told since the last call of begin_round().
     bool is_known(std::uint32_t node) const { return nodes_[node].round == round_; }
     void begin_round() { ++round_; }
-    bool is_unknown(std::uint32_t node) const { return nodes_[node].odometer == k_revisions; }
     /// How many are.
     std::uint32_t unknown_count() const { return unknown_count_; }
 

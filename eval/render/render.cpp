@@ -388,11 +388,6 @@ void check(const TriangleMesh& mesh, const RenderOptions& options) {
                 reject(fmt::format("a triangle uses normal {}, but there are {}", n, mesh.normals.size()));
     if (mesh.triangle_normals.empty() && !mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
         reject(fmt::format("{} normals for {} vertices", mesh.normals.size(), mesh.positions.size()));
-    // Normals are gathered before the hierarchy could look at the indices.
-    for (const auto& triangle : mesh.triangles)
-        for (const std::uint32_t v : triangle)
-            if (v >= mesh.positions.size())
-                reject(fmt::format("a triangle uses vertex {}, but there are {}", v, mesh.positions.size()));
 }
 
 }  // namespace
