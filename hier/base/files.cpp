@@ -36,24 +36,11 @@ std::string read_file(const std::filesystem::path& path, const RunContext& conte
         throw Error(ErrorCode::memory_limit,
                     fmt::format("the file has {} bytes, the memory limit is {}", size, context.max_memory_bytes), path);
     constexpr std::size_t k_block = std::size_t{16} << 20;
-    std::string bytes;
-    bytes.resize(size);
+    std::string bytes(size + 1, '\0');  // with room to find the end; pipes and growing files have no size to rely on
     std::size_t filled = 0;
-    for (;;) {  // pipes and growing files have no size to rely on
-        if (filled == bytes.size()) {
-            char probe;
-            const ssize_t more = ::read(file.value, &probe, 1);
-            if (more == 0) break;
-            if (more > 0) {
-                bytes.push_back(probe);
-                ++filled;
-                bytes.resize(filled + k_block);
-                continue;
-            }
-            if (errno != EINTR) throw Error(ErrorCode::io, std::strerror(errno), path);
-            continue;
-        }
+    for (;;) {
         context.report("load", 0.3 * static_cast<double>(filled) / static_cast<double>(bytes.size()));
+        if (filled == bytes.size()) bytes.resize(filled + k_block);
         const ssize_t got = ::read(file.value, bytes.data() + filled, std::min(k_block, bytes.size() - filled));
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) throw Error(ErrorCode::io, std::strerror(errno), path);
@@ -82,26 +69,6 @@ namespace {
 // Linux moves at most about 2 GiB per call anyway; smaller pieces let a signal in between.
 constexpr std::size_t k_most_per_write = std::size_t{1} << 30;
 
-std::string reason(int error) {
-    switch (error) {
-        case ENOSPC:
-            return "no space left on the disk";
-        case EDQUOT:
-            return "the disk quota is used up";
-        case EFBIG:
-            return "the file would be larger than the system allows";
-        case EACCES:
-        case EPERM:
-            return "no permission to write there";
-        case EROFS:
-            return "the file system is read-only";
-        case ENAMETOOLONG:
-            return "the name is too long";
-        default:
-            return std::strerror(error);
-    }
-}
-
 // Links are followed, so that the file they name is replaced and not the link; a dangling link names the file to make.
 fs::path resolve_links(fs::path path) {
     constexpr int k_most_links = 40;  // what Linux itself follows
@@ -127,7 +94,7 @@ AtomicFile::AtomicFile(const fs::path& path) : path_(path), target_(resolve_link
     if (::stat(directory.c_str(), &there) != 0)
         throw Error(ErrorCode::io,
                     errno == ENOENT ? fmt::format("there is no directory {}; create it first", directory.string())
-                                    : fmt::format("cannot enter {}: {}", directory.string(), reason(errno)),
+                                    : fmt::format("cannot enter {}: {}", directory.string(), std::strerror(errno)),
                     path);
     if (!S_ISDIR(there.st_mode))
         throw Error(ErrorCode::io, fmt::format("{} is not a directory", directory.string()), path);
@@ -187,8 +154,7 @@ void AtomicFile::commit() {
 }
 
 void AtomicFile::fail(const char* what) const {
-    const int error = errno;
-    throw Error(ErrorCode::io, fmt::format("{}: {}", what, reason(error)), path_);
+    throw Error(ErrorCode::io, fmt::format("{}: {}", what, std::strerror(errno)), path_);
 }
 
 AtomicFile& FileSet::add(const fs::path& path) {

@@ -52,7 +52,7 @@ TEST_CASE("[bad-input] the files of a run appear together: one that cannot be wr
         CAPTURE(result.err);
         CHECK(result.code == 1);
         CHECK(result.err.find(full) != std::string::npos);
-        CHECK(result.err.find("no space left") != std::string::npos);
+        CHECK(result.err.find("No space left") != std::string::npos);
         CHECK(slurp(scratch / "out.ply") == before);
         CHECK(scratch.file_count() == 2);  // that and the link
         CHECK(std::filesystem::is_symlink(full));
