@@ -10,16 +10,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cfenv>
 #include <chrono>
 #include <future>
 #include <optional>
 #include <thread>
 #include <vector>
-
-#if defined(__SSE2__)
-#    include <immintrin.h>
-#endif
 
 namespace tetrakis::detail {
 
@@ -73,41 +68,6 @@ void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunCont
     context.report(stage, to);
 }
 
-namespace {
-
-// How this thread rounds, and what it does with subnormal numbers.
-unsigned floating_point_settings() {
-#if defined(__SSE2__)
-    constexpr unsigned k_settings = 0xE040;  // rounding, flush to zero, denormals are zero
-    return _mm_getcsr() & k_settings;
-#else
-    return static_cast<unsigned>(std::fegetround());
-#endif
-}
-
-// An arena of the calling thread alone. Arenas work by the settings that they were made with.
-struct KeptArena {
-    oneapi::tbb::task_arena arena{1};
-    unsigned settings = floating_point_settings();
-    bool entered = false;
-
-    void execute(WorkCall call, const void* work) {
-        if (const unsigned now = floating_point_settings(); now != settings) {
-            arena.terminate();
-            arena.initialize(1);
-            settings = now;
-        }
-        const struct Entry {
-            bool& entered;
-            ~Entry() { entered = false; }
-        } entry{entered};
-        entered = true;
-        arena.execute([=] { call(work); });
-    }
-};
-
-}  // namespace
-
 bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
 
 void run_in_arena(int threads, WorkCall call, const void* work) {
@@ -115,13 +75,7 @@ void run_in_arena(int threads, WorkCall call, const void* work) {
     if (threads < 0 || threads > k_most_threads)
         throw Error(ErrorCode::invalid_input,
                     fmt::format("{} threads; 0 (one a processor) to {} are possible", threads, k_most_threads));
-    if (threads == 0) return call(work);
-    if (threads == 1) {
-        if (one_thread()) return call(work);
-        // To make an arena takes longer than small meshes do: each thread keeps one. It has room for one entry only.
-        thread_local KeptArena kept;
-        if (!kept.entered) return kept.execute(call, work);
-    }
+    if (threads == 0 || (threads == 1 && one_thread())) return call(work);
     // The arena alone would be cut to the machine's processors, with a message from oneTBB. Where it is not, the limit
     // is left alone: to set and to reset it wakes the other threads.
     std::optional<oneapi::tbb::global_control> limit;

@@ -17,7 +17,6 @@ TEST_CASE("one thread is the calling thread, and arenas nest in any order") {
     CHECK(with_threads(with_thread_count(1), alone));
     CHECK(with_threads(with_thread_count(1), [&] { return with_threads(with_thread_count(1), alone); }));
     CHECK_FALSE(with_threads(with_thread_count(1), [&] { return with_threads(with_thread_count(2), alone); }));
-    // The arena that the outermost call keeps has no room for a second entry.
     CHECK(with_threads(with_thread_count(1), [&] {
         return with_threads(with_thread_count(2), [&] { return with_threads(with_thread_count(1), alone); });
     }));
