@@ -8,7 +8,7 @@
 # Does nothing, in a fraction of a second, where everything is there.
 set -eu
 
-required="g++ cmake ninja-build libglm-dev libtinyobjloader-dev libembree-dev libtbb-dev libfmt-dev libeigen3-dev \
+required="g++ cmake ninja-build libglm-dev libembree-dev libtbb-dev libfmt-dev libeigen3-dev \
 libcli11-dev nlohmann-json3-dev libstb-dev libtinygltf-dev doctest-dev zlib1g-dev python3"
 # Without these the build works and says what it leaves out: the comparison with OpenSubdiv, a faster rebuild, the viewer.
 optional="libosd-dev ccache"

@@ -18,7 +18,7 @@ struct ReadOptions {
 };
 
 /// Reads a Wavefront OBJ file: polygons of any size, texture coordinates and normals by index, groups and materials,
-/// and OpenSubdiv's tag lines (`t crease`, `t corner`, `t hole`, `t interpolateboundary`, ...; see obj_prescan.hpp).
+/// and OpenSubdiv's tag lines (`t crease`, `t corner`, `t hole`, `t interpolateboundary`, ...; see obj_text.hpp).
 /// Numbers are correctly rounded positions; names come out as UTF-8. Without `repair` the data may have faults that
 /// ControlMesh::build reports with their lines.
 /// @throws Error  io (missing, a directory, unreadable), invalid_input (a malformed line: file, line and advice)

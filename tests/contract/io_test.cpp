@@ -399,29 +399,28 @@ TEST_CASE("OBJ as other programs write it is read") {
 TEST_CASE("[bad-input] faults of OBJ files are named with their line") {
     const ScratchDir dir;
     const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    const std::string no_number = ":4: a vertex index of this face is not a number; write corners as v, v/vt";
+    const std::string no_such = ":4: this face uses a vertex that no number can name";
     CHECK(message_of_text(dir, "bad.obj", points + "f 1 2\n") ==
           ":4: this face has 2 corners; complete it to three or more, or remove it");
-    CHECK(message_of_text(dir, "bad.obj", "v 1 2\n") == ":1: this vertex has 2 of 3 coordinates; complete the line");
+    CHECK(message_of_text(dir, "bad.obj", "v 1 2\n") ==
+          ":1: the vertex has 2 coordinates, it needs 3; complete the line");
     CHECK(message_of_text(dir, "bad.obj", points + "v 0 nan 0\nf 1 2 3") ==
-          ":4: coordinate 2 of this vertex is not finite; give a finite number");
+          ":4: 'nan' in the vertex is not finite; give a finite number");
     CHECK(message_of_text(dir, "bad.obj", points + "v 0 0 1e999\n") ==
-          ":4: coordinate 3 of this vertex is not finite; give a finite number");
+          ":4: '1e999' in the vertex is not finite; give a finite number");
     CHECK(message_of_text(dir, "bad.obj", points + "v 0 0 1x\n") ==
-          ":4: coordinate 3 of this vertex is not a number; correct the line");
+          ":4: '1x' in the vertex is no number; correct the line");
     CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 0\n")
-              .find(":4: this face has vertex number 0; OBJ counts from 1") == 0);
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 -4\n").find(":4: this face counts back") == 0);
+              .find(":4: '0' in a face has vertex number 0; OBJ counts from 1") == 0);
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 -4\n").find(no_such) == 0);
     CHECK(message_of_text(dir, "bad.obj", points + "\nf 1 2 3\nf 1 2 9\n") ==
           ":6: this face uses vertex 9, but the file has 3; the file may be cut short");
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 99999999999999\n") ==
-          ":4: a vertex index of this face is too large for any mesh; correct the number");
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 99999999999999999999\n").find(no_number) == 0);
+    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 99999999999999999999\n").find(no_such) == 0);
     CHECK(message_of_text(dir, "bad.obj", points + "f 1/1 2/1 3/1\n").find(":4: this face uses texture coordinate 1") ==
           0);
-    CHECK(message_of_text(dir, "bad.obj", points + "f a b c\n").find(no_number) == 0);
+    CHECK(message_of_text(dir, "bad.obj", points + "f a b c\n").find(":4: 'a' is no face corner") == 0);
     CHECK(message_of_text(dir, "bad.obj", points + "f 1/2/3/4 2 3\n")
-              .find(":4: a corner of this face is not v, v/vt, v//vn or v/vt/vn") == 0);
+              .find(":4: '1/2/3/4' is no face corner; write it as v, v/vt, v//vn or v/vt/vn") == 0);
     CHECK(message_of_text(dir, "bad.obj", points) == ": the file has no faces");
     CHECK(message_of_text(dir, "bad.obj", "") == ": the file is empty");
     CHECK(message_of(dir / "none.obj", ErrorCode::io) == ": there is no such file; check the path");

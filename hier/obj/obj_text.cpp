@@ -1,4 +1,4 @@
-#include "obj_prescan.hpp"
+#include "obj_text.hpp"
 
 #include "obj_lines.hpp"
 
@@ -6,14 +6,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -27,29 +26,29 @@ struct Tag {
     std::vector<std::string_view> strings;
 };
 
+/// Reads what follows the `t` of a tag line.
 class TagReader {
   public:
     TagReader(ObjWords words, std::uint64_t line, ControlMeshData& data) : words_(words), line_(line), data_(data) {}
 
+    /// False for a tag of another name, which is left alone.
     bool run() {
         tag_.name = words_.next();
         if (tag_.name.empty()) fail("the tag has no name; write `t crease 2/1/0 a b sharpness` or the like");
-        if (tag_.name == "crease") return read_arguments(), crease(), true;
-        if (tag_.name == "corner") return read_arguments(), corner(), true;
-        if (tag_.name == "cornerangle") return read_arguments(), corner_angle(), true;
-        if (tag_.name == "hole") return read_arguments(), hole(), true;
-        if (tag_.name == "interpolateboundary") {
-            read_arguments();
-            data_.boundary_rule = static_cast<BoundaryRule>(choice(2, "0 none, 1 edge and corner, 2 edge only"));
-            return true;
-        }
-        if (tag_.name == "facevaryinginterpolateboundary") {
-            read_arguments();
-            data_.face_varying_rule = static_cast<FaceVaryingRule>(choice(
-                5, "0 smooth, 1 corners only, 2 corners plus 1, 3 corners plus 2, 4 boundaries, 5 linear everywhere"));
-            return true;
-        }
-        if (tag_.name == "creasemethod") return read_arguments(), crease_method(), true;
+        constexpr std::pair<std::string_view, void (TagReader::*)()> k_tags[] = {
+            {"crease", &TagReader::crease},
+            {"corner", &TagReader::corner},
+            {"cornerangle", &TagReader::corner_angle},
+            {"hole", &TagReader::hole},
+            {"interpolateboundary", &TagReader::boundary_rule},
+            {"facevaryinginterpolateboundary", &TagReader::face_varying_rule},
+            {"creasemethod", &TagReader::crease_method}};
+        for (const auto& [name, read] : k_tags)
+            if (tag_.name == name) {
+                read_arguments();
+                (this->*read)();
+                return true;
+            }
         return false;
     }
 
@@ -152,6 +151,13 @@ class TagReader {
         return tag_.ints[0];
     }
 
+    void boundary_rule() {
+        data_.boundary_rule = static_cast<BoundaryRule>(choice(2, "0 none, 1 edge and corner, 2 edge only"));
+    }
+    void face_varying_rule() {
+        data_.face_varying_rule = static_cast<FaceVaryingRule>(choice(
+            5, "0 smooth, 1 corners only, 2 corners plus 1, 3 corners plus 2, 4 boundaries, 5 linear everywhere"));
+    }
     void crease_method() {
         if (tag_.strings.size() == 1 && tag_.strings[0] == "chaikin")
             data_.crease_method = CreaseMethod::chaikin;
@@ -167,20 +173,12 @@ class TagReader {
     Tag tag_;
 };
 
-}  // namespace
-
-bool read_obj_tag(ObjWords words, std::uint64_t line, ControlMeshData& data) {
-    return TagReader(words, line, data).run();
-}
-
-namespace {
-
 // Most numbers on a `v` line: position, weight and colour.
 constexpr std::size_t k_most_numbers = 8;
 // Different unknown keywords that get a warning of their own.
 constexpr std::size_t k_named_keywords = 8;
-// Magnitudes that tinyobjloader's decimal reader handles without overflow or loss on the way.
-constexpr double k_plain_smallest = 1e-30, k_plain_largest = 1e30;
+// Corners that 32 bits can number, with some numbers left for what is not there.
+constexpr std::size_t k_most_corners = 0xFFFF'FFFBu;
 
 // Lines that say nothing about the surface and are passed over in silence.
 bool is_decoration(std::string_view keyword) {
@@ -189,25 +187,12 @@ bool is_decoration(std::string_view keyword) {
     return std::ranges::find(k_words, keyword) != k_words.end();
 }
 
-// Numbers names in order of first use.
-class NameTable {
-  public:
-    std::uint32_t number(const std::string& name, std::vector<std::string>& names) {
-        const auto [it, added] = numbers_.try_emplace(name, static_cast<std::uint32_t>(names.size()));
-        if (added) names.push_back(name);
-        return it->second;
-    }
-
-  private:
-    std::unordered_map<std::string, std::uint32_t> numbers_;
-};
-
-// The name in force, looked up once per change and only if a face uses it.
+// The name in force, looked up once per change and only if a face uses it: names are numbered in that order.
 struct CurrentName {
     std::string name;
     std::uint32_t number = VertexId::none;
     bool given = false;  ///< the file has such a line at all
-    NameTable table;
+    std::unordered_map<std::string, std::uint32_t> numbers;
 
     void set(std::string_view bytes) {
         name = obj_name(bytes);
@@ -215,38 +200,54 @@ struct CurrentName {
         given = true;
     }
     std::uint32_t use(std::vector<std::string>& names) {
-        if (number == VertexId::none) number = table.number(name, names);
-        return number;
+        if (number != VertexId::none) return number;
+        const auto [it, added] = numbers.try_emplace(name, static_cast<std::uint32_t>(names.size()));
+        if (added) names.push_back(name);
+        return number = it->second;
     }
 };
 
-class Prescan {
+// How many lines are odd in one way.
+struct Tally {
+    std::uint64_t count = 0, first = 0;
+
+    void add(std::uint64_t line) {
+        if (count++ == 0) first = line;
+    }
+};
+
+class Reader {
   public:
-    Prescan(std::string_view text, std::string source) : text_(text) {
-        scan_.data.source = std::move(source);
-        scan_.data.first_number = 1;
+    Reader(std::string_view text, std::string source, ObjUse use, const RunContext& context)
+        : text_(text), use_(use), context_(context) {
+        data_.source = std::move(source);
+        data_.first_number = 1;
+        data_.face_offsets.push_back(0);
     }
 
-    ObjScan run() {
-        scan_.normalised.reserve(text_.size() / 2);
+    ControlMeshData run() {
         if (const std::size_t zero = text_.find('\0'); zero != std::string_view::npos) {
             line_ = 1 + static_cast<std::uint64_t>(std::count(text_.begin(), text_.begin() + zero, '\n'));
             fail("a zero byte: this is no text file; give an OBJ file");
         }
+        constexpr std::uint64_t k_lines_per_report = 1 << 18;
         ObjLines lines(text_);
-        ObjLine line;
-        while (lines.next(line)) {
+        std::size_t read = 0;
+        for (ObjLine line; lines.next(line);) {
             line_ = line.number;
+            read += line.text.size() + 1;
+            if (line_ % k_lines_per_report == 0)
+                context_.report("load", 0.3 + 0.7 * std::min(1.0, static_cast<double>(read) / text_.size()));
             ObjWords words(line.text);
             if (const std::string_view keyword = words.next(); !keyword.empty()) read_line(keyword, words);
         }
         finish();
-        return std::move(scan_);
+        return std::move(data_);
     }
 
   private:
     [[noreturn]] void fail(const std::string& text) const {
-        throw Error(ErrorCode::invalid_input, text, scan_.data.source, line_);
+        throw Error(ErrorCode::invalid_input, text, data_.source, line_);
     }
 
     void read_line(std::string_view keyword, ObjWords& words) {
@@ -256,7 +257,8 @@ class Prescan {
         if (keyword == "vn") return normal(words);
         if (keyword == "t") {
             const std::string_view rest = words.remainder();
-            if (!read_obj_tag(words, line_, scan_.data)) ignore("t " + std::string(rest.substr(0, rest.find(' '))));
+            if (use_ == ObjUse::control_mesh && !TagReader(words, line_, data_).run())
+                ignore("t " + std::string(rest.substr(0, rest.find(' '))));
             return;
         }
         if (keyword == "usemtl") return material_.set(words.remainder());
@@ -266,36 +268,27 @@ class Prescan {
 
     void ignore(const std::string& keyword) {
         const auto [it, added] = ignored_.try_emplace(keyword, ignored_list_.size());
-        if (added) ignored_list_.push_back({keyword, line_, 0});
-        ++ignored_list_[it->second].count;
+        if (added) ignored_list_.push_back({keyword, {}});
+        ignored_list_[it->second].lines.add(line_);
     }
 
     struct Numbers {
-        std::array<double, k_most_numbers> value;
+        std::array<double, k_most_numbers> value{};
         std::size_t count = 0;
-        bool plain = true;  ///< tinyobjloader reads each of them right
     };
-
-    static bool is_plain(std::string_view word, double value) {
-        const std::size_t digit = word.front() == '-' ? 1 : 0;
-        const double size = std::abs(value);
-        // word[digit]: the word is a number, so that a minus sign is followed by something.
-        return word[digit] >= '0' && word[digit] <= '9' &&
-               (value == 0 || (size >= k_plain_smallest && size <= k_plain_largest));
-    }
 
     Numbers numbers(ObjWords& words, const char* what, std::size_t least, std::size_t most) {
         Numbers result;
-        result.plain = words.remainder().find_first_of("\v\f") == std::string_view::npos;
         for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
             const auto value = obj_number(word);
             if (!value)
                 fail(fmt::format("{} in {} is no number; {}", obj_quote(word), what,
                                  word.find(',') != std::string_view::npos ? "write a decimal point, not a comma"
                                                                           : "correct the line"));
+            if (use_ == ObjUse::triangles && !std::isfinite(*value))
+                fail(fmt::format("{} in {} is not finite; give a finite number", obj_quote(word), what));
             if (result.count == most) fail(fmt::format("{} has more than {} numbers; correct the line", what, most));
             result.value[result.count++] = *value;
-            result.plain &= is_plain(word, *value);
         }
         if (result.count < least)
             fail(fmt::format("{} has {} coordinate{}, it needs {}; complete the line", what, result.count,
@@ -306,151 +299,122 @@ class Prescan {
     void vertex(ObjWords& words) {
         const Numbers n = numbers(words, "the vertex", 3, k_most_numbers);
         // x y z w, or with a colour behind: 3 + 1, 3 + 1 + 3.
-        if ((n.count == 4 || n.count == 5 || n.count >= 7) && n.value[3] != 1.0 && weighted_++ == 0)
-            first_weight_ = line_;
-        if ((n.count == 5 || n.count == 8) && surplus_++ == 0) first_surplus_ = line_;
-        if (n.count >= 6 && coloured_++ == 0) first_colour_ = line_;
-        scan_.data.positions.emplace_back(n.value[0], n.value[1], n.value[2]);
-        scan_.data.vertex_lines.push_back(line_);
-        if (scan_.data.positions.size() >= ObjScan::k_no_element) fail("more than 2^31 vertices; split the model");
-    }
-
-    void append_numbers(const char* keyword, std::string_view raw, bool plain, std::string_view instead) {
-        scan_.normalised.append(keyword).append(plain ? raw : instead).push_back('\n');
+        if ((n.count == 4 || n.count == 5 || n.count >= 7) && n.value[3] != 1.0) weighted_.add(line_);
+        if (n.count == 5 || n.count == 8) surplus_.add(line_);
+        if (n.count >= 6) coloured_.add(line_);
+        data_.positions.emplace_back(n.value[0], n.value[1], n.value[2]);
+        data_.vertex_lines.push_back(line_);
     }
 
     void uv(ObjWords& words) {
-        const std::string_view raw = words.remainder();
         const Numbers n = numbers(words, "the texture coordinate", 1, 3);
-        if (!n.plain) scan_.uvs.emplace_back(scan_.uv_count, Vec2d(n.value[0], n.count > 1 ? n.value[1] : 0.0));
-        scan_.data.uv_lines.push_back(line_);
-        append_numbers("vt ", raw, n.plain, "0 0");
-        if (++scan_.uv_count == ObjScan::k_no_element) fail("more than 2^31 texture coordinates; split the model");
+        data_.uvs.emplace_back(n.value[0], n.value[1]);
+        data_.uv_lines.push_back(line_);
     }
 
     void normal(ObjWords& words) {
-        const std::string_view raw = words.remainder();
         const Numbers n = numbers(words, "the normal", 3, 3);
-        if (!n.plain) scan_.normals.emplace_back(scan_.normal_count, Vec3d(n.value[0], n.value[1], n.value[2]));
-        append_numbers("vn ", raw, n.plain, "0 0 0");
-        if (++scan_.normal_count == ObjScan::k_no_element) fail("more than 2^31 normals; split the model");
+        data_.normals.emplace_back(n.value[0], n.value[1], n.value[2]);
     }
 
-    // One index of a corner as tinyobjloader shall see it. Negative ones count back from the last element so far.
-    std::int64_t index(std::string_view digits, std::string_view word, const char* what, std::size_t so_far) {
+    // One index of a corner, from 0. Negative ones count back from the last element so far.
+    std::uint32_t index(std::string_view digits, std::string_view word, const char* what, std::size_t so_far,
+                        std::uint32_t no_such) {
         const auto value = obj_integer(digits);
         if (!value) fail(fmt::format("{} is no face corner; write it as v, v/vt, v//vn or v/vt/vn", obj_quote(word)));
         if (*value == 0)
             fail(fmt::format("{} in a face has {} number 0; OBJ counts from 1 (or back from -1); correct the number",
                              obj_quote(word), what));
-        const std::int64_t i = *value > 0 ? *value : static_cast<std::int64_t>(so_far) + 1 + *value;
-        return i < 1 || i > ObjScan::k_no_element ? ObjScan::k_no_element : i;
+        const std::int64_t i = *value > 0 ? *value - 1 : static_cast<std::int64_t>(so_far) + *value;
+        return i < 0 || i >= k_obj_no_such ? no_such : static_cast<std::uint32_t>(i);
+    }
+
+    // A corner's number in a layer that starts with the first corner that has one.
+    void put(std::vector<std::uint32_t>& layer, std::uint32_t number) const {
+        if (layer.empty() && number == k_obj_absent) return;
+        layer.resize(data_.face_vertices.size() - 1, k_obj_absent);
+        layer.push_back(number);
     }
 
     void face(ObjWords& words) {
-        std::uint32_t size = 0;
-        std::string& out = scan_.normalised;
-        out.append("f");
-        for (std::string_view word = words.next(); !word.empty(); word = words.next(), ++size) {
+        for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
             const std::size_t slash = word.find('/');
-            const std::string_view v = word.substr(0, slash);
             std::string_view vt, vn;
             if (slash != std::string_view::npos) {
                 const std::size_t second = word.find('/', slash + 1);
                 vt = word.substr(slash + 1, second == std::string_view::npos ? second : second - slash - 1);
                 if (second != std::string_view::npos) vn = word.substr(second + 1);
             }
-            std::array<std::int64_t, 3> i = {index(v, word, "vertex", scan_.data.positions.size()), 0, 0};
-            if (!vt.empty()) i[1] = index(vt, word, "texture coordinate", scan_.uv_count);
-            if (!vn.empty()) i[2] = index(vn, word, "normal", scan_.normal_count);
-            append_corner(i);
+            data_.face_vertices.push_back(
+                index(word.substr(0, slash), word, "vertex", data_.positions.size(), VertexId::none));
+            put(data_.face_uvs,
+                vt.empty() ? k_obj_absent : index(vt, word, "texture coordinate", data_.uvs.size(), k_obj_no_such));
+            put(data_.face_normals,
+                vn.empty() ? k_obj_absent : index(vn, word, "normal", data_.normals.size(), k_obj_no_such));
         }
-        if (size == 0)
-            out.pop_back();  // tinyobjloader does not report it; face_sizes does
-        else
-            out.push_back('\n');
-        corner_count_ += size;
-        if (corner_count_ >= ObjScan::k_no_element) fail("more than 2^31 face corners; split the model");
-        scan_.face_sizes.push_back(size);
-        scan_.data.face_lines.push_back(line_);
-        scan_.data.face_material.push_back(material_.use(scan_.data.materials));
-        scan_.data.face_group.push_back(group_.use(scan_.data.groups));
-    }
-
-    void append_corner(const std::array<std::int64_t, 3>& i) {
-        constexpr int k_digits = 20;  // of any 64-bit number
-        std::array<char, 3 * (k_digits + 1)> buffer;
-        char* p = buffer.data();
-        *p++ = ' ';
-        const auto put = [&](std::int64_t value) { p = std::to_chars(p, p + k_digits, value).ptr; };
-        put(i[0]);
-        if (i[1] != 0 || i[2] != 0) {
-            *p++ = '/';
-            if (i[1] != 0) put(i[1]);
-            if (i[2] != 0) {
-                *p++ = '/';
-                put(i[2]);
-            }
-        }
-        scan_.normalised.append(buffer.data(), p);
+        if (data_.face_vertices.size() > k_most_corners) fail("more than 2^32 - 5 face corners; split the model");
+        data_.face_offsets.push_back(static_cast<std::uint32_t>(data_.face_vertices.size()));
+        data_.face_lines.push_back(line_);
+        data_.face_material.push_back(material_.use(data_.materials));
+        data_.face_group.push_back(group_.use(data_.groups));
     }
 
     void finish() {
-        ControlMeshData& data = scan_.data;
+        for (auto* const layer : {&data_.face_uvs, &data_.face_normals})
+            if (!layer->empty()) layer->resize(data_.face_vertices.size(), k_obj_absent);
         if (!material_.given) {
-            data.face_material.clear();
-            data.materials.clear();
+            data_.face_material.clear();
+            data_.materials.clear();
         }
         if (!group_.given) {
-            data.face_group.clear();
-            data.groups.clear();
+            data_.face_group.clear();
+            data_.groups.clear();
         }
-        if (weighted_ != 0)
-            data.warnings.push_back(
-                fmt::format("{} vertices have a weight other than 1 (the first is on line {}); "
-                            "weights are ignored",
-                            weighted_, first_weight_));
-        if (surplus_ != 0)
-            data.warnings.push_back(
+        if (weighted_.count != 0)
+            data_.warnings.push_back(
+                fmt::format("{} vertices have a weight other than 1 (the first is on line {}); weights are ignored",
+                            weighted_.count, weighted_.first));
+        if (surplus_.count != 0)
+            data_.warnings.push_back(
                 fmt::format("{} vertices have 5 or 8 numbers, one more than x y z with a weight or a colour or both "
-                            "(the first is on "
-                            "line {}); it is ignored",
-                            surplus_, first_surplus_));
-        if (coloured_ != 0)
-            data.warnings.push_back(
-                fmt::format("{}: vertex colours are not carried over ({} vertices have one, the "
-                            "first is on line {})",
-                            data.source, coloured_, first_colour_));
+                            "(the first is on line {}); it is ignored",
+                            surplus_.count, surplus_.first));
+        if (coloured_.count != 0)
+            data_.warnings.push_back(
+                fmt::format("{}: vertex colours are not carried over ({} vertices have one, the first is on line {})",
+                            data_.source, coloured_.count, coloured_.first));
         std::uint64_t others = 0;
         for (std::size_t i = 0; i < ignored_list_.size(); ++i) {
-            const Ignored& ignored = ignored_list_[i];
+            const auto& [keyword, lines] = ignored_list_[i];
             if (i < k_named_keywords)
-                data.warnings.push_back(fmt::format("{} line{} of kind {} ignored (the first is line {})",
-                                                    ignored.count, ignored.count == 1 ? "" : "s",
-                                                    obj_quote(ignored.keyword), ignored.line));
+                data_.warnings.push_back(fmt::format("{} line{} of kind {} ignored (the first is line {})", lines.count,
+                                                     lines.count == 1 ? "" : "s", obj_quote(keyword), lines.first));
             else
-                others += ignored.count;
+                others += lines.count;
         }
-        if (others != 0) data.warnings.push_back(fmt::format("{} lines of other unknown kinds ignored", others));
+        if (others != 0) data_.warnings.push_back(fmt::format("{} lines of other unknown kinds ignored", others));
     }
 
     struct Ignored {
         std::string keyword;
-        std::uint64_t line, count;
+        Tally lines;
     };
 
     std::string_view text_;
-    ObjScan scan_;
+    ObjUse use_;
+    const RunContext& context_;
+    ControlMeshData data_;
     std::uint64_t line_ = 0;
     CurrentName material_, group_;
-    std::uint64_t corner_count_ = 0, weighted_ = 0, first_weight_ = 0, surplus_ = 0, first_surplus_ = 0;
-    std::uint64_t coloured_ = 0, first_colour_ = 0;
+    Tally weighted_, surplus_, coloured_;
     std::unordered_map<std::string, std::size_t> ignored_;
     std::vector<Ignored> ignored_list_;
 };
 
 }  // namespace
 
-ObjScan prescan_obj(std::string_view text, std::string source) { return Prescan(text, std::move(source)).run(); }
+ControlMeshData read_obj_text(std::string_view text, std::string source, ObjUse use, const RunContext& context) {
+    return Reader(text, std::move(source), use, context).run();
+}
 
 }  // namespace tetrakis::detail
