@@ -75,9 +75,6 @@ inline HalfedgeId bisection_cell(const ControlMesh& mesh, HalfedgeId root, int d
 /// @return       corners (a, b, apex), counter-clockwise, at lattice level depth / 2. O(depth).
 CellTriangle cell_triangle(const ControlMesh& mesh, HalfedgeId root, int depth, std::uint64_t path);
 
-/// One bisection further: child 0 or 1 of a triangle of depth >= 1. O(1).
-CellTriangle child(const CellTriangle& triangle, int bit);
-
 /// The canonical site of corner k of a bisection triangle; at depth 0 corner 1 lies in the next corner cell. O(1).
 Site corner_site(const ControlMesh& mesh, const CellTriangle& triangle, std::size_t k);
 

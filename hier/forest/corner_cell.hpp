@@ -3,7 +3,6 @@
 #include "../mesh/control_mesh.hpp"
 #include "site.hpp"
 
-#include <array>
 #include <bit>
 #include <cstdint>
 
@@ -17,7 +16,6 @@ enum class CellSide : std::uint8_t {
     next_cell,  ///< x = N, towards Q(next h)
     prev_cell,  ///< y = N, towards Q(prev h)
 };
-inline constexpr std::array k_cell_sides{CellSide::edge, CellSide::prev_edge, CellSide::next_cell, CellSide::prev_cell};
 
 /// A point in the frame of a corner cell that may lie beyond its sides. The unit is whatever the caller counts in:
 /// lattice steps, or half-steps to address cell centres.
@@ -40,21 +38,6 @@ inline HalfedgeId across(const ControlMesh& mesh, HalfedgeId root, CellSide side
             return mesh.prev(root);
     }
     return {};
-}
-
-/// The side by which across(root, side) comes back.
-constexpr CellSide opposite(CellSide side) {
-    switch (side) {
-        case CellSide::edge:
-            return CellSide::prev_edge;
-        case CellSide::prev_edge:
-            return CellSide::edge;
-        case CellSide::next_cell:
-            return CellSide::prev_cell;
-        case CellSide::prev_cell:
-            return CellSide::next_cell;
-    }
-    return side;
 }
 
 /// The same point in the frame of the cell beyond `side`, whose lattice continues this one straight on: a quarter turn.
