@@ -138,76 +138,12 @@ class VertexForest::FaceFinder {
     /// side has no corner there.
     bool has_face(std::uint32_t i, int c, std::vector<Meeting>& around) const {
         const std::uint32_t slot = leaves_[i].value;
-        if (!forest_.is_root(slot)) {
-            const std::uint32_t record = forest_.record_of(slot);
-            const int child = forest_.number(slot);
-            if (meets_earlier_sibling(child, c)) return false;
-            around.assign(1, {i, c});
-            const Found found = c == child             ? at_parents_corner(record, c, around)
-                                : c == (child + 2) % 4 ? in_the_middle(record, c, around)
-                                                       : on_parents_side(record, child, c, around);
-            if (found != Found::not_here) return found == Found::first;
-        }
-        return by_turns(i, c, around);
-    }
-
-    // Among leaves of one level that have siblings, the records' links tell who meets.
-    enum class Found { first, later, not_here };
-
-    /// The record across a side, and its side; k_coarser where that is for by_turns() to find out.
-    std::uint32_t link(std::uint32_t record, int side) const {
-        const Record& r = forest_.records_[record];
-        const std::uint32_t across = r.link[static_cast<std::size_t>(side)];
-        return across >= k_coarser || (r.frame.flags >> side & 1) != 0 ? k_coarser : across;
-    }
-    /// Adds a child, if it is a leaf.
-    bool add(std::uint32_t record, int child, int corner, std::vector<Meeting>& around) const {
-        const std::uint32_t slot = forest_.first_child(record) + static_cast<std::uint32_t>(child % 4);
-        if (forest_.child_[slot] != k_unsplit) return false;
-        around.push_back({rank_[slot], corner % 4});
-        return true;
-    }
-    static Found first_of(const std::vector<Meeting>& around) {
-        for (const Meeting& m : around)
-            if (m.rank < around[0].rank) return Found::later;
-        return Found::first;
-    }
-    Found in_the_middle(std::uint32_t record, int corner, std::vector<Meeting>& around) const {
-        for (int k = 1; k < 4; ++k)
-            if (!add(record, corner + 2 + k, corner + k, around)) return Found::not_here;
-        return Found::first;
-    }
-    Found on_parents_side(std::uint32_t record, int child, int corner, std::vector<Meeting>& around) const {
-        // A child has the middle of its own side before its second corner; child 0 also that of the side before.
-        const bool is_second = corner != child + 1;
-        const int side = is_second ? corner : child;
-        const std::uint32_t across = link(record, side);
-        if (across == k_coarser || across / 4 == record) return Found::not_here;
-        const int other = static_cast<int>(across % 4);
-        if (is_second && !add(record, side, side + 1, around)) return Found::not_here;
-        if (!add(across / 4, other + 1, other, around) || !add(across / 4, other, other + 1, around) ||
-            (!is_second && !add(record, side + 1, side, around)))
-            return Found::not_here;
-        return first_of(around);
-    }
-    Found at_parents_corner(std::uint32_t record, int corner, std::vector<Meeting>& around) const {
-        for (std::uint32_t at = link(record, (corner + 3) % 4);;
-             at = link(at / 4, (static_cast<int>(at % 4) + 3) % 4)) {
-            if (at == k_coarser) return Found::not_here;
-            const auto child = static_cast<int>(at % 4);
-            if (at / 4 == record && child == corner) break;
-            if (!add(at / 4, child, child, around)) return Found::not_here;
-            if (around.back().rank < around[0].rank) return Found::later;
-        }
-        return around.size() < k_least_corners ? Found::later : Found::first;
-    }
-
-    bool by_turns(std::uint32_t i, int c, std::vector<Meeting>& around) const {
+        if (!forest_.is_root(slot) && meets_earlier_sibling(forest_.number(slot), c)) return false;
         around.assign(1, {i, c});
-        for (Turn at = forest_.turn(leaves_[i].value, c);; at = forest_.turn(at.slot, at.corner)) {
+        for (Turn at = forest_.turn(slot, c);; at = forest_.turn(at.slot, at.corner)) {
             if (at.coarse != k_boundary)
                 around.push_back({rank_[at.coarse], DualFaces::Corner::k_on_side + at.coarse_side});
-            if (at.slot == leaves_[i].value && at.corner == c) break;
+            if (at.slot == slot && at.corner == c) break;
             if (at.slot == k_boundary) return false;
             if (rank_[at.slot] != i ? rank_[at.slot] < i : at.corner < c) return false;
             around.push_back({rank_[at.slot], at.corner});
