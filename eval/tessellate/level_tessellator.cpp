@@ -1,3 +1,4 @@
+#include "../../hier/mesh/mesh_split.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../distance/triangle_bvh.hpp"
@@ -34,7 +35,9 @@ class LevelTessellator final : public TessellationRun {
     LevelTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : TessellationRun(mesh, options, context),
           marked_(with_faces_as_materials(mesh, options.uvs)),
-          without_uvs_(with_faces_as_materials(mesh, false)) {}
+          without_uvs_(with_faces_as_materials(mesh, false)) {
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) has_holes_ = has_holes_ || mesh.is_hole(FaceId(f));
+    }
 
   private:
     struct Level {
@@ -103,16 +106,30 @@ class LevelTessellator final : public TessellationRun {
         data.uvs = std::move(from.uvs);
         data.face_uvs = std::move(from.face_uvs);
         data.face_material = std::move(from.face_material);
-        data = cut_faces(data);
-        result.mesh.positions = std::move(data.positions);
-        result.mesh.uvs = std::move(data.uvs);
-        result.face = std::move(data.face_material);
-        result.mesh.triangles.resize(result.face.size());
-        if (!data.face_uvs.empty()) result.mesh.triangle_uvs.resize(result.face.size());
-        for (std::size_t t = 0; t < result.face.size(); ++t) {
-            std::copy_n(&data.face_vertices[3 * t], 3, result.mesh.triangles[t].begin());
-            if (!data.face_uvs.empty()) std::copy_n(&data.face_uvs[3 * t], 3, result.mesh.triangle_uvs[t].begin());
-        }
+        data.materials = std::move(from.materials);
+        // Where holes were left out, faces may touch in a vertex alone: two while they are cut, one afterwards.
+        const auto vertex_count = static_cast<std::uint32_t>(data.positions.size());
+        const std::vector<std::uint32_t> origin =
+            has_holes_ ? split_to_manifold(data).origin : std::vector<std::uint32_t>();
+        const auto copies = has_holes_ ? static_cast<std::uint32_t>(origin.size()) - vertex_count : 0;
+        const auto whole = [&](std::uint32_t v) {
+            if (v < vertex_count) return v;
+            return v < vertex_count + copies ? origin[v] : v - copies;
+        };
+        const ControlMesh cut = triangulate(ControlMesh::build(std::move(data), context_), context_);
+        const ControlMeshData& triangles = cut.data();
+        result.mesh.positions = triangles.positions;
+        const auto first_copy = result.mesh.positions.begin() + vertex_count;
+        result.mesh.positions.erase(first_copy, first_copy + copies);
+        result.mesh.uvs = triangles.uvs;
+        result.face = triangles.face_material;
+        result.mesh.triangles.resize(cut.face_count());
+        if (cut.has_uvs()) result.mesh.triangle_uvs.resize(cut.face_count());
+        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k) {
+                result.mesh.triangles[t][k] = whole(triangles.face_vertices[3 * t + k]);
+                if (cut.has_uvs()) result.mesh.triangle_uvs[t][k] = triangles.face_uvs[3 * t + k];
+            }
         // A face that has no ear has become a fan around its mean.
         if (normals && result.mesh.normals.size() != result.mesh.positions.size()) geometric_normals(result.mesh);
         return result;
@@ -146,21 +163,25 @@ class LevelTessellator final : public TessellationRun {
     }
 
     ControlMesh marked_, without_uvs_;
-    bool left_over_ = false;
+    bool has_holes_ = false, left_over_ = false;
 };
 
 }  // namespace
 
+Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options,
+                                  const RunContext& context) {
+    return LevelTessellator(mesh, options, context).run();
+}
+
 Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
                                   const std::string& why_not_adaptive) {
-    if (why_not_adaptive.empty()) return LevelTessellator(mesh, options, context).run();
     const std::string scheme(options.scheme.name());
     if (options.estimator == EstimatorKind::certified)
         throw Error(ErrorCode::unsupported,
                     "there is no certified bound for " + scheme + " on this mesh: " + why_not_adaptive +
                         "; use the measured estimator",
                     mesh.data().source);
-    Tessellation result = LevelTessellator(mesh, options, context).run();
+    Tessellation result = tessellate_by_levels(mesh, options, context);
     result.warnings.insert(result.warnings.begin(),
                            scheme + " was refined by whole levels, as it cannot be adaptive here: " + why_not_adaptive);
     return result;

@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-/// tessellate() for surfaces that are known by limit points alone, and what all ways to tessellate have in common:
-/// lengths from options, time, memory, progress.
+/// tessellate() for surfaces that are known by limit points alone.
 namespace tetrakis::detail {
 
 /// @throws Error  as tessellate(), with options that have been checked for what all schemes have in common
@@ -34,10 +33,16 @@ Tessellation tessellate_sqrt3(const ControlMesh& mesh, const TessellateOptions& 
 
 /// tessellate() by whole levels, for schemes that no hierarchy has (honeycomb): the first level of refine() that is
 /// within the tolerance, its faces cut into triangles.
-/// @param why_not_adaptive  for a warning, where the scheme's hierarchy cannot take the mesh
-/// @throws Error  unsupported: the certified estimator, where the scheme's hierarchy cannot take the mesh
+Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context);
+/// The same with a warning, for meshes that a scheme's hierarchy cannot take.
+/// @throws Error  unsupported: the certified estimator
 Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
-                                  const std::string& why_not_adaptive = {});
+                                  const std::string& why_not_adaptive);
+
+}  // namespace tetrakis::detail
+
+/// What all ways to tessellate have in common: lengths from options, time, memory, progress.
+namespace tetrakis::detail {
 
 class Stopwatch {
   public:

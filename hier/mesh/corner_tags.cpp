@@ -73,14 +73,8 @@ class Sectors {
 
   private:
     std::uint32_t origin(std::uint32_t h) const { return data_.face_vertices[h]; }
-    std::uint32_t next(std::uint32_t h) const {
-        const std::uint32_t f = links_.face[h];
-        return h + 1 == data_.face_offsets[f + 1] ? data_.face_offsets[f] : h + 1;
-    }
-    std::uint32_t prev(std::uint32_t h) const {
-        const std::uint32_t f = links_.face[h];
-        return h == data_.face_offsets[f] ? data_.face_offsets[f + 1] - 1 : h - 1;
-    }
+    std::uint32_t next(std::uint32_t h) const { return next_corner(data_, links_.face[h], h); }
+    std::uint32_t prev(std::uint32_t h) const { return prev_corner(data_, links_.face[h], h); }
 
     const ControlMeshData& data_;
     const MeshLinks& links_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 namespace tetrakis::detail {
 
@@ -21,6 +22,18 @@ double rounded(double x) {
 }
 
 }  // namespace
+
+bool VertexJoins::joined(VertexId a, VertexId b) const {
+    if (diagonals_.contains(key(a, b))) return true;
+    if (mesh_.face_valence(b) < mesh_.face_valence(a)) std::swap(a, b);  // the way around a hub would be long
+    const HalfedgeId first = mesh_.vertex_halfedge(a);
+    HalfedgeId h = first;
+    do {
+        if (mesh_.target(h) == b || mesh_.origin(mesh_.prev(h)) == b) return true;
+        h = mesh_.ccw_outgoing(h);
+    } while (h.valid() && h != first);
+    return false;
+}
 
 void FaceCutter::begin(std::span<const Vec3d> points) {
     points_ = points;

@@ -1,13 +1,33 @@
 #pragma once
 
-#include "../base/vec.hpp"
+#include "control_mesh.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <tuple>
+#include <unordered_set>
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// Which vertices are already joined: by an edge of the mesh, or by a diagonal that was taken.
+class VertexJoins {
+  public:
+    /// Keeps a reference.
+    explicit VertexJoins(const ControlMesh& mesh) : mesh_(mesh) {}
+
+    bool joined(VertexId a, VertexId b) const;
+    void join(VertexId a, VertexId b) { diagonals_.insert(key(a, b)); }
+
+  private:
+    static std::uint64_t key(VertexId a, VertexId b) {
+        return std::uint64_t{std::min(a, b).value} << 32 | std::max(a, b).value;
+    }
+
+    const ControlMesh& mesh_;
+    std::unordered_set<std::uint64_t> diagonals_;
+};
 
 /// Cuts one face after the other into triangles, by the rule of triangulate(): ears, the shortest diagonal first.
 /// Cost: O(n log n) for n corners, for concave faces times their reflex corners.

@@ -12,47 +12,6 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint32_t k_none = VertexId::none;
-
-/// Which vertices are already joined: by an edge of the mesh, or by a diagonal that was taken.
-class Joins {
-  public:
-    explicit Joins(const ControlMesh& mesh) : mesh_(mesh), head_(mesh.vertex_count(), k_none) {}
-
-    bool joined(VertexId a, VertexId b) const {
-        const auto [low, other] = ordered(a, b);
-        const HalfedgeId first = mesh_.vertex_halfedge(low);
-        HalfedgeId h = first;
-        do {
-            if (mesh_.target(h) == other || mesh_.origin(mesh_.prev(h)) == other) return true;
-            h = mesh_.ccw_outgoing(h);
-        } while (h.valid() && h != first);
-        for (std::uint32_t i = head_[low.value]; i != k_none; i = entries_[i].next)
-            if (entries_[i].other == other) return true;
-        return false;
-    }
-    void add(VertexId a, VertexId b) {
-        const auto [low, other] = ordered(a, b);
-        entries_.push_back({other, head_[low.value]});
-        head_[low.value] = static_cast<std::uint32_t>(entries_.size() - 1);
-    }
-
-  private:
-    // Kept at, and looked up from, the end with fewer faces: a hub's list would grow with its valence.
-    std::pair<VertexId, VertexId> ordered(VertexId a, VertexId b) const {
-        const auto key = [&](VertexId v) { return std::pair(mesh_.face_valence(v), v); };
-        return key(a) < key(b) ? std::pair(a, b) : std::pair(b, a);
-    }
-
-    struct Entry {
-        VertexId other;
-        std::uint32_t next;
-    };
-    const ControlMesh& mesh_;
-    std::vector<std::uint32_t> head_;
-    std::vector<Entry> entries_;
-};
-
 /// Cuts one face after the other.
 class FanCutter {
   public:
@@ -87,14 +46,14 @@ class FanCutter {
             return false;
         }
         taken_.pop_back();  // of the last triangle
-        for (const auto& [a, b] : taken_) joins_.add(a, b);
+        for (const auto& [a, b] : taken_) joins_.join(a, b);
         return true;
     }
 
   private:
     const ControlMesh& mesh_;
     std::span<const Vec3d> positions_;
-    Joins joins_;
+    detail::VertexJoins joins_;
     detail::FaceCutter cutter_;
     std::vector<Vec3d> points_;
     std::vector<std::pair<VertexId, VertexId>> taken_;

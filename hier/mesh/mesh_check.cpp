@@ -10,12 +10,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <compare>
 #include <iterator>
 #include <string_view>
 #include <tuple>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 namespace tetrakis {
@@ -81,25 +81,12 @@ void check_sizes(const ControlMeshData& data, std::vector<MeshFault>& faults) {
 // Corner whose vertex an earlier corner has too, or the face's size.
 std::uint32_t repeated_corner(std::span<const std::uint32_t> corners) {
     const std::uint32_t size = count_of(corners.size());
-    if (size == 3 || size == 4) {
-        const auto [a, b, c] = std::array{corners[0], corners[1], corners[2]};
-        const std::uint32_t d = corners[size - 1];
-        const bool repeated = (a == b) | (a == c) | (b == c) | ((size == 4) & ((a == d) | (b == d) | (c == d)));
-        if (!repeated) return size;
-    }
-    if (size <= k_small_face) {
-        for (std::uint32_t i = 1; i < size; ++i)
-            for (std::uint32_t j = 0; j < i; ++j)
-                if (corners[i] == corners[j]) return i;
-        return size;
-    }
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> order(size);
-    for (std::uint32_t i = 0; i < size; ++i) order[i] = {corners[i], i};
-    std::sort(order.begin(), order.end());
-    std::uint32_t first = size;
+    std::unordered_set<std::uint32_t> seen;
     for (std::uint32_t i = 1; i < size; ++i)
-        if (order[i].first == order[i - 1].first) first = std::min(first, order[i].second);
-    return first;
+        if (size <= k_small_face ? std::ranges::find(corners.first(i), corners[i]) != corners.begin() + i
+                                 : !seen.insert(corners[i]).second || corners[i] == corners[0])
+            return i;
+    return size;
 }
 
 void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<MeshFault>& faults) {
@@ -216,76 +203,37 @@ void sort_faults(std::vector<MeshFault>& faults) {
 
 struct Duplicate {
     std::uint32_t face, first;  ///< and the first face with the same vertex cycle
-    friend auto operator<=>(const Duplicate&, const Duplicate&) = default;
 };
 
 // Faces whose vertex cycle an earlier face has already, ascending.
 std::vector<Duplicate> find_duplicates(const ControlMeshData& data) {
     std::vector<Duplicate> duplicates;
-    const std::uint32_t faces = count_of(data.face_offsets.size() - 1);
-    const auto lowest = [&](std::uint32_t f) {
-        return static_cast<std::uint32_t>(std::min_element(data.face_vertices.begin() + data.face_offsets[f],
-                                                           data.face_vertices.begin() + data.face_offsets[f + 1]) -
-                                          data.face_vertices.begin());
-    };
-    std::vector<std::uint32_t> start(faces), order(faces);
-    for_each_index(faces, [&](std::uint32_t f) {
-        start[f] = lowest(f);
-        order[f] = f;
-    });
-    const auto compare = [&](std::uint32_t x, std::uint32_t y) {  // < 0, 0, > 0
-        const auto size = [&](std::uint32_t f) { return data.face_offsets[f + 1] - data.face_offsets[f]; };
-        if (size(x) != size(y)) return size(x) < size(y) ? -1 : 1;
-        std::uint32_t i = start[x], j = start[y];
-        for (std::uint32_t k = 0; k < size(x); ++k) {
-            const std::uint32_t a = data.face_vertices[i], b = data.face_vertices[j];
-            if (a != b) return a < b ? -1 : 1;
-            i = i + 1 == data.face_offsets[x + 1] ? data.face_offsets[x] : i + 1;
-            j = j + 1 == data.face_offsets[y + 1] ? data.face_offsets[y] : j + 1;
-        }
-        return 0;
-    };
-    std::sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) {
-        const int c = compare(x, y);
-        return c != 0 ? c < 0 : x < y;
-    });
-    for (std::uint32_t i = 0, first = 0; i < faces; ++i) {
-        if (i == first || compare(order[first], order[i]) != 0)
-            first = i;
-        else
-            duplicates.push_back({order[i], order[first]});
+    std::unordered_map<std::u32string, std::uint32_t> first;  // by the cycle from its lowest vertex on
+    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+        std::u32string cycle(data.face_vertices.begin() + data.face_offsets[f],
+                             data.face_vertices.begin() + data.face_offsets[f + 1]);
+        std::ranges::rotate(cycle, std::ranges::min_element(cycle));
+        if (const auto [at, is_new] = first.try_emplace(std::move(cycle), f); !is_new)
+            duplicates.push_back({f, at->second});
     }
-    std::sort(duplicates.begin(), duplicates.end());
     return duplicates;
 }
 
 // Whether a face is a line, or a point, as far as doubles can tell.
 bool is_flat(const ControlMeshData& data, std::uint32_t f) {
-    const std::uint32_t first = data.face_offsets[f], last = data.face_offsets[f + 1];
+    const std::uint32_t first = data.face_offsets[f];
     const auto point = [&](std::uint32_t h) -> const Vec3d& { return data.positions[data.face_vertices[h]]; };
-    const auto square = [](const Vec3d& v) { return glm::dot(v, v); };
     Vec3d area(0.0);
-    for (std::uint32_t h = first + 1; h + 1 < last; h += 2)  // of quads, with one corner of another at the end
-        area += glm::cross(point(h + 1) - point(first), point(h + 2 < last ? h + 2 : first) - point(h));
-    double squares = square(point(last - 1) - point(first));
-    for (std::uint32_t h = first + 1; h < last; ++h) squares += square(point(h) - point(h - 1));
-    // The perimeter squared is at most the number of sides times the sum of their squares: that spares the roots.
-    const double most = k_zero_area * (last - first) * squares;
-    if (square(area) > most * most) return false;
     double perimeter = 0;
-    for (std::uint32_t h = first; h < last; ++h)
-        perimeter += glm::distance(point(h), point(h + 1 == last ? first : h + 1));
+    for (std::uint32_t h = first; h < data.face_offsets[f + 1]; ++h) {
+        const Vec3d &p = point(h), &q = point(next_corner(data, f, h));
+        area += glm::cross(p - point(first), q - point(first));
+        perimeter += glm::distance(p, q);
+    }
     return glm::length(area) <= k_zero_area * perimeter * perimeter;
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data) {
-    std::vector<std::uint32_t> faces;
-    for (const Duplicate& duplicate : find_duplicates(data)) faces.push_back(duplicate.face);
-    return faces;
-}
-
+// Of single elements: sizes, coordinates, faces, attributes, tags (but whether a crease's edge exists).
 std::vector<MeshFault> element_faults(const ControlMeshData& data) {
     std::vector<MeshFault> faults;
     check_sizes(data, faults);
@@ -312,6 +260,7 @@ std::vector<MeshFault> element_faults(const ControlMeshData& data) {
     return faults;
 }
 
+// Of edges, faces against each other, and tags that name no edge or corner of a face; asks for no element faults.
 std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
                                    const MeshLinks& links) {
     std::vector<MeshFault> faults;
@@ -360,6 +309,7 @@ std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const 
     return faults;
 }
 
+// Non-manifold vertices; asks for no faults of the other kinds.
 std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links) {
     std::vector<MeshFault> faults;
     scan_elements(count_of(data.positions.size()), faults, [&](std::uint32_t v, auto& found) {
@@ -375,7 +325,32 @@ std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLink
     return faults;
 }
 
-std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices) {
+}  // namespace
+
+std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data) {
+    std::vector<std::uint32_t> faces;
+    for (const Duplicate& duplicate : find_duplicates(data)) faces.push_back(duplicate.face);
+    return faces;
+}
+
+std::vector<MeshFault> find_faults(const ControlMeshData& data, const RunContext& context,
+                                   std::vector<EdgeUse>& sorted_uses, MeshLinks& links, TaggedAngles& angles) {
+    std::vector<MeshFault> faults = element_faults(data);
+    context.report("build", 0.2);
+    if (!faults.empty()) return faults;
+    sorted_uses = sorted_edge_uses(data);
+    context.report("build", 0.5);
+    links = link_mesh(data, sorted_uses);
+    faults = edge_faults(data, sorted_uses, links);
+    if (faults.empty()) faults = vertex_faults(data, links);
+    if (!faults.empty()) return faults;
+    angles = tagged_angles(data, links);
+    return angles.faults;
+}
+
+std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLinks& links,
+                                       const TaggedAngles& angles) {
+    const auto isolated_vertices = std::ranges::count(links.vertex_halfedge, HalfedgeId::none);
     std::vector<std::string> oddities;
     if (isolated_vertices != 0)
         oddities.push_back(fmt::format("{} of {} vertices belong to no face; they are ignored", isolated_vertices,
@@ -397,36 +372,23 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_
         data.normals, [](const Vec3d& n) { return !std::isfinite(n.x) || !std::isfinite(n.y) || !std::isfinite(n.z); });
     if (odd_normals != 0)
         oddities.push_back(fmt::format("{} normals are not finite; normals as read are not used", odd_normals));
+    if (const auto oddity = unwelded_edges(data, links.twin)) oddities.push_back(*oddity);
+    if (const auto oddity = idle_angles(data, angles)) oddities.push_back(*oddity);
     return oddities;
 }
 
 }  // namespace detail
 
 std::vector<MeshFault> find_faults(const ControlMeshData& data) {
-    std::vector<MeshFault> faults = detail::element_faults(data);
-    if (!faults.empty()) return faults;
-    const auto uses =
-        detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
-    const detail::MeshLinks links = detail::link_mesh(data, uses);
-    faults = detail::edge_faults(data, uses, links);
-    if (faults.empty()) faults = detail::vertex_faults(data, links);
-    if (faults.empty()) faults = detail::tagged_angles(data, links).faults;
-    return faults;
+    std::vector<detail::EdgeUse> uses;
+    detail::MeshLinks links;
+    detail::TaggedAngles angles;
+    return detail::find_faults(data, {}, uses, links, angles);
 }
 
 std::vector<std::string> find_oddities(const ControlMeshData& data) {
-    std::vector<std::uint8_t> used(data.positions.size(), 0);
-    for (std::uint32_t v : data.face_vertices) used[v] = 1;
-    std::vector<std::string> oddities =
-        detail::find_oddities(data, static_cast<std::uint64_t>(std::ranges::count(used, 0)));
-    const auto uses =
-        detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
-    const detail::MeshLinks links = detail::link_mesh(data, uses);
-    if (const auto oddity = detail::unwelded_edges(data, links.twin)) oddities.push_back(*oddity);
-    if (!data.corner_angles.empty())
-        if (const auto oddity = detail::idle_angles(data, detail::tagged_angles(data, links)))
-            oddities.push_back(*oddity);
-    return oddities;
+    const detail::MeshLinks links = detail::link_mesh(data, detail::sorted_edge_uses(data));
+    return detail::find_oddities(data, links, detail::tagged_angles(data, links));
 }
 
 }  // namespace tetrakis

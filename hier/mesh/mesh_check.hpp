@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -70,18 +69,15 @@ namespace detail {
 
 struct EdgeUse;
 struct MeshLinks;
+struct TaggedAngles;
 
-/// Faults of single elements: sizes, coordinates, faces, attributes, tags (but whether a crease's edge exists).
-std::vector<MeshFault> element_faults(const ControlMeshData& data);
-/// Faults of edges, faces against each other, and tags that name no edge or corner of a face; asks for no element
-/// faults.
-std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
-                                   const MeshLinks& links);
+/// find_faults() with what it finds out on the way: all of it where there are no faults. Progress of the stage "build"
+/// goes to 0.5.
+std::vector<MeshFault> find_faults(const ControlMeshData& data, const RunContext& context,
+                                   std::vector<EdgeUse>& sorted_uses, MeshLinks& links, TaggedAngles& angles);
+std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLinks& links, const TaggedAngles& angles);
 /// Faces whose vertex cycle an earlier face has already, ascending. The faces must be sound.
 std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data);
-/// Non-manifold vertices; asks for no faults of the other kinds.
-std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links);
-std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices);
 /// "vertex 5 (line 9)", "face 2", ...: numbered as the source numbers them, with the line where it is known.
 std::string vertex_name(const ControlMeshData& data, std::uint32_t v);
 std::string face_name(const ControlMeshData& data, std::uint32_t f);

@@ -17,12 +17,18 @@ struct EdgeUse {
 };
 static_assert(sizeof(EdgeUse) == 12);
 
-/// All half-edges sorted by (low, high, halfedge): uses of one edge are neighbours. Two stable bucket passes over the
-/// smaller vertex, then a sort of each vertex's few edges: O(H) for bounded valence, O(H log H) at worst; parallel.
-/// @param face_offsets   F + 1 ascending numbers
-/// @param face_vertices  H vertex numbers below `vertex_count`, no vertex twice in a row around a face
-std::vector<EdgeUse> sorted_edge_uses(std::span<const std::uint32_t> face_offsets,
-                                      std::span<const std::uint32_t> face_vertices, std::uint32_t vertex_count);
+/// The corner after, or before, another around its face.
+inline std::uint32_t next_corner(const ControlMeshData& data, std::uint32_t face, std::uint32_t h) {
+    return h + 1 == data.face_offsets[face + 1] ? data.face_offsets[face] : h + 1;
+}
+inline std::uint32_t prev_corner(const ControlMeshData& data, std::uint32_t face, std::uint32_t h) {
+    return (h == data.face_offsets[face] ? data.face_offsets[face + 1] : h) - 1;
+}
+
+/// All half-edges sorted by (low, high, halfedge): uses of one edge are neighbours. A stable counting pass over the
+/// smaller vertex, then a sort of each vertex's few edges: O(H) for bounded valence, O(H log H) at worst. The faces
+/// must be sound.
+std::vector<EdgeUse> sorted_edge_uses(const ControlMeshData& data);
 
 /// First use of the edge {a, b} in sorted uses, or null. O(log H).
 const EdgeUse* find_edge(std::span<const EdgeUse> sorted_uses, std::uint32_t a, std::uint32_t b);

@@ -1,6 +1,8 @@
 #include "mesh_numbering.hpp"
 
+#include "../base/disjoint_sets.hpp"
 #include "mesh_check.hpp"
+#include "mesh_links.hpp"
 
 #include <fmt/format.h>
 #include <glm/common.hpp>
@@ -21,29 +23,26 @@ namespace {
 // Of so many boundary edges one has to lie on another for a warning: a few that do may be meant.
 constexpr std::uint64_t k_edges_to_one_unwelded = 4;
 
-/// Sets of vertices, each named by its lowest one.
-class VertexSets {
-  public:
-    explicit VertexSets(std::vector<std::uint32_t> first) : parent_(std::move(first)) {}
-
-    std::uint32_t find(std::uint32_t v) {
-        while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-        return v;
-    }
-    void unite(std::uint32_t a, std::uint32_t b) {
-        a = find(a), b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-    std::vector<std::uint32_t> firsts() {
-        for (std::uint32_t v = 0; v < parent_.size(); ++v) parent_[v] = find(v);
-        return std::move(parent_);
-    }
-
-  private:
-    std::vector<std::uint32_t> parent_;
-};
-
 }  // namespace
+
+std::vector<std::uint32_t> replace_faces(ControlMeshData& data, const NewFaces& faces) {
+    for (auto* const layer : {&data.face_vertices, &data.face_uvs, &data.face_normals}) gather(*layer, faces.corners);
+    for (auto* const layer : {&data.face_material, &data.face_group}) gather(*layer, faces.sources);
+    gather(data.face_lines, faces.sources);
+    data.face_offsets = faces.offsets;
+    std::vector<std::uint32_t> gone;
+    const std::vector<std::uint32_t> holes = std::exchange(data.holes, {});
+    const std::vector<std::uint64_t> lines = std::exchange(data.hole_lines, {});
+    for (std::uint32_t i = 0; i < holes.size(); ++i) {
+        const auto [first, last] = std::equal_range(faces.sources.begin(), faces.sources.end(), holes[i]);
+        if (first == last) gone.push_back(i);
+        for (auto f = first; f != last; ++f) {
+            data.holes.push_back(static_cast<std::uint32_t>(f - faces.sources.begin()));
+            if (!lines.empty()) data.hole_lines.push_back(lines[i]);
+        }
+    }
+    return gone;
+}
 
 bool is_sound_position(const Vec3d& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) &&
@@ -101,7 +100,7 @@ std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double di
     const std::uint32_t cells = static_cast<std::uint32_t>(start.size());
     start.push_back(static_cast<std::uint32_t>(points.size()));
 
-    VertexSets sets(std::move(first));
+    DisjointSets sets(first);
     for (std::uint32_t c = 0; c < cells; ++c)
         for (std::uint32_t i = start[c] + 1; i < start[c + 1]; ++i)
             sets.unite(points[start[c]].vertex, points[i].vertex);
@@ -125,7 +124,8 @@ std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double di
                     join(c, static_cast<std::uint32_t>(static_cast<std::size_t>(d - start.begin())));
             }
     }
-    return sets.firsts();
+    for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = sets.find(v);
+    return first;
 }
 
 std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span<const std::uint32_t> twin) {
@@ -139,8 +139,7 @@ std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span
     for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
         for (std::uint32_t h = data.face_offsets[f], end = data.face_offsets[f + 1]; h < end; ++h) {
             if (twin[h] != HalfedgeId::none) continue;
-            const std::uint32_t next = h + 1 == end ? data.face_offsets[f] : h + 1;
-            edges.push_back({0, 0, data.face_vertices[h], data.face_vertices[next]});
+            edges.push_back({0, 0, data.face_vertices[h], data.face_vertices[next_corner(data, f, h)]});
             ends.push_back(edges.back().a);  // of every boundary vertex an edge starts
         }
     const std::vector<std::uint32_t> place = first_at_position(data.positions, std::move(ends));

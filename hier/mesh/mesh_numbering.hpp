@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -29,6 +30,29 @@ struct Numbering {
         if (i < number.size()) i = number[i];
     }
 };
+
+/// Puts elements in place of a layer's own, by the numbers that they have now. An empty layer stays empty.
+template <class T>
+void gather(std::vector<T>& layer, const std::vector<std::uint32_t>& from) {
+    if (layer.empty()) return;
+    std::vector<T> result(from.size());
+    for (std::size_t i = 0; i < from.size(); ++i) result[i] = layer[from[i]];
+    layer = std::move(result);
+}
+
+/// Faces made of some corners of a mesh.
+struct NewFaces {
+    /// Corners, and per face the one that it comes from: ascending numbers. Both by the arrays as they are.
+    std::vector<std::uint32_t> offsets{0}, corners, sources;
+
+    void end_face(std::uint32_t source) {
+        offsets.push_back(static_cast<std::uint32_t>(corners.size()));
+        sources.push_back(source);
+    }
+};
+/// Puts them in place of the mesh's own faces, with their attributes; tags of holes follow.
+/// @return  the hole tags whose faces are gone
+std::vector<std::uint32_t> replace_faces(ControlMeshData& data, const NewFaces& faces);
 
 /// Whether all coordinates are finite and at most k_max_coordinate.
 bool is_sound_position(const Vec3d& p);

@@ -22,7 +22,9 @@ namespace tetrakis {
 
 namespace {
 
+using detail::gather;
 using detail::k_no_number;
+using detail::NewFaces;
 using detail::Numbering;
 
 std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
@@ -169,54 +171,12 @@ class Repair {
         report("gave {} face corners the texture coordinate (0, 0) for one that is not there", beyond);
     }
 
-    // The faces being written; a corner or face is named by its number in the old arrays.
-    struct NewFaces {
-        std::vector<std::uint32_t> offsets{0}, corners, sources;
-    };
-
-    template <class T>
-    static void gather(std::vector<T>& layer, const std::vector<std::uint32_t>& from) {
-        if (layer.empty()) return;
-        std::vector<T> result(from.size());
-        for (std::size_t i = 0; i < from.size(); ++i) result[i] = layer[from[i]];
-        layer = std::move(result);
-    }
-
-    // Puts the new faces in place of the old ones, attributes and holes included.
-    void adopt(NewFaces faces) {
-        gather(data_.face_vertices, faces.corners);
-        gather(data_.face_uvs, faces.corners);
-        gather(data_.face_normals, faces.corners);
-        gather(data_.face_material, faces.sources);
-        gather(data_.face_group, faces.sources);
-        gather(data_.face_lines, faces.sources);
-        gather(source_face_, faces.sources);
-        if (!data_.holes.empty()) remap_holes(faces.sources);
-        data_.face_offsets = std::move(faces.offsets);
-    }
-
-    void remap_holes(const std::vector<std::uint32_t>& sources) {
-        const std::uint32_t old_faces = face_count();
-        std::vector<std::uint32_t> first(std::size_t{old_faces} + 1, 0);  // sources ascend: new faces of an old one
-        for (const std::uint32_t s : sources) ++first[s + 1];
-        for (std::uint32_t f = 0; f < old_faces; ++f) first[f + 1] += first[f];
-        std::vector<std::uint32_t> holes;
-        std::vector<std::uint64_t> lines;
+    void adopt(const NewFaces& faces) {
+        const std::vector<std::uint64_t> lines = data_.hole_lines;
         Tally dropped;
-        for (std::uint32_t i = 0; i < data_.holes.size(); ++i) {
-            const std::uint32_t f = data_.holes[i];
-            if (f >= old_faces || first[f] == first[f + 1]) {
-                dropped.add(i, data_.hole_lines.empty() ? 0 : data_.hole_lines[i]);
-                continue;
-            }
-            for (std::uint32_t g = first[f]; g < first[f + 1]; ++g) {
-                holes.push_back(g);
-                if (!data_.hole_lines.empty()) lines.push_back(data_.hole_lines[i]);
-            }
-        }
+        for (const std::uint32_t i : detail::replace_faces(data_, faces)) dropped.add(i, lines.empty() ? 0 : lines[i]);
         report_tags(dropped, "dropped {} hole tags of faces that are not there (the first is tag {})");
-        data_.holes = std::move(holes);
-        data_.hole_lines = std::move(lines);
+        gather(source_face_, faces.sources);
     }
 
     // Drops faces with bad vertices; cuts faces that pass a vertex twice into loops.
@@ -243,8 +203,7 @@ class Repair {
             const auto emit = [&](std::size_t from) {
                 if (path.size() - from < 3) return;
                 faces.corners.insert(faces.corners.end(), path.begin() + static_cast<std::ptrdiff_t>(from), path.end());
-                faces.offsets.push_back(count_of(faces.corners.size()));
-                faces.sources.push_back(f);
+                faces.end_face(f);
                 ++loops;
             };
             path.clear();
@@ -273,7 +232,7 @@ class Repair {
         report_all(small, "dropped {} faces with fewer than three distinct vertices (the first is {})", name_of_face);
         report_all(cut, "took repeated vertices out of {} faces (the first is {})", name_of_face);
         const bool holes_beyond = std::ranges::any_of(data_.holes, [&](std::uint32_t f) { return f >= face_count(); });
-        if (unsound.count + small.count + cut.count != 0 || holes_beyond) adopt(std::move(faces));
+        if (unsound.count + small.count + cut.count != 0 || holes_beyond) adopt(faces);
     }
 
     void drop_duplicates() {
@@ -287,11 +246,10 @@ class Repair {
             }
             for (std::uint32_t h = data_.face_offsets[f]; h < data_.face_offsets[f + 1]; ++h)
                 faces.corners.push_back(h);
-            faces.offsets.push_back(count_of(faces.corners.size()));
-            faces.sources.push_back(f);
+            faces.end_face(f);
         }
         report("dropped {} duplicate faces (the first is {})", duplicates.size(), original_face(duplicates.front()));
-        adopt(std::move(faces));
+        adopt(faces);
     }
 
     void make_manifold() {
@@ -337,8 +295,7 @@ class Repair {
         const auto edge = [](std::uint32_t a, std::uint32_t b) { return Edge{std::min(a, b), std::max(a, b)}; };
         std::vector<std::pair<Edge, Edge>> edges;
         if (!data_.creases.empty())
-            for (const detail::EdgeUse& use :
-                 detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size())))
+            for (const detail::EdgeUse& use : detail::sorted_edge_uses(data_))
                 if (const Edge now{use.low, use.high}; edges.empty() || edges.back().second != now)
                     edges.emplace_back(edge(origin_[use.low], origin_[use.high]), now);
         const Tally no_crease = copy_tags(
@@ -380,8 +337,7 @@ class Repair {
             if (now.size() == size) lost.add(i, tag.line);
             source.resize(now.size(), i);
         }
-        const auto uses =
-            detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size()));
+        const auto uses = detail::sorted_edge_uses(data_);
         const auto faults = detail::tagged_angles(data_, detail::link_mesh(data_, uses)).faults;
         std::vector<ControlMeshData::AngleTag> kept;
         for (std::uint32_t i = 0, next = 0; i < now.size(); ++i) {
@@ -458,14 +414,13 @@ class Repair {
                 continue;
             }
             if (faces.corners.size() - size < end - begin) cut.add(f);
-            faces.offsets.push_back(count_of(faces.corners.size()));
-            faces.sources.push_back(f);
+            faces.end_face(f);
         }
         const auto name_of_face = [&](std::uint32_t f) { return original_face(f); };
         report_all(small, "dropped {} faces with fewer than three corners left (the first is {})", name_of_face);
         report_all(cut, "took corners that fell together out of {} faces (the first is {})", name_of_face);
         if (small.count + cut.count == 0) return;
-        adopt(std::move(faces));
+        adopt(faces);
         const std::size_t angles = data_.corner_angles.size();
         std::erase_if(data_.corner_angles, [&](auto& tag) {
             const auto at = std::lower_bound(source_face_.begin(), source_face_.end(), tag.face);

@@ -1,5 +1,6 @@
 #include "mesh_split.hpp"
 
+#include "../base/disjoint_sets.hpp"
 #include "../base/ids.hpp"
 #include "mesh_links.hpp"
 
@@ -41,18 +42,11 @@ class Splitter {
     }
 
   private:
-    std::uint32_t next(std::uint32_t h) const {
-        const std::uint32_t f = face_[h];
-        return h + 1 == data_.face_offsets[f + 1] ? data_.face_offsets[f] : h + 1;
-    }
-    std::uint32_t prev(std::uint32_t h) const {
-        const std::uint32_t f = face_[h];
-        return h == data_.face_offsets[f] ? data_.face_offsets[f + 1] - 1 : h - 1;
-    }
+    std::uint32_t next(std::uint32_t h) const { return next_corner(data_, face_[h], h); }
+    std::uint32_t prev(std::uint32_t h) const { return prev_corner(data_, face_[h], h); }
 
     void pair_edges(bool count) {
-        const auto uses = sorted_edge_uses(data_.face_offsets, data_.face_vertices,
-                                           static_cast<std::uint32_t>(data_.positions.size()));
+        const auto uses = sorted_edge_uses(data_);
         partner_.assign(data_.face_vertices.size(), k_none);
         for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
             for (end = i + 1; end < uses.size() && uses[end].same_edge(uses[i]);) ++end;
@@ -66,33 +60,22 @@ class Splitter {
         }
     }
 
-    std::uint32_t root(std::uint32_t corner) {
-        while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
-        return corner;
-    }
-    void join(std::uint32_t a, std::uint32_t b) {
-        a = root(a);
-        b = root(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
     // Gives every fan of corners a vertex of its own; the one with the lowest corner keeps the old number.
     bool split_vertices() {
         const auto corners = static_cast<std::uint32_t>(data_.face_vertices.size());
-        parent_.resize(corners);
-        std::iota(parent_.begin(), parent_.end(), 0u);
+        DisjointSets fans(corners);
         for (std::uint32_t h = 0; h < corners; ++h) {
             const std::uint32_t t = partner_[h];
             if (t == k_none || t < h) continue;
             const bool opposite = data_.face_vertices[h] != data_.face_vertices[t];
-            join(h, opposite ? next(t) : t);
-            join(next(h), opposite ? t : next(t));
+            fans.unite(h, opposite ? next(t) : t);
+            fans.unite(next(h), opposite ? t : next(t));
         }
         std::vector<std::uint8_t> taken(data_.positions.size(), 0);
         std::vector<std::uint32_t> vertex(corners);
         bool changed = false;
         for (std::uint32_t h = 0; h < corners; ++h) {
-            const std::uint32_t r = root(h), v = data_.face_vertices[h];
+            const std::uint32_t r = fans.find(h), v = data_.face_vertices[h];
             if (r != h) {  // roots are the lowest corners of their fans: already numbered
                 vertex[h] = vertex[r];
                 continue;
@@ -170,7 +153,7 @@ class Splitter {
     }
 
     ControlMeshData& data_;
-    std::vector<std::uint32_t> face_, partner_, parent_;
+    std::vector<std::uint32_t> face_, partner_;
     std::vector<std::uint8_t> cut_;    ///< half-edges that hold nothing together
     std::vector<std::uint8_t> split_;  ///< by vertex before the split
     ManifoldSplit result_;

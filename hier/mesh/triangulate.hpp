@@ -18,9 +18,4 @@ namespace tetrakis {
 /// Cost: O(H log H), for concave faces times their reflex corners.
 ControlMesh triangulate(const ControlMesh& mesh, const RunContext& context = {});
 
-namespace detail {
-/// Faces that need not be a surface cut by the rule of triangulate(). Tags are not looked at.
-ControlMeshData cut_faces(const ControlMeshData& mesh);
-}  // namespace detail
-
 }  // namespace tetrakis
