@@ -1,5 +1,6 @@
 #include "dual_limits.hpp"
 
+#include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../refine/points/level_source.hpp"
 #include "../../refine/points/row_points.hpp"
@@ -27,25 +28,17 @@ std::uint32_t next_corner(std::uint32_t corner) { return corner / 4 * 4 + (corne
 
 /// Per corner of each root the number of the vertex that it is, and how many vertices there are.
 std::pair<std::vector<std::uint32_t>, std::uint32_t> corner_vertices(const VertexRoots& roots) {
-    std::vector<std::uint32_t> parent(roots.link.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto first = [&](std::uint32_t c) {
-        while (parent[c] != c) c = parent[c] = parent[parent[c]];
-        return c;
-    };
-    const auto join = [&](std::uint32_t a, std::uint32_t b) {
-        const std::uint32_t root_a = first(a), root_b = first(b);
-        parent[std::max(root_a, root_b)] = std::min(root_a, root_b);
-    };
+    DisjointSets corners(roots.link.size());
     for (std::uint32_t side = 0; side < roots.link.size(); ++side) {
         const std::uint32_t other = roots.link[side];
         if (other == VertexRoots::outside) continue;
-        join(side, next_corner(other));
-        join(next_corner(side), other);
+        corners.unite(side, next_corner(other));
+        corners.unite(next_corner(side), other);
     }
-    std::vector<std::uint32_t> vertex(parent.size());
+    std::vector<std::uint32_t> vertex(roots.link.size());
     std::uint32_t count = 0;
-    for (std::uint32_t c = 0; c < vertex.size(); ++c) vertex[c] = parent[c] == c ? count++ : vertex[first(c)];
+    for (std::uint32_t c = 0; c < vertex.size(); ++c)
+        vertex[c] = corners.find(c) == c ? count++ : vertex[corners.find(c)];
     return {std::move(vertex), count};
 }
 

@@ -1,11 +1,13 @@
 #include "shading_normals.hpp"
 
+#include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/parallel.hpp"
 
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace tetrakis::detail {
 
@@ -200,28 +202,21 @@ class NormalSplitter {
             std::fill_n(group.begin(), count, 0u);
             return 1;
         }
-        std::vector<std::uint32_t> by_end(count), parent(count);
-        for (std::uint32_t i = 0; i < count; ++i) by_end[i] = parent[i] = i;
+        std::vector<std::uint32_t> by_end(count);
+        std::iota(by_end.begin(), by_end.end(), 0u);
+        DisjointSets sets(count);
         const auto next_end = [&](std::uint32_t i) { return end(corners[i], 1); };
         std::sort(by_end.begin(), by_end.end(),
                   [&](std::uint32_t i, std::uint32_t j) { return next_end(i) < next_end(j); });
-        const auto root = [&](std::uint32_t i) {
-            while (parent[i] != i) i = parent[i] = parent[parent[i]];
-            return i;
-        };
         for (std::uint32_t i = 0; i < count; ++i) {
             const auto across = std::lower_bound(by_end.begin(), by_end.end(), end(corners[i], 2),
                                                  [&](std::uint32_t j, std::uint32_t v) { return next_end(j) < v; });
             if (across == by_end.end() || next_end(*across) != end(corners[i], 2)) continue;
             if (sharp_.between(face_[corners[i] / 3], face_[corners[*across] / 3])) continue;
-            parent[root(i)] = root(*across);
+            sets.unite(i, *across);
         }
-        std::vector<std::uint32_t> number(count, k_none);
         std::uint32_t groups = 0;
-        for (std::uint32_t i = 0; i < count; ++i) {
-            if (number[root(i)] == k_none) number[root(i)] = groups++;
-            group[i] = number[root(i)];
-        }
+        for (std::uint32_t i = 0; i < count; ++i) group[i] = sets.find(i) == i ? groups++ : group[sets.find(i)];
         return groups;
     }
 
