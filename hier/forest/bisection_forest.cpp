@@ -5,6 +5,7 @@
 #include "corner_cell.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <string>
 #include <utility>
 
@@ -82,16 +83,12 @@ void BisectionForest::wish_for_small_pages() {
     detail::wish_for_small_pages(sites_);
 }
 
-void BisectionForest::refuse(LeafId id) const {
-    const std::string number = std::to_string(id.value);
-    if (id.value >= leaves_.size())
-        throw Error(ErrorCode::invalid_input,
-                    "leaf " + number + " is beyond the forest's " + std::to_string(leaves_.size()) + " slots");
-    if (!is_leaf(id))
-        throw Error(ErrorCode::invalid_input, "slot " + number + " holds no leaf: it was merged, or is a hole's");
-    throw Error(ErrorCode::unsupported, "leaf " + number + " is at the largest depth, " +
-                                            std::to_string(k_max_bisection_depth) +
-                                            "; the tolerance is out of reach here");
+void BisectionForest::require_splittable(LeafId id) const {
+    assert(is_leaf(id));
+    if (depth(id) == k_max_bisection_depth)
+        throw Error(ErrorCode::unsupported, "leaf " + std::to_string(id.value) + " is at the largest depth, " +
+                                                std::to_string(k_max_bisection_depth) +
+                                                "; the tolerance is out of reach here");
 }
 
 BisectionForest::SplitCost BisectionForest::split_cost(LeafId id) const {

@@ -109,7 +109,7 @@ class BisectionForest {
     struct SplitCost {
         std::uint64_t leaves = 0, midpoints = 0;
     };
-    /// @throws Error  invalid_input: not a leaf; unsupported: it is at depth k_max_bisection_depth
+    /// @throws Error  unsupported: the leaf is at depth k_max_bisection_depth
     SplitCost split_cost(LeafId id) const;
 
     /// Splits a leaf with its neighbour across the base, after the coarser leaves that this one asks for, base by base.
@@ -132,10 +132,8 @@ class BisectionForest {
     bool can_merge(LeafId id) const { return is_leaf(id) && find_diamond(id).pair_count > 0; }
     /// Merges these two or four leaves to one or two, with changed(diamond) called afterwards. O(1), allocates nothing.
     /// @return  false, with the forest as it was, if can_merge() is false
-    /// @throws Error  invalid_input: not a leaf
     template <class Changed>
     bool merge_diamond(LeafId id, Changed&& changed) {
-        require_leaf(id);
         const Diamond diamond = find_diamond(id);
         if (diamond.pair_count == 0) return false;
         fold_diamond(diamond);
@@ -172,8 +170,8 @@ class BisectionForest {
     /// @param created  receives all new leaves (of several splits of one leaf, the last ones): the descendants of the
     ///                 marked leaves in their order, then those of the other leaves that were split; those of one leaf
     ///                 in path order
-    /// @throws Error   invalid_input: a handle is no leaf; unsupported: a marked leaf is at depth
-    ///                 k_max_bisection_depth; memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
+    /// @throws Error   unsupported: a marked leaf is at depth k_max_bisection_depth; memory_limit: more than 2^32 - 1
+    ///                 slots. The forest is then unchanged.
     /// Cost: O(leaves created).
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& created);
     /// merge_diamond() of all diamonds whose two or four leaves are all marked; other leaves are left alone. The last
@@ -182,18 +180,16 @@ class BisectionForest {
     /// @param created  receives the parents, those of a diamond together, in the order of the diamonds' last leaves in
     ///                 `marked`
     /// @return         the number of diamonds
-    /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
     std::size_t coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created);
 
     /// All leaves by root, then by path. O(leaves log leaves), parallel.
     std::vector<LeafId> ordered_leaves() const;
-    /// The output mesh. O(leaves log leaves), parallel but for the numbering.
+    /// The output mesh. O(leaves log leaves).
     ExportedTriangles exported() const;
     /// The same, but faces with use[f] != 0 whose roots are all unsplit are output as their fans, in the place of their
     /// first root.
     /// @param use  F flags, zero where fans has no triangulation
     ExportedTriangles exported(const FanChoice& fans, std::span<const std::uint8_t> use) const;
-    detail::PooledTriangles pooled() const;  ///< exported()
 
     // As check_forest() asks.
     static constexpr int k_sides = 3;
@@ -226,13 +222,7 @@ class BisectionForest {
   private:
     static constexpr std::uint8_t k_dead = 0xFF;  // depth of a slot that holds no leaf
 
-    void require_leaf(LeafId id) const {
-        if (!is_leaf(id)) refuse(id);
-    }
-    void require_splittable(LeafId id) const {
-        if (!is_leaf(id) || depth(id) == k_max_bisection_depth) refuse(id);
-    }
-    [[noreturn]] void refuse(LeafId id) const;
+    void require_splittable(LeafId id) const;
     std::uint32_t fixed_points() const { return mesh_->vertex_count() + mesh_->face_count(); }
     std::uint32_t hole_slots() const { return mesh_->halfedge_count() - root_count_; }
 
@@ -256,10 +246,6 @@ class BisectionForest {
     void relink(LeafId leaf, LeafId from, LeafId to);
     void clear_marks();
     SplitCost mark_closure(std::span<const LeafId> marked, std::vector<LeafId>& list);
-
-    detail::PoolVector<std::uint32_t> leaves_in_order() const;
-    template <class Exported>
-    void export_to(Exported& out, const FanChoice& fans, std::span<const std::uint8_t> use) const;
 
     const ControlMesh* mesh_;
     std::uint32_t root_count_ = 0;

@@ -3,6 +3,7 @@
 #include "../base/memory.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 namespace tetrakis {
@@ -22,14 +23,12 @@ void prefetch(const detail::PodArray<BisectionLeaf>& leaves, std::span<const Lea
               std::ptrdiff_t ahead, Edges... edges) {
     // Most records lie across the end of a cache line.
     const auto record = [&](LeafId id) {
-        if (id.value >= leaves.size()) return;
         __builtin_prefetch(&leaves[id.value], 1);
         __builtin_prefetch(reinterpret_cast<const char*>(&leaves[id.value] + 1) - 1, 1);
     };
     const std::size_t near = i + static_cast<std::size_t>(ahead), far = near + static_cast<std::size_t>(ahead);
     if (far < list.size()) record(list[far]);
-    if (near < list.size() && list[near].value < leaves.size())
-        (record(leaves[list[near].value].neighbour[edges]), ...);
+    if (near < list.size()) (record(leaves[list[near].value].neighbour[edges]), ...);
 }
 
 }  // namespace
@@ -109,15 +108,10 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
 std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created) {
     created.clear();
     detail::reserve_large(created, marked.size() / 2);
-    try {
-        for (std::size_t i = 0; i < marked.size(); ++i) {
-            prefetch(leaves_, marked, i, k_ahead);
-            require_leaf(marked[i]);
-            leaves_[marked[i].value].mark = k_waits;
-        }
-    } catch (...) {
-        clear_marks();
-        throw;
+    for (std::size_t i = 0; i < marked.size(); ++i) {
+        prefetch(leaves_, marked, i, k_ahead);
+        assert(is_leaf(marked[i]));
+        leaves_[marked[i].value].mark = k_waits;
     }
     const std::uint32_t before = midpoint_count_;
     for (std::size_t i = marked.size(); i-- > 0;) {

@@ -38,9 +38,9 @@ struct RootLeaves {
 
 }  // namespace
 
-// Slots of all leaves by root, then by path. Leaves are disjoint, so their paths differ within the shorter one and
+// Leaves are disjoint, so their paths differ within the shorter one and
 // compare as left-aligned numbers.
-detail::PoolVector<std::uint32_t> BisectionForest::leaves_in_order() const {
+std::vector<LeafId> BisectionForest::ordered_leaves() const {
     const std::uint32_t slots = leaf_slots(), roots = mesh_->halfedge_count();
     detail::PoolVector<RootLeaves> of_root(roots);
     for (std::uint32_t s = 0; s < slots; ++s) {
@@ -80,53 +80,32 @@ detail::PoolVector<std::uint32_t> BisectionForest::leaves_in_order() const {
     for (std::uint32_t r = 0; r < roots; ++r)
         if (!of_root[r].has_places() && of_root[r].count >= k_large_root)
             oneapi::tbb::parallel_sort(keys_of(r).begin(), keys_of(r).end());
-    detail::PoolVector<std::uint32_t> order;
+    std::vector<LeafId> order;
     detail::resize_large(order, leaf_count_);
     for_each_block(roots, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t r = begin; r < end; ++r) {
-            std::uint32_t* to = order.data() + first_in_order[r];
+            LeafId* to = order.data() + first_in_order[r];
             if (of_root[r].has_places()) {
                 for (std::uint64_t i = first[r]; i < first[r] + of_root[r].nodes(); ++i)
-                    if (places[i] != k_free) *to++ = places[i];
+                    if (places[i] != k_free) *to++ = LeafId(places[i]);
                 continue;
             }
             if (of_root[r].count < k_large_root) std::sort(keys_of(r).begin(), keys_of(r).end());
-            for (const Key& key : keys_of(r)) *to++ = key.slot;
+            for (const Key& key : keys_of(r)) *to++ = LeafId(key.slot);
         }
     });
     return order;
 }
 
-std::vector<LeafId> BisectionForest::ordered_leaves() const {
-    const detail::PoolVector<std::uint32_t> order = leaves_in_order();
-    std::vector<LeafId> leaves;
-    detail::resize_large(leaves, order.size());
-    for_each_index(leaf_count_, [&](std::uint32_t i) { leaves[i] = LeafId(order[i]); });
-    return leaves;
-}
-
 ExportedTriangles BisectionForest::exported() const { return exported(FanChoice{}, {}); }
 
 ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<const std::uint8_t> use) const {
-    ExportedTriangles out;
-    export_to(out, fans, use);
-    return out;
-}
-
-detail::PooledTriangles BisectionForest::pooled() const {
-    detail::PooledTriangles out;
-    export_to(out, {}, {});
-    return out;
-}
-
-template <class Exported>
-void BisectionForest::export_to(Exported& out, const FanChoice& fans, std::span<const std::uint8_t> use) const {
     const ControlMesh& mesh = *mesh_;
     if (!use.empty() && use.size() != mesh.face_count())
         throw Error(ErrorCode::invalid_input, "there are " + std::to_string(use.size()) + " fan flags for " +
                                                   std::to_string(mesh.face_count()) + " faces");
     const auto is_fan = [&](FaceId f) {
-        if (use.empty() || use[f.value] == 0 || mesh.is_hole(f)) return false;
+        if (use[f.value] == 0) return false;
         if (!fans.has(f))
             throw Error(ErrorCode::invalid_input, "face " + std::to_string(f.value) + " has no fan to be output");
         const std::uint32_t h = mesh.face_halfedge(f).value;
@@ -134,54 +113,36 @@ void BisectionForest::export_to(Exported& out, const FanChoice& fans, std::span<
             if (!root_leaf(HalfedgeId(h + i)).valid()) return false;
         return true;
     };
-    const detail::PoolVector<std::uint32_t> order = leaves_in_order();
-    // Fans take their place among the leaves first; all else is then the same for both.
-    std::vector<std::uint8_t> fan_face;
-    std::uint64_t triangle_count = leaf_count_;
-    if (!use.empty()) {
-        fan_face.resize(mesh.face_count());
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
-            fan_face[f] = is_fan(FaceId(f));
-            triangle_count -= 2 * fan_face[f];
-        }
-    }
-    detail::resize_large(out.triangles, triangle_count);
-    detail::resize_large(out.faces, triangle_count);
-    detail::resize_large(out.leaves, triangle_count);
-    // Corners as points, to be numbered afterwards.
-    const auto put_leaf = [&](std::size_t t, std::uint32_t slot) {
-        const BisectionLeaf& l = leaves_[slot];
-        out.triangles[t] = {l.vertex[0].value, l.vertex[1].value, l.vertex[2].value};
-        out.faces[t] = mesh.face(l.cell);
-        out.leaves[t] = LeafId(slot);
+    ExportedTriangles out;
+    detail::reserve_large(out.triangles, leaf_count_);
+    detail::reserve_large(out.faces, leaf_count_);
+    detail::reserve_large(out.leaves, leaf_count_);
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, FaceId f, LeafId leaf) {
+        out.triangles.push_back({a, b, c});
+        out.faces.push_back(f);
+        out.leaves.push_back(leaf);
     };
-    if (triangle_count == leaf_count_) {
-        for_each_index(leaf_count_, [&](std::uint32_t i) {
-            if (i + k_records_ahead < leaf_count_) __builtin_prefetch(&leaves_[order[i + k_records_ahead]].vertex);
-            put_leaf(i, order[i]);
-        });
-    } else {
-        std::size_t t = 0;
-        for (std::uint32_t i = 0; i < leaf_count_;) {
-            if (i + k_records_ahead < leaf_count_) __builtin_prefetch(&leaves_[order[i + k_records_ahead]].vertex);
-            const BisectionLeaf& l = leaves_[order[i]];
-            const FaceId f = mesh.face(l.cell);
-            if (fan_face[f.value] == 0) {
-                put_leaf(t++, order[i++]);
-                continue;
-            }
-            for (const auto& corner : fans.of(f)) {
-                for (std::size_t k = 0; k < 3; ++k)
-                    out.triangles[t][k] = mesh.origin(HalfedgeId(l.cell.value + corner[k])).value;
-                out.faces[t++] = f;
-            }
-            i += mesh.face_size(f);  // its roots follow each other, the first one first
+    // Corners as points, to be numbered afterwards.
+    const std::vector<LeafId> order = ordered_leaves();
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        if (i + k_records_ahead < order.size()) __builtin_prefetch(&leaves_[order[i + k_records_ahead].value].vertex);
+        const BisectionLeaf& l = leaves_[order[i].value];
+        const FaceId f = mesh.face(l.cell);
+        if (!use.empty() && l.cell == mesh.face_halfedge(f) && is_fan(f)) {
+            const auto vertex = [&](std::uint8_t corner) {
+                return mesh.origin(HalfedgeId(l.cell.value + corner)).value;
+            };
+            for (const auto& [a, b, c] : fans.of(f)) add(vertex(a), vertex(b), vertex(c), f, {});
+            i += mesh.face_size(f) - 1;  // its roots follow each other
+        } else {
+            add(l.vertex[0].value, l.vertex[1].value, l.vertex[2].value, f, order[i]);
         }
     }
     detail::number_points(out, sites_.size(), mesh.vertex_count() + mesh.face_count() + std::size_t{midpoint_count_});
     detail::resize_large(out.sites, out.points.size());
     for_each_index(static_cast<std::uint32_t>(out.points.size()),
                    [&](std::uint32_t p) { out.sites[p] = sites_[out.points[p].value]; });
+    return out;
 }
 
 }  // namespace tetrakis

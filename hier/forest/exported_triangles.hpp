@@ -23,28 +23,11 @@ struct ExportedTriangles {
 
 namespace detail {
 
-/// The same for a caller that copies the triangles: they are in memory that is used again.
-struct PooledTriangles {
-    RawPoolVector<std::array<std::uint32_t, 3>> triangles;
-    std::vector<FaceId> faces;
-    std::vector<Site> sites;
-    std::vector<LeafId> leaves;
-    std::vector<PointId> points;
-};
-
-}  // namespace detail
-
-}  // namespace tetrakis
-
-namespace tetrakis::detail {
-
 /// Replaces the triangles' points by numbers in the order of first use, and lists the points by these.
-/// @param out       ExportedTriangles or PooledTriangles
 /// @param slots     points are below this
 /// @param expected  how many there are, about
 /// O(slots + triangles), one thread.
-template <class Exported>
-void number_points(Exported& out, std::size_t slots, std::size_t expected) {
+inline void number_points(ExportedTriangles& out, std::size_t slots, std::size_t expected) {
     constexpr std::size_t k_ahead =
         16;  // triangles whose points are asked for ahead of time: the loop waits for memory
     PoolVector<std::uint32_t> numbers(slots, PointId::none);
@@ -64,4 +47,6 @@ void number_points(Exported& out, std::size_t slots, std::size_t expected) {
     }
 }
 
-}  // namespace tetrakis::detail
+}  // namespace detail
+
+}  // namespace tetrakis

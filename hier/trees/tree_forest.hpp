@@ -55,16 +55,16 @@ class TreeForest {
     /// The leaves across a side: none (both invalid) where the surface ends or a crease runs, two where they are finer
     /// (in the order along the side), else one.
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const;
-    /// All leaves by root, then by path, child 0 first. O(leaves), parallel.
+    /// All leaves by root, then by path, child 0 first. O(leaves).
     std::vector<LeafId> ordered_leaves() const;
 
     /// Splits the marked leaves and whatever the rule of levels makes necessary, each once: the smallest such
     /// refinement. Along creases the leaves of the other sides are split as well.
     /// @param marked   leaves in any order; repetitions do no harm
-    /// @throws Error   invalid_input: a handle is no leaf; unsupported: a marked leaf is at level k_max_level;
-    ///                 memory_limit: more than 2^32 nodes. The forest is then unchanged.
-    /// Cost: O(nodes split), about 50 ns per created leaf on one thread (large batches); parallel. The result
-    /// (slots and points included) depends on the set of marked leaves and the calls before, on nothing else.
+    /// @throws Error   unsupported: a marked leaf is at level k_max_level; memory_limit: more than 2^32 nodes. The
+    ///                 forest is then unchanged.
+    /// Cost: O(nodes split), one thread. The result (slots and points included) depends on the set of marked leaves and
+    /// the calls before, on nothing else.
     void refine(std::span<const LeafId> marked, ForestChange& change);
 
     /// The leaf and its three siblings, and those with the same parent on the other sides of creases, if they are
@@ -72,7 +72,6 @@ class TreeForest {
     std::vector<LeafId> mergeable_siblings(LeafId leaf) const;
     /// Merges as many of the groups of siblings that are marked completely as the rule of levels allows, all at once
     /// (of two merges one may need the other): the exact inverse of refine(). Points that nobody uses any more go.
-    /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
     void coarsen(std::span<const LeafId> marked, ForestChange& change);
 
     /// Bytes allocated.
@@ -147,8 +146,6 @@ class TreeForest {
         if (next.slot >= k_coarser || !is_split(next.slot)) return PointId::none;
         return records_[child_[next.slot]].point[3 + next.side];
     }
-    /// Parts of the leaves in order, one after the other.
-    std::vector<detail::PoolVector<std::uint32_t>> leaf_runs() const;
 
     Rule rule_;
     std::uint32_t root_count_ = 0, leaf_count_ = 0, point_count_ = 0;
@@ -156,30 +153,16 @@ class TreeForest {
     detail::PoolVector<Record> records_;
     detail::PoolVector<Site> sites_;  // per point, canonical; no root: not in use
     std::vector<std::uint32_t> free_records_, free_points_;
-    detail::PoolVector<std::uint8_t> marks_;  // per slot: will be split, or (being split) merged; zero between calls
+    detail::PoolVector<std::uint8_t> marks_;  // per slot, of a running call; else zero
 
   private:
-    /// What refine() finds out about one split before it writes anything.
-    struct PlannedSplit {
-        std::array<std::uint32_t, k_sides> neighbour;  // slots, or k_coarser, k_boundary
-        std::array<std::uint8_t, k_sides> side;        // those sides seen from there
-        std::uint8_t owned, reshaped;  // sides whose midpoint is new and ours; whose neighbour we report
-        std::uint32_t first_point, first_reshaped;
-    };
-
-    void require_leaves(std::span<const LeafId> leaves) const;
-    bool mark(std::uint32_t slot);
-    void close_around(std::uint32_t slot, detail::PoolVector<std::uint32_t>& found);
     void mark_closure(std::span<const LeafId> marked, detail::PoolVector<std::uint32_t>& splits);
-    PlannedSplit plan(std::uint32_t slot) const;
-    void write_record(std::uint32_t record, std::uint32_t slot, const PlannedSplit& planned,
-                      std::uint32_t first_free_point);
-    void link_record(std::uint32_t record, const PlannedSplit& planned);
+    void split(std::uint32_t slot, ForestChange& change);
     bool has_finer_beside(const Record& record) const;
     bool blocks_merge(const Record& record) const;
     void keep_largest_mergeable(std::span<const std::uint32_t> records);
     void remove_records(std::span<const std::uint32_t> going);
-    void append_leaves(std::uint32_t slot, detail::PoolVector<std::uint32_t>& run) const;
+    void append_leaves(std::uint32_t slot, std::vector<LeafId>& leaves) const;
 };
 
 // Inline: refinement and output spend most of their time here.

@@ -13,7 +13,7 @@ namespace tetrakis {
 template class TreeForest<RedTriangles>;
 
 RedTriangles::RedTriangles(const ControlMesh& control)
-    : mesh(&control), sites(control), link(3 * std::size_t{control.face_count()}, 0xFFFF'FFFFu) {
+    : mesh(&control), link(3 * std::size_t{control.face_count()}, 0xFFFF'FFFFu) {
     for (std::uint32_t f = 0; f < mesh->face_count(); ++f)
         if (mesh->face_size(FaceId(f)) != 3)
             throw Error(ErrorCode::unsupported, detail::face_name(mesh->data(), f) + " has " +
@@ -31,15 +31,7 @@ Site RedTriangles::midpoint_site(const TreeFrame& frame, int edge) const {
     LatticePoint at{2 * frame.at.x, 2 * frame.at.y};
     if (edge != 2) at.x += step;
     if (edge != 0) at.y += step;
-    const Site site{HalfedgeId(3 * frame.root), at, static_cast<std::uint8_t>(frame.level + 1)};
-    const bool is_on_side = edge == 0   ? at.y == 0
-                            : edge == 2 ? at.x == 0
-                                        : at.x + at.y == std::uint32_t{1} << site.level;
-    return is_on_side ? sites.canonical(site) : site;
-}
-
-std::uint64_t RedTriangles::memory_bytes() const {
-    return (link.capacity() + mesh->vertex_count()) * sizeof(std::uint32_t);  // and those of `sites`
+    return canonical_triangle_site(*mesh, {HalfedgeId(3 * frame.root), at, static_cast<std::uint8_t>(frame.level + 1)});
 }
 
 TriangleForest::TriangleForest(const ControlMesh& mesh) : TreeForest(RedTriangles(mesh)) {
@@ -48,7 +40,7 @@ TriangleForest::TriangleForest(const ControlMesh& mesh) : TreeForest(RedTriangle
         Site& site = sites_[mesh.origin(HalfedgeId(h)).value];
         if (!rule_.has_root(h / 3) || site.root.valid()) continue;
         ++point_count_;
-        site = rule_.sites.vertex(mesh.origin(HalfedgeId(h)));
+        site = triangle_vertex_site(mesh, mesh.origin(HalfedgeId(h)));
     }
 }
 
@@ -134,49 +126,25 @@ GreenTriangles TriangleForest::green_triangles(LeafId leaf) const {
     return green;
 }
 
-ExportedTriangles TriangleForest::exported() const { return export_as<ExportedTriangles>(); }
-detail::PooledTriangles TriangleForest::pooled() const { return export_as<detail::PooledTriangles>(); }
-
-template <class Exported>
-Exported TriangleForest::export_as() const {
-    Exported out;
-    const auto runs = leaf_runs();
-    const auto run_count = static_cast<std::uint32_t>(runs.size());
-    std::vector<std::size_t> first(run_count + std::size_t{1}, 0);
-    std::vector<detail::PoolVector<std::uint8_t>> masks(run_count);
-    for_each_index(
-        run_count,
-        [&](std::uint32_t i) {
-            masks[i].reserve(runs[i].size());
-            for (const std::uint32_t slot : runs[i]) {
-                masks[i].push_back(static_cast<std::uint8_t>(hanging_mask(slot)));
-                first[i + 1] += k_patterns[masks[i].back()].count;
-            }
-        },
-        1);
-    for (std::uint32_t i = 0; i < run_count; ++i) first[i + 1] += first[i];
-    detail::resize_large(out.triangles, first.back());
-    detail::resize_large(out.faces, first.back());
-    detail::resize_large(out.leaves, first.back());
-    for_each_index(
-        run_count,
-        [&](std::uint32_t run) {
-            std::size_t t = first[run];
-            for (std::size_t i = 0; i < runs[run].size(); ++i) {
-                const std::uint32_t slot = runs[run][i], mask = masks[run][i];
-                const auto own = corners(slot);
-                std::array<std::uint32_t, 6> point{own[0], own[1], own[2], 0, 0, 0};
-                for (int e = 0; e < 3; ++e)
-                    if (mask >> e & 1) point[3 + e] = hanging_point(slot, e);
-                const GreenPattern& pattern = k_patterns[mask];
-                for (int k = 0; k < pattern.count; ++k, ++t) {
-                    for (int c = 0; c < 3; ++c) out.triangles[t][c] = point[pattern.corner[k][c]];
-                    out.faces[t] = FaceId(root_of(slot));
-                    out.leaves[t] = LeafId(slot);
-                }
-            }
-        },
-        1);
+ExportedTriangles TriangleForest::exported() const {
+    ExportedTriangles out;
+    detail::reserve_large(out.triangles, leaf_count_);
+    detail::reserve_large(out.faces, leaf_count_);
+    detail::reserve_large(out.leaves, leaf_count_);
+    for (const LeafId leaf : ordered_leaves()) {
+        const std::uint32_t slot = leaf.value, mask = hanging_mask(slot);
+        const auto own = corners(slot);
+        std::array<std::uint32_t, 6> point{own[0], own[1], own[2], 0, 0, 0};
+        for (int e = 0; e < 3; ++e)
+            if (mask >> e & 1) point[3 + e] = hanging_point(slot, e);
+        const GreenPattern& pattern = k_patterns[mask];
+        for (int k = 0; k < pattern.count; ++k) {
+            const auto& [a, b, c] = pattern.corner[k];
+            out.triangles.push_back({point[a], point[b], point[c]});
+            out.faces.emplace_back(root_of(slot));
+            out.leaves.push_back(leaf);
+        }
+    }
     detail::number_points(out, sites_.size(), point_count_);
     detail::resize_large(out.sites, out.points.size());
     for_each_index(static_cast<std::uint32_t>(out.points.size()),

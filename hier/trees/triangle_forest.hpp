@@ -72,10 +72,9 @@ struct RedTriangles {
                 mesh->origin(HalfedgeId(h + 2)).value};
     }
     Site midpoint_site(const TreeFrame& frame, int edge) const;
-    std::uint64_t memory_bytes() const;
+    std::uint64_t memory_bytes() const { return link.capacity() * sizeof(std::uint32_t); }
 
     const ControlMesh* mesh;
-    TriangleSites sites;
     std::vector<std::uint32_t> link;  // 3 per face: 4 * face + edge across it; all bits at the boundary
 };
 
@@ -113,17 +112,14 @@ class TriangleForest : public TreeForest<RedTriangles> {
     /// The canonical site of a leaf's corner, found from its address.
     Site corner_site(LeafId leaf, int corner) const {
         const CellTriangle t = triangle(leaf);
-        return rule_.sites.canonical({t.root, t.corner[static_cast<std::size_t>(corner)], t.level});
+        return canonical_triangle_site(mesh(), {t.root, t.corner[static_cast<std::size_t>(corner)], t.level});
     }
 
-    /// The output mesh. O(leaves), parallel but for the numbering.
+    /// The output mesh. O(leaves).
     ExportedTriangles exported() const;
-    detail::PooledTriangles pooled() const;  ///< the same
 
   private:
     unsigned hanging_mask(std::uint32_t slot) const;
-    template <class Exported>
-    Exported export_as() const;
 };
 
 extern template class TreeForest<RedTriangles>;

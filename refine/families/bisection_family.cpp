@@ -83,7 +83,8 @@ class BisectionFamily final : public detail::ForestFamily<BisectionFamily, Bisec
     }
 
     HierarchyFaces faces(bool with_levels) const override {
-        return detail::faces_of(forest_.pooled(), with_levels, [&](LeafId leaf) { return level(forest_.depth(leaf)); });
+        return detail::faces_of(forest_.exported(), with_levels,
+                                [&](LeafId leaf) { return level(forest_.depth(leaf)); });
     }
 
   private:

@@ -106,7 +106,7 @@ class ForestFamily : public HierarchyFamily {
 
 /// The output mesh of a family whose leaves are exported as triangles. `level(leaf)` is its level as NodeView has it.
 template <class Level>
-HierarchyFaces faces_of(PooledTriangles exported, bool with_levels, const Level& level) {
+HierarchyFaces faces_of(ExportedTriangles exported, bool with_levels, const Level& level) {
     const auto count = static_cast<std::uint32_t>(exported.triangles.size());
     HierarchyFaces faces;
     resize_large(faces.face_offsets, count + std::size_t{1});

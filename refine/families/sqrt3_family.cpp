@@ -113,7 +113,7 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
 
     // Leaves are the triangles, in their order.
     HierarchyFaces faces(bool with_levels) const override {
-        detail::PooledTriangles exported;
+        ExportedTriangles exported;
         forest_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
             exported.leaves.push_back(leaf);
             exported.faces.push_back(control_face);

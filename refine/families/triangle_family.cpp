@@ -15,8 +15,7 @@ class TriangleFamily final : public detail::ForestFamily<TriangleFamily, Triangl
   public:
     TriangleFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
         : ForestFamily(mesh, std::move(source), TriangleForest(mesh),
-                       {.child_count = 4, .path_bits = 2, .max_depth = k_max_level, .root_bound = mesh.face_count()}),
-          sites_(mesh) {}
+                       {.child_count = 4, .path_bits = 2, .max_depth = k_max_level, .root_bound = mesh.face_count()}) {}
 
     std::string_view name() const override { return "triangles"; }
     std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<TriangleFamily>(mesh_, source_); }
@@ -44,7 +43,8 @@ class TriangleFamily final : public detail::ForestFamily<TriangleFamily, Triangl
         view.face = FaceId(node.root);
         view.level = node.depth;
         view.corner_count = 3;
-        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sites_.canonical({t.root, t.corner[k], t.level});
+        for (std::size_t k = 0; k < 3; ++k)
+            view.corner[k] = canonical_triangle_site(mesh(), {t.root, t.corner[k], t.level});
         return view;
     }
 
@@ -87,7 +87,7 @@ class TriangleFamily final : public detail::ForestFamily<TriangleFamily, Triangl
     }
 
     HierarchyFaces faces(bool with_levels) const override {
-        return detail::faces_of(forest_.pooled(), with_levels,
+        return detail::faces_of(forest_.exported(), with_levels,
                                 [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
     }
 
@@ -119,8 +119,6 @@ class TriangleFamily final : public detail::ForestFamily<TriangleFamily, Triangl
         const std::uint32_t step = reversed ? ~std::uint32_t{0} : 1;
         return {mesh().face_halfedge(FaceId(node.root)), node.depth, {at, {at.x + step, at.y}, {at.x, at.y + step}}};
     }
-
-    TriangleSites sites_;
 };
 
 }  // namespace

@@ -18,7 +18,7 @@ constexpr bool takes_what_stays =
     std::is_constructible_v<Keeper, const Kept&, Rest...> && !std::is_constructible_v<Keeper, Kept, Rest...> &&
     !std::is_constructible_v<Keeper, const Kept, Rest...>;
 static_assert(takes_what_stays<BisectionForest, ControlMesh> && takes_what_stays<TriangleForest, ControlMesh>);
-static_assert(takes_what_stays<TriangleSites, ControlMesh> && takes_what_stays<Sqrt3Forest, ControlMesh>);
+static_assert(takes_what_stays<Sqrt3Forest, ControlMesh>);
 static_assert(takes_what_stays<Sqrt3Lattice, ControlMesh> &&
               takes_what_stays<PositionRefiner, ControlMesh, const char*, int>);
 static_assert(takes_what_stays<PositionRefiner, ControlMesh, const SchemeInfo&, int, RefineOptions>);
