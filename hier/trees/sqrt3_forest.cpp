@@ -2,8 +2,11 @@
 
 #include "../base/error.hpp"
 #include "../base/memory.hpp"
+#include "../base/radix_sort.hpp"
+#include "../base/spread_bits.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <tuple>
 
 namespace tetrakis {
@@ -98,15 +101,64 @@ std::vector<Sqrt3Triangle> Sqrt3Forest::leaves() const {
     return leaves;
 }
 
-// Changes.
+// The leaves along a curve through the mesh: by a point inside each, in the finest lattice of its control face.
 
-void Sqrt3Forest::require_leaves(std::span<const LeafId> leaves) const {
-    for (const LeafId leaf : leaves)
-        if (!is_leaf(leaf))
-            throw Error(ErrorCode::invalid_input,
-                        "triangle " + std::to_string(leaf.value) +
-                            " is not a leaf of the forest (any more): it was split or merged, or never existed");
+namespace {
+
+// 3^20: Sqrt3Lattice::max_level() is 37 at most, whose lattice level is 19, and a mean of corners takes one power more.
+// It is less than 2^32, so two coordinates together have 64 bits.
+constexpr int k_grid_level = 20;
+[[maybe_unused]] constexpr std::int64_t k_grid = 3'486'784'401;
+
+/// A point inside a leaf and its control face: the middle; of a leaf that lies on both sides of a control edge, one
+/// farther from the corner beyond. No two leaves have the same.
+Sqrt3Point point_inside(const Sqrt3Cell& cell) {
+    std::int64_t scale = 1;
+    for (int l = cell.lattice(); l < k_grid_level; ++l) scale *= 3;
+    const Sqrt3Point sum = cell.corner[0] + cell.corner[1] + cell.corner[2];
+    for (const Sqrt3Point& p : cell.corner)
+        if (std::min({p[0], p[1], p[2]}) < 0) return scale * (4 * sum - 3 * p) / 9;
+    return scale * sum / 3;
 }
+
+}  // namespace
+
+std::vector<LeafId> Sqrt3Forest::leaves_on_curve() const {
+    struct Marked {
+        std::uint64_t along;  // the curve in the control face
+        std::uint32_t root;
+        LeafId leaf;
+    };
+    std::vector<Marked> marked, spare;
+    detail::reserve_large(marked, leaf_count());
+    const auto mark = [&](std::uint32_t slot, const Sqrt3Cell& cell) {
+        const Sqrt3Point p = point_inside(cell);
+        assert(p[0] > 0 && p[1] > 0 && p[2] > 0 && p[0] + p[1] + p[2] == k_grid);
+        const std::uint64_t along = detail::spread_bits(static_cast<std::uint64_t>(p[0])) |
+                                    detail::spread_bits(static_cast<std::uint64_t>(p[1])) << 1;
+        marked.push_back({along, cell.root.value, LeafId(slot)});
+    };
+    const auto visit = [&](const auto& self, std::uint32_t slot, const Sqrt3Cell& cell) -> void {
+        if (!is_split(slot)) return mark(slot, cell);
+        for (std::uint32_t side = 0; side < 3; ++side) {
+            const std::uint32_t child = child_over(3 * slot + side);
+            if (child_[child] == k_half)
+                mark(child, lattice_.half(cell, side));
+            else
+                self(self, child, lattice_.child(cell, side));
+        }
+    };
+    for (std::uint32_t root = 0; root < mesh().face_count(); ++root)
+        if (child_[root] != k_dead) visit(visit, root, Sqrt3Lattice::cell(FaceId(root)));
+    radix_sort(marked, spare, [](const Marked& m) { return m.along; });
+    radix_sort(marked, spare, [](const Marked& m) { return std::uint64_t{m.root}; });
+    std::vector<LeafId> result;
+    detail::reserve_large(result, marked.size());
+    for (const Marked& m : marked) result.push_back(m.leaf);
+    return result;
+}
+
+// Changes.
 
 // A face that is not split, with what has to be split with it or before it.
 void Sqrt3Forest::add_needed(const Sqrt3Face& face, detail::PoolVector<Wanted>& result) {
@@ -170,7 +222,7 @@ detail::PoolVector<Sqrt3Forest::Wanted> Sqrt3Forest::wanted(std::span<const Leaf
 }
 
 void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed) {
-    require_leaves(marked);
+    assert(std::ranges::all_of(marked, [&](LeafId leaf) { return is_leaf(leaf); }));
     const detail::PoolVector<Wanted> wanted = this->wanted(marked);  // `marked` may be what `change` held
     for (const Wanted& w : wanted)
         if (w.face.level >= max_level_)
@@ -180,38 +232,35 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
     created.clear();
     change.reshaped.clear();
     if (removed != nullptr) removed->clear();
-    detail::PoolVector<Sqrt3Face> faces;
-    faces.reserve(wanted.size());
-    for (const Wanted& w : wanted) faces.push_back(w.face);
     // All memory first, and the twins, which take some to be found: nothing may throw once the forest has changed.
-    const std::size_t fresh = faces.size() - std::min(faces.size(), free_records_.size());
+    const std::size_t fresh = wanted.size() - std::min(wanted.size(), free_records_.size());
     if (child_.size() + 3 * std::uint64_t{fresh} > k_max_slots)
         throw Error(ErrorCode::memory_limit, "the hierarchy would have more triangles than 32 bits can number");
     detail::make_room(records_, records_.size() + fresh);
     detail::make_room(free_records_, records_.size() + fresh);
     detail::make_room(child_, child_.size() + 3 * fresh);
     detail::make_room(across_, across_.size() + 9 * fresh);
-    detail::reserve_large(created, 6 * faces.size());
-    if (removed != nullptr) removed->reserve(4 * faces.size());
+    detail::reserve_large(created, 6 * wanted.size());
+    if (removed != nullptr) removed->reserve(4 * wanted.size());
     detail::PoolVector<std::uint32_t> fresh_records;
-    fresh_records.reserve(faces.size());
+    fresh_records.reserve(wanted.size());
     detail::PoolVector<LeafId> whole;  // that were half when the call began
-    whole.reserve(3 * faces.size());
+    whole.reserve(3 * wanted.size());
     std::vector<Twins> twins;
     if (shared_.lattice.has_lines()) {
-        twins.resize(faces.size());
+        twins.resize(wanted.size());
         // Those of faces that have links are asked for only where these say nothing: a crease may have become smooth.
-        for (std::size_t i = 0; i < faces.size(); ++i)
+        for (std::size_t i = 0; i < wanted.size(); ++i)
             for (std::uint32_t side = 0; side < 3; ++side)
-                if (const std::uint32_t slot = wanted[i].slot; slot == k_no_slot || across_[3 * slot + side] == k_kept)
-                    twins[i][side] = shared_.lattice.twin(faces[i].level, 3 * faces[i].face + side);
+                if (const auto& [face, slot] = wanted[i]; slot == k_no_slot || across_[3 * slot + side] == k_kept)
+                    twins[i][side] = shared_.lattice.twin(face.level, 3 * face.face + side);
     }
     for (std::size_t i = records_.size() + fresh; i-- > records_.size();)
         free_records_.push_back(static_cast<std::uint32_t>(i));
     records_.resize(records_.size() + fresh);
     child_.resize(child_.size() + 3 * fresh, std::uint32_t{k_dead});
     across_.resize(across_.size() + 9 * fresh, std::uint32_t{k_apart});
-    for (std::size_t i = 0; i < faces.size(); ++i)
+    for (std::size_t i = 0; i < wanted.size(); ++i)
         fresh_records.push_back(split(wanted[i], twins.empty() ? nullptr : &twins[i], whole, removed));
     const auto is_new_leaf = [&](std::uint32_t slot) {
         if (child_[slot] == k_whole_now) child_[slot] = k_whole;
@@ -315,7 +364,7 @@ std::vector<LeafId> Sqrt3Forest::group(LeafId leaf) const {
 }
 
 void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, Changed& removed) {
-    require_leaves(marked);
+    assert(std::ranges::all_of(marked, [&](LeafId leaf) { return is_leaf(leaf); }));
     removed.clear();
     const std::uint32_t roots = mesh().face_count();
     Sqrt3Lattice& lattice = shared_.lattice;

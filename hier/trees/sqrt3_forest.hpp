@@ -89,13 +89,12 @@ class Sqrt3Forest {
     /// @param change   receives the new leaves: those over the edges of split triangles, the coarsest first, then those
     ///                 that became whole
     /// @param removed  receives the leaves that are none any more or became whole, as they were; nullptr: nobody asks
-    /// @throws Error   invalid_input: a handle is no leaf; memory_limit. The forest is then unchanged.
+    /// @throws Error   unsupported: a leaf is at max_level(); memory_limit. The forest is then unchanged.
     void refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed = nullptr);
     /// Undoes the splits whose three triangles (of both sides of an edge that they cut: six) are all marked, where
     /// their groups are leaves.
     /// @param change   receives the triangles that are leaves again, then those that are half again
     /// @param removed  receives those of the latter that were not marked, as they were
-    /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
     void coarsen(std::span<const LeafId> marked, ForestChange& change, Changed& removed);
     /// The three triangles (beside an edge that was cut: six) of a split that the leaf is of and that can be undone,
     /// as all of its group are leaves: of the one that it is over an edge of, else of the triangle beyond. Empty if
@@ -119,8 +118,6 @@ class Sqrt3Forest {
     bool has_free_slots() const { return !free_records_.empty(); }
 
   private:
-    class CurveWalk;
-
     // child_: the record of a split triangle, or one of these.
     static constexpr std::uint32_t k_whole = 0xFFFF'FFFFu, k_half = 0xFFFF'FFFEu, k_dead = 0xFFFF'FFFDu;
     static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu, k_half_now = 0xFFFF'FFFBu;  // since the call began
@@ -159,7 +156,6 @@ class Sqrt3Forest {
         if (!is_split(slot)) return visit(LeafId(slot), root);
         for (std::uint32_t side = 0; side < 3; ++side) visit_below(child_over(3 * slot + side), root, visit);
     }
-    void require_leaves(std::span<const LeafId> leaves) const;
     std::uint32_t slot_of(int level, std::uint64_t face) const;
     bool is_split(int level, std::uint64_t face) const {
         const std::uint32_t slot = slot_of(level, face);
