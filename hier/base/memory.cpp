@@ -242,38 +242,35 @@ void free_memory(void* data, std::size_t bytes) noexcept {
 #endif
 }
 
+#if defined(__linux__)
+namespace {
+
+/// Gives the system this advice about the whole pages of a block, where these are so many bytes. Older systems refuse
+/// some, and those with larger pages may; pages are then as always.
+void advise(void* data, std::size_t bytes, std::size_t page, std::size_t least, int advice) noexcept {
+    const std::size_t before = (page - reinterpret_cast<std::uintptr_t>(data) % page) % page;
+    if (bytes >= before + least) madvise(static_cast<char*>(data) + before, (bytes - before) / page * page, advice);
+}
+
+}  // namespace
+
 void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
-#if defined(__linux__)
-    char* const begin = static_cast<char*>(data);
-    const std::size_t before = (k_huge_page - reinterpret_cast<std::uintptr_t>(begin) % k_huge_page) % k_huge_page;
-    if (bytes < before + k_huge_page) return;
-    madvise(begin + before, (bytes - before) / k_huge_page * k_huge_page, MADV_HUGEPAGE);
-#else
-    (void)data, (void)bytes;
-#endif
+    advise(data, bytes, k_huge_page, k_huge_page, MADV_HUGEPAGE);
 }
-
-void map_at_once(void* data, std::size_t bytes) noexcept {
-#if defined(__linux__) && defined(MADV_POPULATE_WRITE)
+void map_at_once([[maybe_unused]] void* data, [[maybe_unused]] std::size_t bytes) noexcept {
+#    if defined(MADV_POPULATE_WRITE)
     constexpr std::size_t k_few = 16 * k_page;  // fewer faults cost no more than the call
-    const std::size_t before = (k_page - reinterpret_cast<std::uintptr_t>(data) % k_page) % k_page;
-    if (bytes < before + k_few) return;
-    // Older systems refuse, and those with larger pages may; pages are then mapped one by one.
-    madvise(static_cast<char*>(data) + before, (bytes - before) / k_page * k_page, MADV_POPULATE_WRITE);
-#else
-    (void)data, (void)bytes;
-#endif
+    advise(data, bytes, k_page, k_few, MADV_POPULATE_WRITE);
+#    endif
 }
-
 void wish_for_small_pages(void* data, std::size_t bytes) noexcept {
-#if defined(__linux__)
-    char* const begin = static_cast<char*>(data);
-    const std::size_t before = (k_page - reinterpret_cast<std::uintptr_t>(begin) % k_page) % k_page;
-    if (bytes >= before + k_page) madvise(begin + before, (bytes - before) / k_page * k_page, MADV_NOHUGEPAGE);
-#else
-    (void)data, (void)bytes;
-#endif
+    advise(data, bytes, k_page, k_page, MADV_NOHUGEPAGE);
 }
+#else
+void wish_for_huge_pages(void*, std::size_t) noexcept {}
+void map_at_once(void*, std::size_t) noexcept {}
+void wish_for_small_pages(void*, std::size_t) noexcept {}
+#endif
 
 struct RecordPool::Threads {
     struct Blocks {

@@ -119,30 +119,14 @@ struct PoolAllocator {
 template <class T>
 using PoolVector = std::vector<T, PoolAllocator<T>>;
 
-/// The same, but resize(n) does not initialise new elements.
-template <class T>
-struct RawPoolAllocator : PoolAllocator<T> {
-    static_assert(std::is_trivial_v<T>);
-    template <class U>
-    struct rebind {
-        using other = RawPoolAllocator<U>;
-    };
-    template <class U, class... Values>
-    void construct(U* at, Values&&... values) {
-        if constexpr (sizeof...(Values) > 0) ::new (static_cast<void*>(at)) U(std::forward<Values>(values)...);
-    }
-};
-template <class T>
-using RawPoolVector = std::vector<T, RawPoolAllocator<T>>;
-
 /// `new` and `delete` of what derives from it, by grow_memory().
 struct PoolNew {
     static void* operator new(std::size_t bytes) { return new_memory(bytes); }
     static void operator delete(void* memory, std::size_t bytes) noexcept { free_memory(memory, bytes); }
 };
 
-/// A growing array of plain records for pools of many gigabytes: new elements are not initialised, and growth moves
-/// large blocks by their page tables where std::vector holds two blocks and copies.
+/// A growing array of plain records, for pools of many gigabytes and for scratch memory: new elements are not
+/// initialised, and growth moves large blocks by their page tables where std::vector holds two blocks and copies.
 template <class T>
 class PodArray {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= alignof(std::max_align_t));
@@ -167,6 +151,7 @@ class PodArray {
     }
 
     std::size_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
     std::size_t capacity() const { return capacity_; }
     T* data() { return data_; }
     const T* data() const { return data_; }
@@ -210,36 +195,6 @@ class PodArray {
   private:
     T* data_ = nullptr;
     std::size_t size_ = 0, capacity_ = 0;
-};
-
-/// Scratch memory of plain records for large arrays. It starts at a cache line.
-template <class T>
-class HugeBuffer {
-  public:
-    HugeBuffer() = default;
-    HugeBuffer(HugeBuffer&&) = default;
-    HugeBuffer& operator=(HugeBuffer&&) = default;
-
-    /// At least `size` elements. Their contents are lost where the buffer has to grow. @throws std::bad_alloc
-    T* reserve(std::size_t size) {
-        constexpr std::size_t k_line = 64;
-        if (size > capacity_) {
-            bytes_ = {};
-            capacity_ = 0;
-            bytes_.resize(size * sizeof(T) + k_line);
-            capacity_ = size;
-            const std::size_t past = reinterpret_cast<std::uintptr_t>(bytes_.data()) % k_line;
-            data_ = reinterpret_cast<T*>(bytes_.data() + (k_line - past) % k_line);
-        }
-        return data();
-    }
-    T* data() { return capacity_ == 0 ? nullptr : data_; }
-
-  private:
-    static_assert(std::is_trivially_copyable_v<T>);
-    PodArray<char> bytes_;
-    T* data_ = nullptr;
-    std::size_t capacity_ = 0;
 };
 
 /// Memory for many small plain records that all live as long as the pool does. Any thread may ask: each has blocks of

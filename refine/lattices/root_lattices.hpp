@@ -116,7 +116,7 @@ class RootLattices {
     /// meshes with the same faces are in the same places.
     struct Faces {
         std::vector<std::uint32_t> offsets, vertices;
-        RawPoolVector<std::uint32_t> control;
+        PodArray<std::uint32_t> control;
     };
     /// @param only  in lattices: unless null, the roots whose faces are wanted
     Faces faces(std::uint32_t segments, const RunContext& context,

@@ -52,9 +52,10 @@ void PositionRefiner::refine(std::span<const Vec3d> control, std::span<Vec3d> po
     if (positions.empty()) return;
     with_threads(s.context, [&] {
         if (positions.size() == s.points.count) return s.points.refine(control, positions, normals);
-        detail::HugeBuffer<Vec3d> buffer;
+        detail::PodArray<Vec3d> buffer;
         const std::size_t count = s.points.count;
-        Vec3d* const all = buffer.reserve(normals.empty() ? count : 2 * count);
+        buffer.resize(normals.empty() ? count : 2 * count);
+        Vec3d* const all = buffer.data();
         s.points.refine(control, {all, count}, {all + count, normals.empty() ? 0 : count});
         for_each_index(static_cast<std::uint32_t>(positions.size()), [&](std::uint32_t i) {
             const std::uint32_t from = s.points.used[i];

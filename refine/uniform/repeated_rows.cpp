@@ -395,11 +395,12 @@ void RepeatedRows::first_points(std::span<const Vec3d> control, Vec3d* out) cons
 void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,
                           const RunContext& context) const {
     const bool shared = net_.shares_points();
-    HugeBuffer<double> buffers[2];
+    PodArray<Vec3d> buffers[2];
     const auto buffer = [&](std::size_t i) -> Vec3d* {
         if (i + 1 == segments_.size() && !limit_ && !shared) return points.data();
-        return reinterpret_cast<Vec3d*>(
-            buffers[i & 1].reserve(3 * std::size_t{net_.place_count(net_.layout(segments_[i]))}));
+        buffers[i & 1] = {};  // a larger one has none of its contents
+        buffers[i & 1].resize(net_.place_count(net_.layout(segments_[i])));
+        return buffers[i & 1].data();
     };
     Vec3d* now = buffer(0);
     first_points(control, now);
@@ -428,11 +429,11 @@ void RepeatedRows::at_shared_places(const RootLayout& last, const Vec3d* now, st
                                     std::span<Vec3d> normals, const RowPatterns::Progress& progress) const {
     const RootLattices::Numbers numbers = net_.point_numbers(last);
     const std::uint32_t places = net_.place_count(last);
-    HugeBuffer<double> buffer;
+    PodArray<Vec3d> buffer;
+    buffer.resize(places);
     const auto results = [&](const RowPatterns& patterns) {
-        Vec3d* const out = reinterpret_cast<Vec3d*>(buffer.reserve(3 * std::size_t{places}));
-        patterns.apply(last, last, now, out, progress);
-        return out;
+        patterns.apply(last, last, now, buffer.data(), progress);
+        return buffer.data();
     };
     const Vec3d* const at = limit_ ? results(*limit_) : now;
     for (std::uint32_t place = places; place-- > 0;) points[numbers.of(place)] = at[place];
