@@ -11,21 +11,20 @@
 
 namespace tetrakis::detail {
 
-std::vector<EdgeUse> sorted_edge_uses(const ControlMeshData& data) {
+std::vector<EdgeUse> sorted_edge_uses(std::span<const std::uint32_t> face_offsets,
+                                      std::span<const std::uint32_t> face_vertices, std::uint32_t vertex_count) {
     const auto visit = [&](auto&& visitor) {
-        for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
-            for (std::uint32_t h = data.face_offsets[f], end = data.face_offsets[f + 1]; h < end; ++h) {
-                const std::uint32_t a = data.face_vertices[h],
-                                    b = data.face_vertices[h + 1 == end ? data.face_offsets[f] : h + 1];
+        for (std::size_t f = 0; f + 1 < face_offsets.size(); ++f)
+            for (std::uint32_t h = face_offsets[f], end = face_offsets[f + 1]; h < end; ++h) {
+                const std::uint32_t a = face_vertices[h], b = face_vertices[h + 1 == end ? face_offsets[f] : h + 1];
                 visitor(EdgeUse{std::min(a, b), std::max(a, b), h});
             }
     };
-    const auto vertex_count = static_cast<std::uint32_t>(data.positions.size());
     std::vector<std::uint32_t> begin(std::size_t{vertex_count} + 1, 0);
     visit([&](const EdgeUse& use) { ++begin[use.low + 1]; });
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::uint32_t> end(begin.begin(), begin.end() - 1);
-    std::vector<EdgeUse> uses(data.face_vertices.size());
+    std::vector<EdgeUse> uses(face_vertices.size());
     visit([&](const EdgeUse& use) { uses[end[use.low]++] = use; });
     for_each_index(vertex_count, [&](std::uint32_t v) {
         std::sort(uses.data() + begin[v], uses.data() + end[v], [](const EdgeUse& a, const EdgeUse& b) {

@@ -28,7 +28,11 @@ inline std::uint32_t prev_corner(const ControlMeshData& data, std::uint32_t face
 /// All half-edges sorted by (low, high, halfedge): uses of one edge are neighbours. A stable counting pass over the
 /// smaller vertex, then a sort of each vertex's few edges: O(H) for bounded valence, O(H log H) at worst. The faces
 /// must be sound.
-std::vector<EdgeUse> sorted_edge_uses(const ControlMeshData& data);
+std::vector<EdgeUse> sorted_edge_uses(std::span<const std::uint32_t> face_offsets,
+                                      std::span<const std::uint32_t> face_vertices, std::uint32_t vertex_count);
+inline std::vector<EdgeUse> sorted_edge_uses(const ControlMeshData& data) {
+    return sorted_edge_uses(data.face_offsets, data.face_vertices, static_cast<std::uint32_t>(data.positions.size()));
+}
 
 /// First use of the edge {a, b} in sorted uses, or null. O(log H).
 const EdgeUse* find_edge(std::span<const EdgeUse> sorted_uses, std::uint32_t a, std::uint32_t b);
