@@ -300,7 +300,12 @@ TEST_CASE("lod tiles: where some tiles are missing for good no ray passes betwee
                                                      tiled.read(offset, bytes);
                                                  }});
     lod::View everything(terrain);
-    while (everything.update({}, {.pixel_error = 1e-12}).splits > 0) terrain.wait(terrain.revision(), 10ms);
+    // Until no tile has come for half a second.
+    for (std::uint64_t revision = 1, before = 0; revision != before; revision = terrain.revision()) {
+        before = terrain.revision();
+        everything.update({}, {.pixel_error = 1e-12});
+        terrain.wait(before, 500ms);
+    }
     REQUIRE(terrain.statistics().failures > 10);
     REQUIRE(everything.leaf_count() > 10'000);
     std::mt19937 random(3);
