@@ -1,8 +1,8 @@
 #include "../../eval/patches/limit_surface.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
+#include "../../tests/kit/meshes.hpp"
 #include "peers/adaptive_peers.hpp"
-#include "piece_models.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -65,7 +65,7 @@ struct Case {
 };
 
 const ControlMesh& control(const Case& c) {
-    static const ControlMesh flat = ControlMesh::build(pillow(24)), knot = data_model("knot_tri");
+    static const ControlMesh flat = ControlMesh::build(pillow(24)), knot = test::model("knot_tri");
     return c.selection == Selection::all ? knot : flat;
 }
 

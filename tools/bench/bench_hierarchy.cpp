@@ -3,7 +3,7 @@
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "piece_models.hpp"
+#include "../../tests/kit/meshes.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -30,49 +30,30 @@ void all_leaves(const BisectionForest& forest, std::vector<LeafId>& leaves) {
         if (forest.is_leaf(LeafId(s))) leaves.push_back(LeafId(s));
 }
 
-enum Operations { bulk, single, with_limits };
-
-// Everything split, round by round, and merged again. With limits, each round's new points are put on the Catmull-Clark
-// surface of a regular torus.
-void forest_operations(benchmark::State& state, Operations kind) {
-    const ControlMesh mesh = ControlMesh::build(torus(32));
-    const LimitSurface patches(mesh, SchemeKind::catmull_clark);
+// Everything split, round by round, and merged again.
+void forest_operations(benchmark::State& state, bool single) {
+    const ControlMesh mesh = ControlMesh::build(test::grid(32, false, true));
     BisectionForest forest(mesh);
     std::vector<LeafId> leaves, created;
-    std::vector<Site> sites;
-    std::vector<Vec3d> positions;
     std::int64_t operations = 0;
     const auto ignore = [](const Diamond&) {};
-    if (kind == single) forest.reserve(forest.leaf_count() << state.range(0));
-    const auto put_on_surface = [&] {
-        // A new point is the apex of the two or four leaves around it; the lowest slot speaks for it.
-        sites.clear();
-        for (LeafId leaf : created) {
-            const BisectionLeaf& l = forest.leaf(leaf);
-            const LeafId right = l.neighbour[1], left = l.neighbour[2];
-            if (leaf < right && leaf < left && leaf < forest.leaf(right).neighbour[1])
-                sites.push_back(forest.point_site(l.vertex[2]));
-        }
-        positions.resize(sites.size());
-        patches.positions(sites, positions);
-    };
+    if (single) forest.reserve(forest.leaf_count() << state.range(0));
     with_threads(context_of(1), [&] {
         for (auto _ : state) {
             all_leaves(forest, leaves);  // from then on the new leaves of a round are all
             for (std::int64_t round = 0; round < state.range(0); ++round) {
-                if (kind == single) {
+                if (single) {
                     for (LeafId leaf : leaves)
                         if (forest.depth(leaf) == round) forest.split_diamond(leaf, ignore);
                     all_leaves(forest, leaves);
                     continue;
                 }
                 forest.refine(leaves, created);
-                if (kind == with_limits) put_on_surface();
                 std::swap(leaves, created);
             }
             operations += 2 * std::int64_t{forest.midpoint_count()};
             while (forest.midpoint_count() > 0) {
-                if (kind == single) {
+                if (single) {
                     for (LeafId leaf : leaves)
                         if (forest.is_leaf(leaf)) forest.merge_diamond(leaf, ignore);
                     all_leaves(forest, leaves);
@@ -81,7 +62,6 @@ void forest_operations(benchmark::State& state, Operations kind) {
                 forest.coarsen(leaves, created);
                 std::swap(leaves, created);
             }
-            benchmark::DoNotOptimize(positions.data());
         }
     });
     state.SetItemsProcessed(operations);
@@ -90,7 +70,7 @@ void forest_operations(benchmark::State& state, Operations kind) {
 // All leaves down to a uniform level, and the mesh with its limit positions; bytes are those of the structure.
 void to_uniform_level(benchmark::State& state, const std::string& scheme, const std::string& model, bool by_patches) {
     const bool triangles = scheme == "loop", sqrt3 = scheme == "sqrt3";
-    const ControlMesh mesh = sqrt3 ? triangulate(data_model(model)) : data_model(model);
+    const ControlMesh mesh = sqrt3 ? triangulate(test::model(model)) : test::model(model);
     const int level = static_cast<int>(state.range(0));
     HierarchyOptions options;
     options.context = context_of(state.range(1));
@@ -112,19 +92,14 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
 
 }  // namespace
 
-BENCHMARK_CAPTURE(forest_operations, bulk, bulk)
+BENCHMARK_CAPTURE(forest_operations, bulk, false)
     ->Name("hierarchy/forest_operations/bulk")
     ->Arg(4)
     ->Arg(8)
     ->ArgName("rounds");
-BENCHMARK_CAPTURE(forest_operations, single, single)
+BENCHMARK_CAPTURE(forest_operations, single, true)
     ->Name("hierarchy/forest_operations/single")
     ->Arg(6)
-    ->ArgName("rounds");
-BENCHMARK_CAPTURE(forest_operations, with_limits, with_limits)
-    ->Name("hierarchy/forest_operations/with_catmull_clark_limits")
-    ->Arg(4)
-    ->Arg(8)
     ->ArgName("rounds");
 
 #define TETRAKIS_BENCH_TO_LEVEL(name, scheme, model, patches)         \

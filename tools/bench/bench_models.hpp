@@ -1,12 +1,11 @@
 #pragma once
 
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 
+#include <cstdlib>
 #include <filesystem>
-#include <optional>
-#include <span>
-#include <string>
 #include <string_view>
 
 namespace tetrakis::bench {
@@ -18,14 +17,26 @@ struct BenchModel {
     SchemeKind scheme;
 };
 
-/// The seven models of the tables in the README.
-std::span<const BenchModel> bench_models();
-const BenchModel* find_bench_model(std::string_view name);
+/// Those of the tables in the README.
+inline constexpr BenchModel k_models[] = {
+    {"spot-control", "data/models/spot-control.obj", SchemeKind::catmull_clark},
+    {"rook", "data/osd-shapes/catmark_rook.obj", SchemeKind::catmull_clark},
+    {"pawn", "data/osd-shapes/catmark_pawn.obj", SchemeKind::catmull_clark},
+    {"helmet", "data/osd-shapes/catmark_helmet.obj", SchemeKind::catmull_clark},
+    {"suzanne", "data/models/suzanne.obj", SchemeKind::catmull_clark},
+    {"fandisk", "data/models/fandisk.obj", SchemeKind::loop},
+    {"cow", "data/models/cow.obj", SchemeKind::loop},
+};
 
-/// The shared test data: $TETRAKIS_SHARED_DIR, or ../shared beside the project; empty where neither exists.
-std::optional<std::filesystem::path> shared_folder();
+/// The shared test data: $TETRAKIS_SHARED_DIR, or ../shared beside the project.
+inline std::filesystem::path shared_folder() {
+    const char* named = std::getenv("TETRAKIS_SHARED_DIR");
+    return named != nullptr ? named : std::filesystem::path(TETRAKIS_SOURCE_DIR).parent_path() / "shared";
+}
 
 /// Reads a model, repaired, so that all methods get the same manifold mesh. @throws Error io, invalid_input
-ControlMeshData load_bench_model(const BenchModel& model);
+inline ControlMeshData load_bench_model(const BenchModel& model) {
+    return read_obj(shared_folder() / model.path, {.repair = true});
+}
 
 }  // namespace tetrakis::bench

@@ -53,11 +53,10 @@ const ControlMesh& mesh_of(const Case& c) {
     return place->second;
 }
 
-/// For a peer. @param name  of a scheme that is none of the usual two
-UniformTask task_of(const Case& c, std::string_view name = {}) {
+UniformTask task_of(const Case& c) {
     // A level of ours is two of the peers' steps of sqrt3.
-    return {mesh_of(c).data(), c.triangles() ? SchemeKind::loop : SchemeKind::catmull_clark,
-            c.scheme->refinement == Refinement::sqrt3 ? 2 * c.levels : c.levels, c.limit, name};
+    return {mesh_of(c).data(), c.scheme->name, c.scheme->refinement == Refinement::sqrt3 ? 2 * c.levels : c.levels,
+            c.limit};
 }
 
 void count(benchmark::State& state, std::uint64_t vertices) {
@@ -91,13 +90,6 @@ void positions_refinement(benchmark::State& state, Case c) {
     count(state, positions.size());
 }
 
-void far(benchmark::State& state, Case c) {
-    const UniformTask task = task_of(c);
-    std::uint64_t vertices = 0;
-    for (auto _ : state) vertices = far_uniform(task);
-    count(state, vertices);
-}
-
 void stencils(benchmark::State& state, Case c) {
     const auto evaluate = stencil_evaluation(task_of(c));
     std::uint64_t vertices = 0;
@@ -105,88 +97,60 @@ void stencils(benchmark::State& state, Case c) {
     count(state, vertices);
 }
 
+/// What a peer makes of a mesh of its own, which is not timed.
 template <class Make>
-void in_place(benchmark::State& state, const Case& c, Make make, std::string_view name) {
-    std::uint64_t vertices = 0;
-    for (auto _ : state) {
-        state.PauseTiming();
-        auto refine = make(task_of(c, name));
-        if (!refine) {
-            state.SkipWithError("the peer does not take this mesh");
-            break;
+auto by_peer(Make make) {
+    return [=](benchmark::State& state, const Case& c) {
+        std::uint64_t vertices = 0;
+        for (auto _ : state) {
+            state.PauseTiming();
+            auto refine = make(task_of(c));
+            if (!refine) {
+                state.SkipWithError("the peer does not take this mesh");
+                break;
+            }
+            state.ResumeTiming();
+            vertices = refine();
+            state.PauseTiming();
+            refine = nullptr;
+            state.ResumeTiming();
         }
-        state.ResumeTiming();
-        vertices = refine();
-        state.PauseTiming();
-        refine = nullptr;
-        state.ResumeTiming();
-    }
-    if (vertices != 0) count(state, vertices);
+        if (vertices != 0) count(state, vertices);
+    };
 }
 
-constexpr BenchModel k_dense{"spot-quads", "data/models/spot-quads.obj", SchemeKind::catmull_clark};
-constexpr std::pair<const char*, const char*> k_usual_schemes[] = {{"cc", "catmull-clark"}, {"loop", "loop"}};
+constexpr BenchModel k_refined[] = {
+    k_models[0], k_models[4], k_models[2], {"spot-quads", "data/models/spot-quads.obj", SchemeKind::catmull_clark}};
 
-/// @param scheme  what the benchmark's name calls it
 template <class Run>
-void add(std::string_view scheme, std::string_view method, const Case& c, Run run) {
-    const std::string full = fmt::format("{}/{}/{}/{}{}{}", c.model->name, scheme, c.levels, method,
-                                         c.limit ? "_limit" : "", c.threads == 2 ? "_2t" : "");
+void add(std::string_view method, const Case& c, Run run) {
+    const std::string full =
+        fmt::format("{}/{}/{}/{}{}{}", c.model->name, c.scheme->name == "catmull-clark" ? "cc" : c.scheme->name,
+                    c.levels, method, c.limit ? "_limit" : "", c.threads == 2 ? "_2t" : "");
     benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
 }
 
-/// What a peer has, by its name for schemes that are none of the usual two.
-template <class Make>
-auto by_peer(Make make, std::string_view name = {}) {
-    return [=](benchmark::State& state, const Case& c) { in_place(state, c, make, name); };
-}
-
-void register_all() {
-    const BenchModel* models[] = {find_bench_model("spot-control"), find_bench_model("suzanne"),
-                                  find_bench_model("pawn"), &k_dense};
-    for (const BenchModel* model : models)
-        for (const auto& [label, scheme] : k_usual_schemes)
-            for (int levels = 3; levels <= 6; ++levels) {
-                for (const bool limit : {false, true}) {
-                    const Case one{model, find_scheme(scheme), levels, 1, limit};
-                    add(label, "full", one, full_refinement);
-                    add(label, "positions", one, positions_refinement);
-                    add(label, "positions", {model, one.scheme, levels, 2, limit}, positions_refinement);
-                    add(label, "far_double", one, far);
-                }
-                const Case c{model, find_scheme(scheme), levels, 1};
-                add(label, "full", {model, c.scheme, levels, 2}, full_refinement);
-                add(label, "stencils", c, stencils);
-#ifdef TETRAKIS_BENCH_CGAL
-                add(label, "cgal", c, by_peer(cgal_uniform));
-#endif
-#ifdef TETRAKIS_BENCH_OPENMESH
-                add(label, "openmesh", c, by_peer(openmesh_uniform));
-#endif
+/// Catmull-Clark and Loop, which all peers have, at all levels; other schemes at one level of two models.
+void register_all(const BenchModel& model, const SchemeInfo& scheme) {
+    const bool usual = scheme_from_name(scheme.name).has_value();
+    if (!usual && model.name != "spot-control" && model.name != "suzanne") return;
+    const int one_level = scheme.refinement == Refinement::sqrt3 ? 4 : 5;
+    for (int levels = usual ? 3 : one_level; levels <= (usual ? 6 : one_level); ++levels) {
+        for (const int threads : {1, 2})
+            for (const bool limit : {false, true}) {
+                const Case c{&model, &scheme, levels, threads, limit};
+                add("full", c, full_refinement);
+                add("positions", c, positions_refinement);
+                if (usual && threads == 1) add("far_double", c, by_peer(far_uniform));
             }
-}
-
-void register_schemes() {
-    for (const char* name : {"spot-control", "suzanne"}) {
-        const BenchModel* smooth = find_bench_model(name);
-        for (const SchemeInfo& scheme : scheme_table())
-            for (const int threads : {1, 2})
-                for (const bool limit : {false, true}) {
-                    const Case c{smooth, &scheme, scheme.refinement == Refinement::sqrt3 ? 4 : 5, threads, limit};
-                    add(scheme.name, "refine", c, full_refinement);
-                    add(scheme.name, "positions", c, positions_refinement);
-                }
-        // What peers have besides Catmull-Clark and Loop.
-        const auto add_peer = [&](std::string_view scheme, int levels, const char* peer, auto make) {
-            add(scheme, peer, {smooth, find_scheme(scheme), levels, 1}, by_peer(make, scheme));
-        };
+        const Case c{&model, &scheme, levels, 1};
+        if (usual) add("stencils", c, stencils);
 #ifdef TETRAKIS_BENCH_CGAL
-        add_peer("doo-sabin", 5, "cgal", cgal_uniform);
-        add_peer("sqrt3", 4, "cgal", cgal_uniform);
+        if (usual || scheme.name == "doo-sabin" || scheme.name == "sqrt3") add("cgal", c, by_peer(cgal_uniform));
 #endif
 #ifdef TETRAKIS_BENCH_OPENMESH
-        add_peer("modified-butterfly", 5, "openmesh", openmesh_uniform);
-        add_peer("sqrt3", 4, "openmesh", openmesh_uniform);
+        if (usual || scheme.name == "modified-butterfly" || scheme.name == "sqrt3")
+            add("openmesh", c, by_peer(openmesh_uniform));
 #endif
     }
 }
@@ -197,8 +161,9 @@ void register_schemes() {
 
 int main(int argc, char** argv) {
     benchmark::Initialize(&argc, argv);
-    tetrakis::bench::register_all();
-    tetrakis::bench::register_schemes();
+    for (const auto& model : tetrakis::bench::k_refined)
+        for (const tetrakis::SchemeInfo& scheme : tetrakis::scheme_table())
+            tetrakis::bench::register_all(model, scheme);
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
     return 0;

@@ -1,7 +1,6 @@
 #include "limit_judge.hpp"
 
 #include "../../tests/kit/osd_refiner.hpp"
-#include "peers/peer_osd.hpp"
 
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/bfr/surface.h>
@@ -58,6 +57,23 @@ struct LimitJudge::Surfaces {
     std::vector<std::vector<double>> points;
     std::vector<Patch> patches;
 
+    Surfaces(const ControlMeshData& data, SchemeKind scheme, BfrLevels levels)
+        : refiner(test::osd_refiner(data, scheme, false)),
+          factory(std::make_unique<Bfr::RefinerSurfaceFactory<>>(*refiner, bfr_options(levels))) {
+        std::vector<double> control;
+        for (const Vec3d& p : data.positions) control.insert(control.end(), {p.x, p.y, p.z});
+        for (int f = 0; f < refiner->GetLevel(0).GetNumFaces(); ++f) {
+            Bfr::Surface<double> surface;
+            if (!factory->InitVertexSurface(f, &surface)) continue;
+            const auto index = static_cast<std::uint32_t>(surfaces.size());
+            const bool split = surface.GetParameterization().HasSubFaces();
+            for (int sub = 0; sub < (split ? surface.GetFaceSize() : 1); ++sub)
+                patches.push_back({index, split ? sub : -1});
+            points.emplace_back(3 * static_cast<std::size_t>(surface.GetNumPatchPoints()));
+            surface.PreparePatchPoints(control.data(), 3, points.back().data(), 3);
+            surfaces.push_back(std::move(surface));
+        }
+    }
     bool is_triangle(const Patch& patch) const {
         return surfaces[patch.surface].GetParameterization().GetType() == Bfr::Parameterization::TRI;
     }
@@ -82,28 +98,8 @@ struct LimitJudge::Surfaces {
 };
 
 LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint64_t samples)
-    : surfaces_(std::make_unique<Surfaces>()) {
-    Surfaces& s = *surfaces_;
-    s.refiner = test::osd_refiner(data, scheme, false);
-    Bfr::RefinerSurfaceFactory<>::Options options;
-    options.SetApproxLevelSmooth(k_judge_levels.smooth);
-    options.SetApproxLevelSharp(k_judge_levels.sharp);
-    s.factory = std::make_unique<Bfr::RefinerSurfaceFactory<>>(*s.refiner, options);
-    std::vector<double> control;
-    for (const Vec3d& p : data.positions) control.insert(control.end(), {p.x, p.y, p.z});
-    for (int f = 0; f < s.refiner->GetLevel(0).GetNumFaces(); ++f) {
-        Bfr::Surface<double> surface;
-        if (!s.factory->InitVertexSurface(f, &surface)) continue;
-        const auto index = static_cast<std::uint32_t>(s.surfaces.size());
-        const bool split = surface.GetParameterization().HasSubFaces();
-        for (int sub = 0; sub < (split ? surface.GetFaceSize() : 1); ++sub)
-            s.patches.push_back({index, split ? sub : -1});
-        std::vector<double> points(3 * static_cast<std::size_t>(surface.GetNumPatchPoints()));
-        surface.PreparePatchPoints(control.data(), 3, points.data(), 3);
-        s.points.push_back(std::move(points));
-        s.surfaces.push_back(std::move(surface));
-    }
-
+    : surfaces_(std::make_unique<Surfaces>(data, scheme, k_judge_levels)) {
+    const Surfaces& s = *surfaces_;
     // m intervals a side: (m + 1)^2 points a quad, half of that a triangle.
     const double share = static_cast<double>(samples) / static_cast<double>(std::max<std::size_t>(1, s.patches.size()));
     const int m = std::max(2, static_cast<int>(std::ceil(std::sqrt(share * (scheme == SchemeKind::loop ? 2 : 1)))));
@@ -149,6 +145,26 @@ LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint
 }
 
 LimitJudge::~LimitJudge() = default;
+
+double LimitJudge::own_error(const ControlMeshData& data, SchemeKind scheme, BfrLevels levels) const {
+    // Intervals per face or quarter. Odd: at dyadic parameters Bfr is exact from the level on that has them as
+    // vertices.
+    constexpr int k_grid = 11;
+    const Surfaces tried(data, scheme, levels);
+    double largest = 0;
+    for (const Surfaces::Patch& patch : surfaces_->patches)
+        for (int j = 0; j <= k_grid; ++j)
+            for (int i = 0; i <= (surfaces_->is_triangle(patch) ? k_grid - j : k_grid); ++i) {
+                const double u = static_cast<double>(i) / k_grid, v = static_cast<double>(j) / k_grid;
+                Vec3d p, du, dv, q;
+                surfaces_->evaluate(patch, u, v, p, &du, &dv);
+                tried.evaluate(patch, u, v, q);
+                const Vec3d normal = glm::cross(du, dv);
+                const double length = glm::length(normal);
+                if (length > 0) largest = std::max(largest, std::abs(glm::dot(q - p, normal)) / length);
+            }
+    return largest;
+}
 
 double LimitJudge::limit_to_mesh(const NearestTriangle& mesh, double enough) const {
     std::atomic<double> largest = 0;

@@ -3,6 +3,7 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../../tests/contract/nearest_triangle.hpp"
+#include "peers/peer_osd.hpp"
 
 #include <array>
 #include <cstdint>
@@ -14,9 +15,11 @@ namespace tetrakis::bench {
 
 using contract::NearestTriangle;
 
+inline constexpr BfrLevels k_judge_levels{10, 10};
+
 /// Measures any triangle mesh against a limit surface, without this library's evaluators: the surface is OpenSubdiv's
-/// Bfr in double with its approximation levels at 10, sampled on a grid of each face (its corners and edges included)
-/// and at one jittered point per cell of the grid.
+/// Bfr in double with its approximation levels at 10 (k_judge_levels), sampled on a grid of each face (its corners and
+/// edges included) and at one jittered point per cell of the grid.
 class LimitJudge {
   public:
     /// @param samples  at least so many grid points in all; the jittered ones come on top
@@ -36,6 +39,10 @@ class LimitJudge {
     /// stated is never too small; it is too large only where all descents miss the nearest point.
     double mesh_to_limit(const std::vector<Vec3d>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles,
                          std::uint64_t samples = 200'000) const;
+
+    /// The largest normal component of the distance, at corresponding parameters, between Bfr's surface at these
+    /// levels and the judge's.
+    double own_error(const ControlMeshData& data, SchemeKind scheme, BfrLevels levels) const;
 
   private:
     struct Surfaces;

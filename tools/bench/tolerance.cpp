@@ -15,6 +15,7 @@
 #include <any>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
@@ -47,9 +48,9 @@ bool meets(const PeerMesh& mesh, const LimitJudge& judge, double absolute) {
 }
 
 /// The smallest smooth level at which Bfr's own surface is off by less than a quarter of the tolerance.
-BfrLevels levels_for(const ControlMeshData& data, SchemeKind scheme, double tolerance) {
+BfrLevels levels_for(const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge, double tolerance) {
     for (int smooth = 2; smooth < 10; ++smooth)
-        if (bfr_own_error(data, scheme, BfrLevels::of(smooth)) < tolerance / 4) return BfrLevels::of(smooth);
+        if (judge.own_error(data, scheme, BfrLevels::of(smooth)) < tolerance / 4) return BfrLevels::of(smooth);
     return k_judge_levels;
 }
 
@@ -61,7 +62,7 @@ using PeerWork = std::function<PeerMesh()>;
 /// @param tolerance  from limit to mesh, relative to the limit's diagonal
 PeerWork best_uniform_rate(const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge, double tolerance) {
     const double absolute = tolerance * judge.diagonal();
-    const PeerOptions options{scheme, levels_for(data, scheme, absolute), true};
+    const PeerOptions options{scheme, levels_for(data, scheme, judge, absolute)};
     for (const int rate : {1, 2, 3, 4, 6, 8, 12, 16, 24, 32}) {
         const PeerMesh mesh = bfr_uniform(data, options, rate);
         if (mesh.triangles.size() > k_most_triangles) break;
@@ -74,7 +75,7 @@ PeerWork best_uniform_rate(const ControlMeshData& data, SchemeKind scheme, const
 PeerWork best_adaptive_rates(const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge,
                              double tolerance) {
     const double absolute = tolerance * judge.diagonal();
-    const PeerOptions options{scheme, levels_for(data, scheme, absolute), true};
+    const PeerOptions options{scheme, levels_for(data, scheme, judge, absolute)};
     double low = 0, high = 0.25;  // the factor: not met, met
     for (;; low = high, high *= 2) {
         const PeerMesh mesh = bfr_adaptive(data, options, absolute, high);
@@ -222,11 +223,11 @@ int main(int argc, char** argv) {
             fmt::print(stderr, "{} is no option\n", argv[i]);
             return 2;
         }
-    if (!shared_folder()) {
+    if (!std::filesystem::is_directory(shared_folder())) {
         fmt::print(stderr, "The shared test data are not here (TETRAKIS_SHARED_DIR): nothing to do.\n");
         return 0;
     }
-    for (const BenchModel& model : bench_models())
+    for (const BenchModel& model : k_models)
         for (const double tolerance : {1e-2, 1e-3, 1e-4})
             for (const auto& [method_name, method] : k_methods) {
                 const std::string name = fmt::format("{}/{:g}/{}", model.name, tolerance, method_name);

@@ -19,22 +19,6 @@ namespace Far = OpenSubdiv::Far;
 using Factory = Bfr::RefinerSurfaceFactory<>;
 using Point = std::array<float, 3>;
 
-Factory::Options factory_options(BfrLevels levels) {
-    Factory::Options options;
-    options.SetApproxLevelSmooth(levels.smooth);
-    options.SetApproxLevelSharp(levels.sharp);
-    return options;
-}
-
-template <class Real>
-std::vector<Real> flat_points(const ControlMeshData& data) {
-    std::vector<Real> flat;
-    flat.reserve(3 * data.positions.size());
-    for (const Vec3d& p : data.positions)
-        for (int axis = 0; axis < 3; ++axis) flat.push_back(static_cast<Real>(p[axis]));
-    return flat;
-}
-
 Vec3f vec(const Point& p) { return {p[0], p[1], p[2]}; }
 
 Vec3f unit_or_zero(const Vec3f& v) {
@@ -46,12 +30,12 @@ Vec3f unit_or_zero(const Vec3f& v) {
 class BfrSurfaces {
   public:
     BfrSurfaces(const ControlMeshData& data, const PeerOptions& options)
-        : refiner_(test::osd_refiner(data, options.scheme, false)),
-          factory_(*refiner_, factory_options(options.levels)),
-          control_(flat_points<float>(data)) {}
+        : refiner_(test::osd_refiner(data, options.scheme, false)), factory_(*refiner_, bfr_options(options.levels)) {
+        for (const Vec3d& p : data.positions)
+            for (int axis = 0; axis < 3; ++axis) control_.push_back(static_cast<float>(p[axis]));
+    }
 
     const Far::TopologyLevel& level() const { return level_; }
-    const Factory& factory() const { return factory_; }
 
     /// Makes the face's surface ready for evaluation; false for holes.
     bool set_face(int face) {
@@ -62,7 +46,6 @@ class BfrSurfaces {
     }
     Bfr::Parameterization parameterization() const { return surface_.GetParameterization(); }
 
-    void point(const float* uv, Point& p) const { surface_.Evaluate(uv, patch_points_.data(), 3, p.data()); }
     void point_and_normal(const float* uv, Point& p, Point& n) const {
         Point du, dv;
         surface_.Evaluate(uv, patch_points_.data(), 3, p.data(), du.data(), dv.data());
@@ -89,7 +72,7 @@ struct Rates {
     std::vector<std::array<int, 2>> inner;
 };
 
-PeerMesh tessellate_rates(BfrSurfaces& surfaces, const PeerOptions& options, const Rates& rates) {
+PeerMesh tessellate_rates(BfrSurfaces& surfaces, const Rates& rates) {
     const Far::TopologyLevel& level = surfaces.level();
     PeerMesh mesh;
     // Vertices first, then the points of the edges, then those inside faces as they come.
@@ -100,16 +83,13 @@ PeerMesh tessellate_rates(BfrSurfaces& surfaces, const PeerOptions& options, con
         count += rates.edge[e] - 1;
     }
     mesh.positions.resize(count);
-    if (options.normals) mesh.normals.resize(count);
+    mesh.normals.resize(count);
     std::vector<char> vertex_done(level.GetNumVertices(), 0), edge_done(level.GetNumEdges(), 0);
     std::vector<int> boundary, facets;
     std::vector<float> coordinates;
     const auto facet_options = Bfr::Tessellation::Options().SetFacetSize(3);
     const auto evaluate = [&](const float* uv, int index) {
-        if (options.normals)
-            surfaces.point_and_normal(uv, mesh.positions[index], mesh.normals[index]);
-        else
-            surfaces.point(uv, mesh.positions[index]);
+        surfaces.point_and_normal(uv, mesh.positions[index], mesh.normals[index]);
     };
 
     for (int f = 0; f < level.GetNumFaces(); ++f) {
@@ -145,7 +125,7 @@ PeerMesh tessellate_rates(BfrSurfaces& surfaces, const PeerOptions& options, con
         const int inner_offset = static_cast<int>(mesh.positions.size());
         const int inner_count = tessellation.GetNumInteriorCoords();
         mesh.positions.resize(inner_offset + inner_count);
-        if (options.normals) mesh.normals.resize(inner_offset + inner_count);
+        mesh.normals.resize(inner_offset + inner_count);
         for (int i = 0; i < inner_count; ++i) evaluate(&coordinates[2 * (boundary.size() + i)], inner_offset + i);
 
         facets.resize(3 * static_cast<std::size_t>(tessellation.GetNumFacets()));
@@ -160,21 +140,16 @@ PeerMesh tessellate_rates(BfrSurfaces& surfaces, const PeerOptions& options, con
     return mesh;
 }
 
-/// Second differences over quarters of a line of five points, largest normal component.
-template <class At>
-float second_difference(const At& at) {
-    float largest = 0;
-    for (int i = 1; i < 4; ++i) {
-        const auto [p, n] = at(i);
-        const Vec3f d = at(i - 1).first - 2.0f * p + at(i + 1).first;
-        largest = std::max(largest, std::abs(glm::dot(d, n)));
-    }
-    return largest;
+using PointAndNormal = std::pair<Vec3f, Vec3f>;
+
+/// The normal component of a second difference.
+float bend_at(const PointAndNormal& a, const PointAndNormal& b, const PointAndNormal& c) {
+    return std::abs(glm::dot(a.first - 2.0f * b.first + c.first, b.second));
 }
 
 /// Points and normals of the limit on a 5 x 5 grid over one face or, of an n-gon, over the quarter at one corner.
 struct Grid {
-    std::array<std::array<std::pair<Vec3f, Vec3f>, 5>, 5> at;
+    std::array<std::array<PointAndNormal, 5>, 5> at;
     bool triangle = false;
     /// Largest second differences along u, v and (of triangles) the third direction.
     std::array<float, 2> bend() const {
@@ -195,10 +170,6 @@ struct Grid {
         }
         return largest;
     }
-    static float bend_at(const std::pair<Vec3f, Vec3f>& a, const std::pair<Vec3f, Vec3f>& b,
-                         const std::pair<Vec3f, Vec3f>& c) {
-        return std::abs(glm::dot(a.first - 2.0f * b.first + c.first, b.second));
-    }
 };
 
 Rates estimated_rates(BfrSurfaces& surfaces, double tolerance, double k) {
@@ -216,14 +187,14 @@ Rates estimated_rates(BfrSurfaces& surfaces, double tolerance, double k) {
         const auto parameterization = surfaces.parameterization();
         const bool triangle = parameterization.GetType() == Bfr::Parameterization::TRI;
         for (int i = 0; i < edges.size(); ++i) {
-            std::array<std::pair<Vec3f, Vec3f>, 5> line;
+            std::array<PointAndNormal, 5> line;
             for (int j = 0; j < 5; ++j) {
                 float uv[2];
                 parameterization.GetEdgeCoord(i, 0.25f * static_cast<float>(j), uv);
                 line[j] = sample(uv);
             }
             float& bend = edge_bend[edges[i]];
-            bend = std::max(bend, second_difference([&](int j) { return line[j]; }));
+            for (int j = 1; j < 4; ++j) bend = std::max(bend, bend_at(line[j - 1], line[j], line[j + 1]));
         }
         const bool split = parameterization.HasSubFaces();
         for (int sub = 0; sub < (split ? edges.size() : 1); ++sub) {
@@ -259,48 +230,12 @@ PeerMesh bfr_uniform(const ControlMeshData& data, const PeerOptions& options, in
     Rates rates;
     rates.edge.assign(surfaces.level().GetNumEdges(), rate);
     rates.inner.assign(surfaces.level().GetNumFaces(), {rate, rate});
-    return tessellate_rates(surfaces, options, rates);
+    return tessellate_rates(surfaces, rates);
 }
 
 PeerMesh bfr_adaptive(const ControlMeshData& data, const PeerOptions& options, double tolerance, double k) {
     BfrSurfaces surfaces(data, options);
-    return tessellate_rates(surfaces, options, estimated_rates(surfaces, tolerance, k));
-}
-
-double bfr_own_error(const ControlMeshData& data, SchemeKind scheme, BfrLevels levels) {
-    // Intervals per face or quarter. Odd: at dyadic parameters Bfr is exact from the level on that has them as
-    // vertices.
-    constexpr int k_grid = 11;
-    const auto refiner = test::osd_refiner(data, scheme, false);
-    const Factory exact(*refiner, factory_options(k_judge_levels)), tried(*refiner, factory_options(levels));
-    const std::vector<double> control = flat_points<double>(data);
-    std::vector<double> exact_points, tried_points;
-    Bfr::Surface<double> exact_surface, tried_surface;
-    double largest = 0;
-    for (int f = 0; f < refiner->GetLevel(0).GetNumFaces(); ++f) {
-        if (!exact.InitVertexSurface(f, &exact_surface) || !tried.InitVertexSurface(f, &tried_surface)) continue;
-        exact_points.resize(3 * static_cast<std::size_t>(exact_surface.GetNumPatchPoints()));
-        tried_points.resize(3 * static_cast<std::size_t>(tried_surface.GetNumPatchPoints()));
-        exact_surface.PreparePatchPoints(control.data(), 3, exact_points.data(), 3);
-        tried_surface.PreparePatchPoints(control.data(), 3, tried_points.data(), 3);
-        const auto parameterization = exact_surface.GetParameterization();
-        const bool split = parameterization.HasSubFaces();
-        const bool triangle = parameterization.GetType() == Bfr::Parameterization::TRI;
-        for (int sub = 0; sub < (split ? exact_surface.GetFaceSize() : 1); ++sub)
-            for (int j = 0; j <= k_grid; ++j)
-                for (int i = 0; i <= (triangle ? k_grid - j : k_grid); ++i) {
-                    const double local[2] = {static_cast<double>(i) / k_grid, static_cast<double>(j) / k_grid};
-                    double uv[2] = {local[0], local[1]};
-                    if (split) parameterization.ConvertNormalizedSubFaceToCoord(sub, local, uv);
-                    Vec3d p, du, dv, q;
-                    exact_surface.Evaluate(uv, exact_points.data(), 3, &p.x, &du.x, &dv.x);
-                    tried_surface.Evaluate(uv, tried_points.data(), 3, &q.x);
-                    const Vec3d normal = glm::cross(du, dv);
-                    const double length = glm::length(normal);
-                    if (length > 0) largest = std::max(largest, std::abs(glm::dot(q - p, normal)) / length);
-                }
-    }
-    return largest;
+    return tessellate_rates(surfaces, estimated_rates(surfaces, tolerance, k));
 }
 
 }  // namespace tetrakis::bench

@@ -3,7 +3,7 @@
 #include "../../../hier/mesh/control_mesh.hpp"
 #include "../../../schemes/core/scheme_table.hpp"
 
-#include <opensubdiv/far/topologyRefiner.h>
+#include <opensubdiv/bfr/surfaceFactory.h>
 
 #include <array>
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace tetrakis::bench {
 
 /// An indexed triangle mesh in float, as the peers write it.
 struct PeerMesh {
-    std::vector<std::array<float, 3>> positions, normals;  ///< normals empty unless asked for
+    std::vector<std::array<float, 3>> positions, normals;
     std::vector<std::array<int, 3>> triangles;
 };
 
@@ -26,10 +26,16 @@ struct BfrLevels {
     static BfrLevels of(int smooth) { return {smooth, smooth <= 4 ? 6 : smooth <= 6 ? 8 : 10}; }
 };
 
+inline OpenSubdiv::Bfr::SurfaceFactory::Options bfr_options(BfrLevels levels) {
+    OpenSubdiv::Bfr::SurfaceFactory::Options options;
+    options.SetApproxLevelSmooth(levels.smooth);
+    options.SetApproxLevelSharp(levels.sharp);
+    return options;
+}
+
 struct PeerOptions {
     SchemeKind scheme = SchemeKind::catmull_clark;
     BfrLevels levels;
-    bool normals = false;
 };
 
 /// One rate for all edges and faces.
@@ -39,11 +45,5 @@ PeerMesh bfr_uniform(const ControlMeshData& data, const PeerOptions& options, in
 /// normal component of a second difference of the limit over quarters of the edge or of the face's rows. On a curve
 /// of constant second derivative, k = 1 makes the chord's error the tolerance; everything else is left to k.
 PeerMesh bfr_adaptive(const ControlMeshData& data, const PeerOptions& options, double tolerance, double k);
-
-/// The largest normal component of the distance, at corresponding parameters, between Bfr's surface at these levels and
-/// at the levels the judge takes for exact (k_judge_levels).
-double bfr_own_error(const ControlMeshData& data, SchemeKind scheme, BfrLevels levels);
-
-inline constexpr BfrLevels k_judge_levels{10, 10};
 
 }  // namespace tetrakis::bench

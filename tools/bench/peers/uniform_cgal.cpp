@@ -9,7 +9,6 @@
 namespace tetrakis::bench {
 
 std::function<std::uint64_t()> cgal_uniform(const UniformTask& task) {
-    if (!task.name.empty() && task.name != "sqrt3" && task.name != "doo-sabin") return {};
     using Mesh = CGAL::Surface_mesh<CGAL::Simple_cartesian<double>::Point_3>;
     auto mesh = std::make_shared<Mesh>();
     std::vector<Mesh::Vertex_index> vertices, face;
@@ -20,13 +19,13 @@ std::function<std::uint64_t()> cgal_uniform(const UniformTask& task) {
             face.push_back(vertices[task.data.face_vertices[i]]);
         if (mesh->add_face(face) == Mesh::null_face()) return {};
     }
-    return [mesh, scheme = task.scheme, name = task.name, levels = task.levels]() -> std::uint64_t {
+    return [mesh, scheme = task.scheme, levels = task.levels]() -> std::uint64_t {
         const auto steps = CGAL::parameters::number_of_iterations(levels);
-        if (name == "sqrt3")
+        if (scheme == "sqrt3")
             CGAL::Subdivision_method_3::Sqrt3_subdivision(*mesh, steps);
-        else if (name == "doo-sabin")
+        else if (scheme == "doo-sabin")
             CGAL::Subdivision_method_3::DooSabin_subdivision(*mesh, steps);
-        else if (scheme == SchemeKind::loop)
+        else if (scheme == "loop")
             CGAL::Subdivision_method_3::Loop_subdivision(*mesh, steps);
         else
             CGAL::Subdivision_method_3::CatmullClark_subdivision(*mesh, steps);

@@ -44,11 +44,10 @@ std::function<std::uint64_t()> openmesh_uniform(const UniformTask& task) {
     namespace Uniform = OpenMesh::Subdivider::Uniform;
     using Quads = OpenMesh::PolyMesh_ArrayKernelT<Traits>;
     using Triangles = OpenMesh::TriMesh_ArrayKernelT<Traits>;
-    if (task.name == "modified-butterfly")
+    if (task.scheme == "modified-butterfly")
         return refine<Triangles, Uniform::ModifiedButterflyT<Triangles, double>>(task);
-    if (task.name == "sqrt3") return refine<Triangles, Uniform::Sqrt3T<Triangles, double>>(task);
-    if (!task.name.empty()) return {};
-    if (task.scheme == SchemeKind::loop) return refine<Triangles, Uniform::LoopT<Triangles, double>>(task);
+    if (task.scheme == "sqrt3") return refine<Triangles, Uniform::Sqrt3T<Triangles, double>>(task);
+    if (task.scheme == "loop") return refine<Triangles, Uniform::LoopT<Triangles, double>>(task);
     return refine<Quads, Uniform::CatmullClarkT<Quads, double>>(task);
 }
 

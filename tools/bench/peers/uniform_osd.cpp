@@ -26,26 +26,28 @@ struct Point {
 
 }  // namespace
 
-std::uint64_t far_uniform(const UniformTask& task) {
-    const auto refiner = test::osd_refiner(task.data, task.scheme, false);
-    osd::Far::TopologyRefiner::UniformOptions options(task.levels);
-    options.fullTopologyInLastLevel = task.limit;
-    refiner->RefineUniform(options);
-    const osd::Far::PrimvarRefinerReal<double> primvars(*refiner);
-    std::vector<Point> points(task.data.positions.size()), finer;
-    for (std::size_t v = 0; v < points.size(); ++v) {
-        const Vec3d& p = task.data.positions[v];
-        points[v] = {p.x, p.y, p.z};
-    }
-    for (int level = 1; level <= task.levels; ++level) {
-        finer.resize(static_cast<std::size_t>(refiner->GetLevel(level).GetNumVertices()));
-        primvars.Interpolate(level, points, finer);
-        std::swap(points, finer);
-    }
-    if (!task.limit) return points.size();
-    std::vector<Point> limits(points.size()), du(points.size()), dv(points.size());
-    primvars.Limit(points, limits, du, dv);
-    return limits.size();
+std::function<std::uint64_t()> far_uniform(const UniformTask& task) {
+    return [task]() -> std::uint64_t {
+        const auto refiner = test::osd_refiner(task.data, *scheme_from_name(task.scheme), false);
+        osd::Far::TopologyRefiner::UniformOptions options(task.levels);
+        options.fullTopologyInLastLevel = task.limit;
+        refiner->RefineUniform(options);
+        const osd::Far::PrimvarRefinerReal<double> primvars(*refiner);
+        std::vector<Point> points(task.data.positions.size()), finer;
+        for (std::size_t v = 0; v < points.size(); ++v) {
+            const Vec3d& p = task.data.positions[v];
+            points[v] = {p.x, p.y, p.z};
+        }
+        for (int level = 1; level <= task.levels; ++level) {
+            finer.resize(static_cast<std::size_t>(refiner->GetLevel(level).GetNumVertices()));
+            primvars.Interpolate(level, points, finer);
+            std::swap(points, finer);
+        }
+        if (!task.limit) return points.size();
+        std::vector<Point> limits(points.size()), du(points.size()), dv(points.size());
+        primvars.Limit(points, limits, du, dv);
+        return limits.size();
+    };
 }
 
 std::function<std::uint64_t()> stencil_evaluation(const UniformTask& task) {
@@ -54,7 +56,7 @@ std::function<std::uint64_t()> stencil_evaluation(const UniformTask& task) {
         std::vector<float> from, to;
     };
     auto table = std::make_shared<Table>();
-    const auto refiner = test::osd_refiner(task.data, task.scheme, false);
+    const auto refiner = test::osd_refiner(task.data, *scheme_from_name(task.scheme), false);
     refiner->RefineUniform(osd::Far::TopologyRefiner::UniformOptions(task.levels));
     osd::Far::StencilTableFactory::Options options;
     options.generateIntermediateLevels = false;
