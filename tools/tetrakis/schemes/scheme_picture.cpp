@@ -227,67 +227,45 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
 /// The lines of the lattice over k_patch_rings rings, from the places of a refined patch.
 void draw_lines(Canvas& canvas, const Window& window, const FanPatch& patch, const std::vector<Vec2d>& places,
                 const FanLabels& labels) {
-    const int n = labels.shape().faces, m = patch.intervals, R = labels.rings();
-    const auto draw = [&](const std::vector<FanLabel>& line, bool bold) {
-        for (std::size_t i = 1; i < line.size(); ++i) {
-            const int a = labels.find(line[i - 1]), b = labels.find(line[i]);
-            if (a >= 0 && b >= 0)
-                canvas.line(window.at(places[a]), window.at(places[b]), bold ? 3.2 : 1.5, bold ? k_blue : k_ink);
-        }
-    };
+    const int n = labels.shape().faces, m = patch.intervals;
     const bool dual = labels.lattice() == FanLattice::dual, triangles = labels.lattice() == FanLattice::triangles;
     const bool boundary = labels.shape().boundary;
-    if (dual && boundary) {
-        std::vector<FanLabel> line;
-        for (int b = 0; b < R; b += m) {
-            line.clear();
-            for (int a = R - 1; a >= 0; --a) line.push_back({1, a, b});
-            for (int a = 0; a < R; ++a) line.push_back({0, a, b});
-            draw(line, b == 0);
-        }
-        for (int a = m / 2; a < R; a += m)
-            for (int s = 0; s < 2; ++s) {
-                line.clear();
-                for (int b = 0; b < R; ++b) line.push_back({s, a, b});
-                draw(line, false);
-            }
-        return;
-    }
+    const int rim = labels.rings() - (dual ? 1 : 0);
+    const auto line = [&](Vec2d from, Vec2d to, bool bold) {
+        canvas.line(window.at(from), window.at(to), bold ? 3.2 : 1.5, bold ? k_blue : k_ink);
+    };
+    // Where a line may go on, one step from one label to another; nothing beyond the rim.
+    const auto step = [&](bool on_line, FanLabel from, FanLabel to, bool bold = false) {
+        if (!on_line || std::max(to.a, to.b) > rim) return;
+        const int a = labels.find(from), b = labels.find(to);
+        if (a >= 0 && b >= 0) line(places[a], places[b], bold);
+    };
     Vec2d centre(0);  // of a dual fan's middle face, which the refined patch has a smaller copy of
-    for (int s = 0; s < n && dual; ++s) centre += places[labels.find({s, 0, 0})] / static_cast<double>(n);
-    for (int s = 0; s < n + (boundary ? 1 : 0); ++s) {
-        std::vector<FanLabel> line;
-        if (dual) {
-            // Around the middle face's shrunk children a whole interval ends one line short of a multiple. From
-            // quadrant s, over the side before its corner, to the quadrant before.
-            const int rim = R - 1, before = (s + n - 1) % n;
-            for (int b = 0; b <= rim; ++b) line.push_back({s, 0, b});
-            draw(line, true);
-            canvas.line(window.at(centre), window.at(places[labels.find({s, 0, 0})]), 3.2, k_blue);
-            for (int c = m - 1; c <= rim; c += m) {
-                line.clear();
-                for (int b = rim; b >= 0; --b) line.push_back({s, c, b});
-                for (int a = 0; a <= rim; ++a) line.push_back({before, a, c});
-                draw(line, false);
+    const bool around_face = dual && !boundary;
+    for (int s = 0; s < n && around_face; ++s) centre += places[labels.find({s, 0, 0})] / static_cast<double>(n);
+    const int sectors = around_face ? n : dual ? 2 : n + (boundary ? 1 : 0);
+    for (int s = 0; s < sectors; ++s) {
+        if (around_face) line(centre, places[labels.find({s, 0, 0})], true);
+        for (int i = 0; i <= rim; ++i)
+            for (int j = 0; j <= rim; ++j) {
+                if (around_face) {
+                    // Around the middle face's shrunk children a whole interval ends one line short of a multiple.
+                    // From quadrant s, over the side before its corner, to the quadrant before.
+                    const int before = (s + n - 1) % n;
+                    step(i == 0 || i % m == m - 1, {s, i, j}, {s, i, j + 1}, i == 0);
+                    step(j % m == m - 1, {before, i, j}, {before, i + 1, j});
+                    step(i == 0 && j % m == m - 1, {s, j, 0}, {before, 0, j});
+                    continue;
+                }
+                step(j == 0 || ((dual || s < n) && j % m == 0), {s, i, j}, {s, i + 1, j}, j == 0);
+                if (dual) {
+                    step(s == 0 && i == 0 && j % m == 0, {1, 0, j}, {0, 0, j}, j == 0);
+                    step(i % m == m / 2, {s, i, j}, {s, i, j + 1});
+                } else if (s < n) {  // else the boundary's other half
+                    step(i > 0 && i % m == 0, {s, i, j}, {s, i, j + 1});
+                    step(triangles && i > 0 && (i + j) % m == 0, {s, i, j}, {s, i - 1, j + 1});
+                }
             }
-            continue;
-        }
-        for (int c = 0; c <= R; c += m) {
-            line.clear();
-            for (int i = 0; i <= R; ++i) line.push_back({s, i, c});
-            draw(line, c == 0);
-            if (s == n) break;  // the boundary's other half
-            if (c > 0) {
-                line.clear();
-                for (int i = 0; i <= R; ++i) line.push_back({s, c, i});
-                draw(line, false);
-            }
-            if (triangles && c > 0) {
-                line.clear();
-                for (int i = 0; i <= c; ++i) line.push_back({s, c - i, i});
-                draw(line, false);
-            }
-        }
     }
 }
 
