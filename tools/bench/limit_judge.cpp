@@ -1,6 +1,7 @@
 #include "limit_judge.hpp"
 
 #include "../../tests/kit/osd_refiner.hpp"
+#include "../../tests/kit/random_mesh.hpp"
 
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/bfr/surface.h>
@@ -19,14 +20,6 @@ namespace {
 namespace Bfr = OpenSubdiv::Bfr;
 
 constexpr std::size_t k_block = 4096;  // samples between looks at the largest distance so far
-
-/// A number in [0, 1) that looks random and is the same on every run (SplitMix64, Steele, Lea & Flood 2014).
-double jitter(std::uint64_t i) {
-    std::uint64_t z = (i + 1) * 0x9E3779B97F4A7C15u;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
 
 /// Calls body(i) for all i, in an order that spreads early calls over the whole range, until `stop` is set.
 template <class Body>
@@ -104,6 +97,7 @@ LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint
     const double share = static_cast<double>(samples) / static_cast<double>(std::max<std::size_t>(1, s.patches.size()));
     const int m = std::max(2, static_cast<int>(std::ceil(std::sqrt(share * (scheme == SchemeKind::loop ? 2 : 1)))));
     intervals_ = m;
+    test::Random random(0);
     std::vector<std::array<std::uint32_t, 3>> triangles;
     for (std::uint32_t patch_number = 0; patch_number < s.patches.size(); ++patch_number) {
         const auto& patch = s.patches[patch_number];
@@ -125,7 +119,7 @@ LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint
         };
         for (int j = 0; j < m; ++j)
             for (int i = 0; i < (triangle ? m - j : m); ++i) {
-                const double a = jitter(2 * jittered_.size()), b = jitter(2 * jittered_.size() + 1);
+                const double a = random.uniform(), b = random.uniform();
                 const bool corner = triangle && i + j == m - 1;  // half a cell
                 const bool fold = corner && a + b > 1;
                 s.evaluate(patch, (i + (fold ? 1 - a : a)) / m, (j + (fold ? 1 - b : b)) / m, jittered_.emplace_back());
