@@ -145,12 +145,12 @@ void ours(benchmark::State& state, Case c, MeshPositions positions, bool patches
 
 #ifdef TETRAKIS_BENCH_OPENMESH
 void openmesh(benchmark::State& state, Case c) {
-    OpenMeshAdaptive run({control(c).data(), c.sqrt3, c.rounds, c.selection});
+    const auto run = openmesh_adaptive({control(c).data(), c.sqrt3, c.rounds, c.selection});
     for (auto _ : state) {
-        run.prepare();
-        timed(state, [&] { run.refine(); });
+        run->prepare();
+        timed(state, [&] { run->refine(); });
     }
-    report(state, run.result());
+    report(state, run->result());
 }
 #endif
 

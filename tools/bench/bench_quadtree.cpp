@@ -206,10 +206,10 @@ TETRAKIS_BENCH_STEPS(moving_target, 300);
 
 #ifdef TETRAKIS_BENCH_P4EST
 void p4est_moving_target(benchmark::State& state) {
-    MovingTargetP4est forest;
-    const double families = time_frames(state, [&](const TargetPoint& at) { return forest.move(at); });
-    if (!forest.is_balanced()) state.SkipWithError("p4est is not balanced");
-    state.counters["leaves"] = static_cast<double>(forest.leaf_count());
+    const auto forest = make_p4est_target();
+    const double families = time_frames(state, [&](const TargetPoint& at) { return forest->move(at); });
+    if (!forest->is_balanced()) state.SkipWithError("p4est is not balanced");
+    state.counters["leaves"] = static_cast<double>(forest->leaf_count());
     state.counters["families"] = families;
     state.counters["changed_leaves"] = 5 * families;  // a split replaces one by four
 }

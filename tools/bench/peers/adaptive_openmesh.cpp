@@ -19,16 +19,14 @@ struct Traits : Adaptive::CompositeTraits {
 using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 using Composite = Adaptive::CompositeT<Mesh>;
 
-}  // namespace
-
-struct OpenMeshAdaptive::Impl {
+struct OpenMeshAdaptive final : AdaptivePeer {
     AdaptiveTask task;
     Mesh control;
     std::vector<std::vector<Mesh::FaceHandle>> rounds;
     std::unique_ptr<Mesh> mesh;
     std::unique_ptr<Composite> composite;
 
-    explicit Impl(const AdaptiveTask& t) : task(t) {
+    explicit OpenMeshAdaptive(const AdaptiveTask& t) : task(t) {
         std::vector<Mesh::VertexHandle> vertices;
         for (const Vec3d& p : task.data.positions) vertices.push_back(control.add_vertex({p.x, p.y, p.z}));
         const auto& corner = task.data.face_vertices;
@@ -43,7 +41,17 @@ struct OpenMeshAdaptive::Impl {
         }
     }
 
-    void prepare() {
+    void refine() override {
+        for (int round = 0; round < task.rounds; ++round) split(round);
+    }
+    AdaptiveResult result() const override {
+        AdaptiveResult result{mesh->n_vertices(), mesh->n_faces()};
+        for (Mesh::VertexHandle v : mesh->vertices()) result.moment += mesh->point(v).sqrnorm();
+        result.moment /= static_cast<double>(result.vertices);
+        return result;
+    }
+
+    void prepare() override {
         composite.reset();
         mesh = std::make_unique<Mesh>(control);
         composite = std::make_unique<Composite>(*mesh);
@@ -86,18 +94,10 @@ struct OpenMeshAdaptive::Impl {
     }
 };
 
-OpenMeshAdaptive::OpenMeshAdaptive(const AdaptiveTask& task) : impl_(std::make_unique<Impl>(task)) {}
-OpenMeshAdaptive::~OpenMeshAdaptive() = default;
-void OpenMeshAdaptive::prepare() { impl_->prepare(); }
-void OpenMeshAdaptive::refine() {
-    for (int round = 0; round < impl_->task.rounds; ++round) impl_->split(round);
-}
+}  // namespace
 
-AdaptiveResult OpenMeshAdaptive::result() const {
-    AdaptiveResult result{impl_->mesh->n_vertices(), impl_->mesh->n_faces()};
-    for (Mesh::VertexHandle v : impl_->mesh->vertices()) result.moment += impl_->mesh->point(v).sqrnorm();
-    result.moment /= static_cast<double>(result.vertices);
-    return result;
+std::unique_ptr<AdaptivePeer> openmesh_adaptive(const AdaptiveTask& task) {
+    return std::make_unique<OpenMeshAdaptive>(task);
 }
 
 }  // namespace tetrakis::bench

@@ -41,19 +41,12 @@ struct AdaptiveResult {
 };
 
 /// Found out once which faces are to be split; prepare() and refine() do it again, as often as wanted.
-class OpenMeshAdaptive {
-  public:
-    explicit OpenMeshAdaptive(const AdaptiveTask& task);
-    ~OpenMeshAdaptive();
-    OpenMeshAdaptive(const OpenMeshAdaptive&) = delete;
-    OpenMeshAdaptive& operator=(const OpenMeshAdaptive&) = delete;
-    void prepare();  ///< the control mesh with all that a subdivider needs
-    void refine();
-    AdaptiveResult result() const;
-
-  private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+struct AdaptivePeer {
+    virtual ~AdaptivePeer() = default;
+    virtual void prepare() = 0;  ///< the control mesh with all that a subdivider needs
+    virtual void refine() = 0;
+    virtual AdaptiveResult result() const = 0;
 };
+std::unique_ptr<AdaptivePeer> openmesh_adaptive(const AdaptiveTask& task);
 
 }  // namespace tetrakis::bench

@@ -50,16 +50,18 @@ QuadtreeRun run_p4est(int level, bool neighbours) {
     return run;
 }
 
-class MovingTargetP4est::Impl {
+namespace {
+
+class MovingTargetP4est final : public MovingTargetPeer {
   public:
-    Impl()
+    MovingTargetP4est()
         : square_(p4est_connectivity_new_unitsquare()),
           forest_(p4est_new_ext(MPI_COMM_WORLD, square_, 0, 0, 1, 0, nullptr, this)) {}
-    ~Impl() {
+    ~MovingTargetP4est() override {
         p4est_destroy(forest_);
         p4est_connectivity_destroy(square_);
     }
-    std::int64_t move(const TargetPoint& target) {
+    std::int64_t move(const TargetPoint& target) override {
         target_ = target;
         families_ = 0;
         const int recursive = forest_->global_num_quadrants == 1;
@@ -70,7 +72,8 @@ class MovingTargetP4est::Impl {
         p4est_partition(forest_, 0, nullptr);
         return families_ + (forest_->global_num_quadrants - wanted) / 3;
     }
-    p4est_t* forest() const { return forest_; }
+    std::int64_t leaf_count() const override { return forest_->global_num_quadrants; }
+    bool is_balanced() const override { return p4est_is_balanced(forest_, P4EST_CONNECT_FACE) != 0; }
 
   private:
     /// Whether its side is larger than k_size times the distance of its centre.
@@ -86,11 +89,11 @@ class MovingTargetP4est::Impl {
         return change;
     }
     static int splits(p4est_t* forest, p4est_topidx_t, p4est_quadrant_t* q) {
-        Impl& self = *static_cast<Impl*>(forest->user_pointer);
+        auto& self = *static_cast<MovingTargetP4est*>(forest->user_pointer);
         return self.count(self.wants(*q));
     }
     static int merges(p4est_t* forest, p4est_topidx_t, p4est_quadrant_t* family[]) {
-        Impl& self = *static_cast<Impl*>(forest->user_pointer);
+        auto& self = *static_cast<MovingTargetP4est*>(forest->user_pointer);
         p4est_quadrant_t parent;
         p4est_quadrant_parent(family[0], &parent);
         return self.count(!self.wants(parent));
@@ -102,13 +105,11 @@ class MovingTargetP4est::Impl {
     std::int64_t families_ = 0;
 };
 
-MovingTargetP4est::MovingTargetP4est() {
+}  // namespace
+
+std::unique_ptr<MovingTargetPeer> make_p4est_target() {
     start_session();
-    impl_ = std::make_unique<Impl>();
+    return std::make_unique<MovingTargetP4est>();
 }
-MovingTargetP4est::~MovingTargetP4est() = default;
-std::int64_t MovingTargetP4est::move(const TargetPoint& target) { return impl_->move(target); }
-std::int64_t MovingTargetP4est::leaf_count() const { return impl_->forest()->global_num_quadrants; }
-bool MovingTargetP4est::is_balanced() const { return p4est_is_balanced(impl_->forest(), P4EST_CONNECT_FACE) != 0; }
 
 }  // namespace tetrakis::bench

@@ -36,23 +36,15 @@ struct QuadtreeRun {
 QuadtreeRun run_p4est(int level, bool neighbours);
 
 /// A quadtree on one rank, with squares as large as they are far from the target, balanced across sides.
-class MovingTargetP4est {
-  public:
-    MovingTargetP4est();
-    ~MovingTargetP4est();
-    MovingTargetP4est(const MovingTargetP4est&) = delete;
-    MovingTargetP4est& operator=(const MovingTargetP4est&) = delete;
-
+struct MovingTargetPeer {
+    virtual ~MovingTargetPeer() = default;
     /// Coarsens and refines by one level, balances, partitions. The first call refines from the root.
     /// @return  families of four that were made or merged
-    std::int64_t move(const TargetPoint& target);
-    std::int64_t leaf_count() const;
-    bool is_balanced() const;
-
-  private:
-    class Impl;
-    std::unique_ptr<Impl> impl_;
+    virtual std::int64_t move(const TargetPoint& target) = 0;
+    virtual std::int64_t leaf_count() const = 0;
+    virtual bool is_balanced() const = 0;
 };
+std::unique_ptr<MovingTargetPeer> make_p4est_target();
 #endif
 
 }  // namespace tetrakis::bench
