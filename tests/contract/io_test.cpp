@@ -70,20 +70,6 @@ std::string message_of_text(const ScratchDir& dir, const char* name, const std::
 
 }  // namespace
 
-TEST_CASE("OBJ files with a byte order mark, with any line ends and continued lines") {
-    const ScratchDir dir;
-    const std::string text = "v 0 0 0\nv 1 0 0 # x\nv \\\n0 1 0\nf 1 2 3\n";
-    for (const std::string end : {"\n", "\r", "\r\n"}) {
-        CAPTURE(end.size());
-        std::string bytes = "\xEF\xBB\xBF";
-        for (const char c : text) bytes += c == '\n' ? end : std::string(1, c);
-        spill(dir / "mesh.obj", bytes);
-        const TriangleMesh mesh = read_triangle_mesh(dir / "mesh.obj");
-        CHECK(mesh.positions == std::vector<Vec3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
-        CHECK(mesh.triangles.size() == 1);
-    }
-}
-
 TEST_CASE(
     "faces whose corners are not all convex are cut where no triangle turns over: GLB as written, others as read") {
     const ScratchDir dir;
@@ -398,84 +384,64 @@ TEST_CASE("OBJ as other programs write it is read") {
 
 TEST_CASE("[bad-input] faults of OBJ files are named with their line") {
     const ScratchDir dir;
+    const auto refused = [&](const std::string& text, const std::string& begins) {
+        CAPTURE(text);
+        CHECK(message_of_text(dir, "bad.obj", text).starts_with(begins));
+    };
     const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     const std::string no_such = ":4: this face uses a vertex that no number can name";
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2\n") ==
-          ":4: this face has 2 corners; complete it to three or more, or remove it");
-    CHECK(message_of_text(dir, "bad.obj", "v 1 2\n") ==
-          ":1: the vertex has 2 coordinates, it needs 3; complete the line");
-    CHECK(message_of_text(dir, "bad.obj", points + "v 0 nan 0\nf 1 2 3") ==
-          ":4: 'nan' in the vertex is not finite; give a finite number");
-    CHECK(message_of_text(dir, "bad.obj", points + "v 0 0 1e999\n") ==
-          ":4: '1e999' in the vertex is not finite; give a finite number");
-    CHECK(message_of_text(dir, "bad.obj", points + "v 0 0 1x\n") ==
-          ":4: '1x' in the vertex is no number; correct the line");
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 0\n")
-              .find(":4: '0' in a face has vertex number 0; OBJ counts from 1") == 0);
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 -4\n").find(no_such) == 0);
-    CHECK(message_of_text(dir, "bad.obj", points + "\nf 1 2 3\nf 1 2 9\n") ==
-          ":6: this face uses vertex 9, but the file has 3; the file may be cut short");
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1 2 99999999999999999999\n").find(no_such) == 0);
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1/1 2/1 3/1\n").find(":4: this face uses texture coordinate 1") ==
-          0);
-    CHECK(message_of_text(dir, "bad.obj", points + "f a b c\n").find(":4: 'a' is no face corner") == 0);
-    CHECK(message_of_text(dir, "bad.obj", points + "f 1/2/3/4 2 3\n")
-              .find(":4: '1/2/3/4' is no face corner; write it as v, v/vt, v//vn or v/vt/vn") == 0);
-    CHECK(message_of_text(dir, "bad.obj", points) == ": the file has no faces");
-    CHECK(message_of_text(dir, "bad.obj", "") == ": the file is empty");
+    refused(points + "f 1 2\n", ":4: this face has 2 corners; complete it to three or more, or remove it");
+    refused("v 1 2\n", ":1: the vertex has 2 coordinates, it needs 3; complete the line");
+    refused(points + "v 0 nan 0\nf 1 2 3", ":4: 'nan' in the vertex is not finite; give a finite number");
+    refused(points + "v 0 0 1e999\n", ":4: '1e999' in the vertex is not finite; give a finite number");
+    refused(points + "v 0 0 1x\n", ":4: '1x' in the vertex is no number; correct the line");
+    refused(points + "f 1 2 0\n", ":4: '0' in a face has vertex number 0; OBJ counts from 1");
+    refused(points + "f 1 2 -4\n", no_such);
+    refused(points + "\nf 1 2 3\nf 1 2 9\n",
+            ":6: this face uses vertex 9, but the file has 3; the file may be cut short");
+    refused(points + "f 1 2 99999999999999999999\n", no_such);
+    refused(points + "f 1/1 2/1 3/1\n", ":4: this face uses texture coordinate 1");
+    refused(points + "f a b c\n", ":4: 'a' is no face corner");
+    refused(points + "f 1/2/3/4 2 3\n", ":4: '1/2/3/4' is no face corner; write it as v, v/vt, v//vn or v/vt/vn");
+    refused(points, ": the file has no faces");
+    refused("", ": the file is empty");
     CHECK(message_of(dir / "none.obj", ErrorCode::io) == ": there is no such file; check the path");
-    CHECK(message_of(dir / "none.stl", ErrorCode::unsupported).find("meshes are read from") != std::string::npos);
+    CHECK(test::contains(message_of(dir / "none.stl", ErrorCode::unsupported), "meshes are read from"));
     std::filesystem::create_directory(dir / "dir.obj");
     CHECK(message_of(dir / "dir.obj", ErrorCode::io) == ": this is a directory; give a file");
 }
 
 TEST_CASE("[bad-input] faults of PLY files are named, and absurd counts allocate nothing") {
     const ScratchDir dir;
-    const std::string vertex = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    const auto refused = [&](const std::string& text, const std::string& words) {
+        CAPTURE(text);
+        CHECK(test::contains(message_of_text(dir, "bad.ply", text), words));
+    };
+    const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
     const std::string face = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
-    const std::string head = "ply\nformat ascii 1.0\n";
-    const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
-    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + points + "3 0 1 3\n") ==
-          ": a face uses vertex 3, but there are 3 vertices");
-    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + points + "3 0 1 -1\n") ==
-          ":13: a vertex index of face 0 is no index");
-    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + points + "2 0 1\n") ==
-          ":13: face 0 has 2 corners; it needs three");
-    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n") ==
-          ":11: y of vertex 1 is not finite");
-    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + "0 0 0\n1 o 0\n0 1 0\n3 0 1 2\n") ==
-          ":11: this is not a number");
-    CHECK(message_of_text(dir, "bad.ply", head + vertex + face + points + "9999999 0 1 2\n") ==
-          ":13: a list is longer than the rest of the file");
-    CHECK(message_of_text(dir, "bad.ply",
-                          head + "element vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n" +
-                              face + points)
-              .find("4000000000 elements 'vertex' do not fit") != std::string::npos);
-    CHECK(
-        message_of_text(dir, "bad.ply", head + "element vertex 9999999999999999999999\n").find(":3: an element line") ==
-        0);
-    CHECK(message_of_text(dir, "bad.ply", head + "element vertex 5\nend_header\n").find("has no properties") !=
-          std::string::npos);
-    CHECK(message_of_text(dir, "bad.ply", head + "element vertex 1\nproperty float x\nend_header\n0\n")
-              .find("no x, y and z") != std::string::npos);
-    CHECK(message_of_text(dir, "bad.ply", head + vertex + "end_header\n" + points) == ": the file has no faces");
-    CHECK(message_of_text(dir, "bad.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty flat x\n")
-              .find(":4: a property has an") == 0);
-    CHECK(message_of_text(dir, "bad.ply", "ply\nelement vertex 1\nproperty list float int x\n")
-              .find(":3: the count of a list") == 0);
-    CHECK(message_of_text(dir, "bad.ply",
-                          head + vertex + "property float u\nproperty float s\nproperty float v\n" + face +
-                              "0 0 0 0 0 0\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2\n")
-              .find("second property for what s says") != std::string::npos);
-    CHECK(message_of_text(dir, "bad.ply",
-                          head + vertex +
-                              "element face 1\nproperty list uchar int vertex_index\nproperty list uchar int "
-                              "vertex_indices\nend_header\n" +
-                              points + "3 0 1 2 3 0 1 2\n")
-              .find("second property for what vertex_indices says") != std::string::npos);
-    CHECK(message_of_text(dir, "bad.ply", "plx\n").find(":1: this is no PLY file") == 0);
-    CHECK(message_of_text(dir, "bad.ply", "ply\nformat binary_middle_endian 1.0\n").find(":2: the format is none of") ==
-          0);
+    const std::string ply = "ply\nformat ascii 1.0\n", vertex = ply + "element vertex 3\n" + xyz;
+    const std::string points = "0 0 0\n1 0 0\n0 1 0\n", faces = vertex + face + points;
+    refused(faces + "3 0 1 3\n", ": a face uses vertex 3, but there are 3 vertices");
+    refused(faces + "3 0 1 -1\n", ":13: a vertex index of face 0 is no index");
+    refused(faces + "2 0 1\n", ":13: face 0 has 2 corners; it needs three");
+    refused(vertex + face + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", ":11: y of vertex 1 is not finite");
+    refused(vertex + face + "0 0 0\n1 o 0\n0 1 0\n3 0 1 2\n", ":11: this is not a number");
+    refused(faces + "9999999 0 1 2\n", ":13: a list is longer than the rest of the file");
+    refused(ply + "element vertex 4000000000\n" + xyz + face + points, "4000000000 elements 'vertex' do not fit");
+    refused(ply + "element vertex 9999999999999999999999\n", ":3: an element line");
+    refused(ply + "element vertex 5\nend_header\n", "has no properties");
+    refused(ply + "element vertex 1\nproperty float x\nend_header\n0\n", "no x, y and z");
+    refused(vertex + "end_header\n" + points, ": the file has no faces");
+    refused(ply + "element vertex 3\nproperty flat x\n", ":4: a property has an");
+    refused("ply\nelement vertex 1\nproperty list float int x\n", ":3: the count of a list");
+    refused(vertex + "property float u\nproperty float s\nproperty float v\n" + face +
+                "0 0 0 0 0 0\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2\n",
+            "second property for what s says");
+    refused(vertex + "element face 1\nproperty list uchar int vertex_index\nproperty list uchar int vertex_indices\n" +
+                "end_header\n" + points + "3 0 1 2 3 0 1 2\n",
+            "second property for what vertex_indices says");
+    refused("plx\n", ":1: this is no PLY file");
+    refused("ply\nformat binary_middle_endian 1.0\n", ":2: the format is none of");
 }
 
 TEST_CASE("[bad-input] shorter lengths and flipped bytes of a good file are read or end in an error that names it") {

@@ -9,7 +9,6 @@
 #include <glm/geometric.hpp>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -28,28 +27,19 @@ const std::size_t k_length_of_notes = [] {
 }();
 const SchemeInfo* const k_last_at_start = find_scheme("honeycomb");
 
-constexpr float k_infinite = std::numeric_limits<float>::infinity();
-
-/// A ring of columns x rows vertices, closed in j, faces between columns [from, to); column c is `c % columns`.
-/// Edges on the columns in `creases` are sharp.
-RuleMesh tube(bool triangles, int columns, int rows, int faces_to, const std::set<int>& creases, float sharpness) {
+/// A ring of columns x rows vertices, closed along the rows, with faces between the first columns alone.
+RuleMesh tube(bool triangles, int columns, int rows, int faces_to) {
     RuleMesh::Builder faces;
     const auto vertex = [&](int i, int j) { return (i % columns) * rows + j % rows; };
     for (int i = 0; i < faces_to; ++i)
         for (int j = 0; j < rows; ++j) {
             const int a = vertex(i, j), b = vertex(i + 1, j), c = vertex(i + 1, j + 1), d = vertex(i, j + 1);
-            const float right = creases.contains((i + 1) % columns) ? sharpness : 0.0f;
-            const float left = creases.contains(i % columns) ? sharpness : 0.0f;
-            faces.corner(a);
-            faces.corner(b, right);
             if (triangles) {
-                faces.corner(c);
-                faces.end_face();
-                faces.corner(a);
+                faces.face({a, b, c});
+                faces.face({a, c, d});
+            } else {
+                faces.face({a, b, c, d});
             }
-            faces.corner(c);
-            faces.corner(d, left);
-            faces.end_face();
         }
     return RuleMesh(faces_to < columns ? (faces_to + 1) * rows : columns * rows, std::move(faces));
 }
@@ -73,8 +63,6 @@ int boundary_edges(const RuleMesh& m) {
     for (int h = 0; h < m.halfedge_count(); ++h) count += m.twin(h) == RuleMesh::none ? 1 : 0;
     return count;
 }
-
-bool takes_creases(const SchemeInfo& s) { return s.name != "averaging" && s.name != "biquartic"; }
 
 constexpr SchemeKind k_schemes[] = {SchemeKind::catmull_clark, SchemeKind::loop};
 
@@ -150,27 +138,6 @@ TEST_CASE("the table is whole before the program starts, and its entries stay wh
     CHECK(find_scheme("loops") == nullptr);
 }
 
-TEST_CASE("a crease gives each side the boundary rules of that side alone") {
-    for (const SchemeInfo& scheme : scheme_table()) {
-        if (!takes_creases(scheme)) continue;
-        CAPTURE(scheme.name);
-        const bool triangles = scheme.family == MeshFamily::triangles;
-        for (const auto rule : {EdgeBesideCrease::plain, EdgeBesideCrease::cosine}) {
-            const RuleOptions options{.edge_beside_crease = rule};
-            const RuleStep whole = scheme.step(tube(triangles, 7, 6, 7, {0, 4}, k_infinite), options);
-            const RuleStep half = scheme.step(tube(triangles, 7, 6, 4, {}, 0), options);
-            std::set<Row> rows;
-            for (int r = 0; r < whole.stencils.row_count(); ++r) rows.insert(row_of(whole.stencils, r));
-            int missing = 0;
-            for (int r = 0; r < half.stencils.row_count(); ++r)
-                missing += rows.contains(row_of(half.stencils, r)) ? 0 : 1;
-            CHECK(half.stencils.row_count() > 50);
-            CHECK(missing == 0);
-            CHECK(boundary_edges(whole.mesh) == 0);
-        }
-    }
-}
-
 TEST_CASE("beside a nearly smooth edge a Chaikin crease that ends has more than its whole weight, once") {
     CHECK(edge_crease_weight(1.25f, 0, 0.5f) == 1.25);
     CHECK(edge_crease_weight(0.9f, 0.1f, 0.2f) == 1);  // a sharp neighbour keeps both halves sharp
@@ -213,7 +180,7 @@ TEST_CASE("corners of any angle have the two edges as tangents, concave ones too
                         CHECK(std::abs(a.matrix.at(p, j) - a.matrix.at(c, j) - 0.5 * ((j == p) - (j == c))) < 1e-13);
                 }
             }
-    CHECK_THROWS_AS(find_scheme("loop")->step(tube(true, 5, 4, 5, {}, 0), {.corner_angle = 7}), std::invalid_argument);
+    CHECK_THROWS_AS(find_scheme("loop")->step(tube(true, 5, 4, 5), {.corner_angle = 7}), std::invalid_argument);
 }
 
 TEST_CASE("other Catmull-Clark weights are refused exactly where the spectrum fails") {
@@ -248,7 +215,7 @@ TEST_CASE("averaging without copies of the boundary uses up the outer ring") {
         RuleOptions options;
         options.averaging_steps = m;
         options.averaging_boundary = AveragingBoundary::recede;
-        const RuleMesh mesh = tube(false, 9, 6, 6, {}, 0);
+        const RuleMesh mesh = tube(false, 9, 6, 6);
         const RuleStep step = find_scheme("averaging")->step(mesh, options);
         CHECK(euler(step.mesh) == 0);
         CHECK(boundary_edges(step.mesh) == 24);
@@ -264,11 +231,11 @@ TEST_CASE("averaging without copies of the boundary uses up the outer ring") {
     }
     RuleOptions options;
     options.averaging_boundary = AveragingBoundary::recede;
-    CHECK_THROWS_AS(find_scheme("biquartic")->step(tube(false, 9, 6, 1, {}, 0), options), std::invalid_argument);
+    CHECK_THROWS_AS(find_scheme("biquartic")->step(tube(false, 9, 6, 1), options), std::invalid_argument);
 }
 
 TEST_CASE("[bad-input] what a scheme or a rule mesh cannot take is refused with the reason") {
-    CHECK_THROWS_WITH_AS(find_scheme("loop")->step(tube(false, 5, 4, 5, {}, 0), {}), doctest::Contains("has 4 corners"),
+    CHECK_THROWS_WITH_AS(find_scheme("loop")->step(tube(false, 5, 4, 5), {}), doctest::Contains("has 4 corners"),
                          std::invalid_argument);
     CHECK_THROWS_WITH_AS(analyse(*find_scheme("loop"), {.faces = 1}, {}), doctest::Contains("at least two edges"),
                          std::invalid_argument);
