@@ -311,7 +311,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
         const LatticePlace p = lattice_.place(sites[i]);
         const Around around(*this, p);
         const HeightRange a = around.north[0], b = around.north[around.east], c = around.south[0],
-                      d = around.south[around.east];
+                          d = around.south[around.east];
         const Vec3d first(lattice_.east(around.x0), lattice_.north(around.y1),
                           double{std::min(std::min(a.low, b.low), std::min(c.low, d.low))}),
             last(lattice_.east(around.x1), lattice_.north(around.y0),
