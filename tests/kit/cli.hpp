@@ -125,33 +125,39 @@ inline std::string program() {
     return (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "tetrakis").string();
 }
 
-inline std::vector<std::string> command_line(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), program());
-    return arguments;
+using Words = std::vector<std::string>;
+
+/// The words of both.
+inline Words join(Words first, const Words& then) {
+    first.insert(first.end(), then.begin(), then.end());
+    return first;
 }
 
-inline ProcessResult run(const std::vector<std::string>& arguments) { return run_process(command_line(arguments)); }
+inline Words command_line(const Words& arguments) { return join({program()}, arguments); }
+
+inline ProcessResult run(const Words& arguments) { return run_process(command_line(arguments)); }
 
 /// Runs it and gives what it printed as JSON; anything but success is a failed test.
-inline nlohmann::json run_json(const std::vector<std::string>& arguments) {
+inline nlohmann::json run_json(const Words& arguments) {
     const ProcessResult result = run(arguments);
     CAPTURE(result.err);
     REQUIRE(result.code == 0);
     return nlohmann::json::parse(result.out);
 }
 
-inline std::string data(const std::string& name) { return std::string(TETRAKIS_SOURCE_DIR) + "/data/" + name; }
-
-inline std::vector<std::string> data_models() {
-    std::vector<std::string> models;
-    for (const auto& entry : std::filesystem::directory_iterator(data("")))
-        if (entry.path().extension() == ".obj") models.push_back(entry.path().string());
-    std::sort(models.begin(), models.end());
-    return models;
+/// The same of the report that it writes.
+inline nlohmann::json run_report(const Words& arguments) {
+    const ScratchDir scratch;
+    const ProcessResult result = run(join(arguments, {"--report", (scratch / "report.json").string()}));
+    CAPTURE(result.err);
+    REQUIRE(result.code == 0);
+    return nlohmann::json::parse(slurp(scratch / "report.json"));
 }
 
+inline std::string data(const std::string& name) { return std::string(TETRAKIS_SOURCE_DIR) + "/data/" + name; }
+
 /// Runs it and checks that it ends with this code and a message that has these words, and prints nothing else.
-inline std::string check_refused(const std::vector<std::string>& arguments, int code, const std::string& words) {
+inline std::string check_refused(const Words& arguments, int code, const std::string& words) {
     CAPTURE(arguments);
     const ProcessResult result = run(arguments);
     CAPTURE(result.err);

@@ -12,7 +12,7 @@ std::string full_device(const ScratchDir& scratch, const std::string& name) {
     return (scratch / name).string();
 }
 
-using Words = std::vector<std::string>;
+using cli::Words;
 
 }  // namespace
 
@@ -39,8 +39,7 @@ TEST_CASE("[bad-input] the files of a run appear together: one that cannot be wr
         const std::string before = "what was there before";
         spill(scratch / "out.ply", before);
         const std::string full = full_device(scratch, c.name);
-        Words line = c.command;
-        line.insert(line.end(), {c.option, full});
+        Words line = cli::join(c.command, {c.option, full});
         // All others work.
         const auto add = [&](const std::string& option, const std::string& name) {
             if (option != c.option) line.insert(line.end(), {option, (scratch / name).string()});
@@ -94,9 +93,9 @@ TEST_CASE("[bad-input] every error names the file that it is about") {
         {{"refine", lost, "--levels", "2", "--repair"}, 3, lost},
     };
     const std::size_t files = scratch.file_count();
-    for (Case c : cases) {
-        c.line.insert(c.line.end(), {"-o", (scratch / "out.ply").string()});
-        const std::string message = cli::check_refused(c.line, c.code, "error: " + c.named + ":");
+    for (const Case& c : cases) {
+        const std::string message = cli::check_refused(cli::join(c.line, {"-o", (scratch / "out.ply").string()}),
+                                                       c.code, "error: " + c.named + ":");
         CHECK(message.find(c.named) == message.rfind(c.named));  // once
         CHECK(scratch.file_count() == files);
     }
@@ -108,9 +107,8 @@ TEST_CASE("[bad-input] a repair that leaves no face says what it dropped") {
     for (int i = 0; i < 50; ++i) text += "f 1 1 2\nf 2 3 9\n";
     spill(scratch / "lost.obj", text + "t crease 2/1/0 0 1 2\n");
     for (const Words& command : {Words{"info"}, Words{"refine", "--levels", "1", "-o", (scratch / "o.ply").string()}}) {
-        Words line = command;
-        line.insert(line.end(), {(scratch / "lost.obj").string(), "--repair"});
-        const std::string message = cli::check_refused(line, 3, "no face is left");
+        const Words lost = {(scratch / "lost.obj").string(), "--repair"};
+        const std::string message = cli::check_refused(cli::join(command, lost), 3, "no face is left");
         for (const char* dropped :
              {"dropped 50 faces with a vertex that is not there or not finite (the first is face 2 (line 5))",
               "dropped 50 faces with fewer than three distinct vertices (the first is face 1 (line 4))"})

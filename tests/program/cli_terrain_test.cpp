@@ -7,7 +7,6 @@
 
 #include <array>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -25,29 +24,6 @@ std::vector<std::string> terrain_line(const ScratchDir& scratch, const HeightGri
     return {"terrain",  (scratch / "heights.r32").string(), "--columns", std::to_string(grid.columns),
             "--rows",   std::to_string(grid.rows),          "--spacing", "30.3",
             "--normals"};
-}
-
-/// An OBJ with one normal a vertex, read line by line.
-TriangleMesh parse_obj(const std::filesystem::path& path) {
-    TriangleMesh mesh;
-    std::istringstream text(slurp(path));
-    for (std::string line; std::getline(text, line);) {
-        std::istringstream words(line);
-        std::string kind;
-        words >> kind;
-        Vec3d v;
-        if (kind == "v" && words >> v.x >> v.y >> v.z) mesh.positions.push_back(v);
-        if (kind == "vn" && words >> v.x >> v.y >> v.z) mesh.normals.push_back(v);
-        if (kind != "f") continue;
-        mesh.triangles.emplace_back();
-        for (std::uint32_t& corner : mesh.triangles.back()) {
-            std::string word;
-            words >> word;
-            corner = static_cast<std::uint32_t>(std::stoul(word) - 1);
-            CHECK(word == std::to_string(corner + 1) + "//" + std::to_string(corner + 1));
-        }
-    }
-    return mesh;
 }
 
 /// Positions and normals of the vertices on one side of a mesh's box.
@@ -71,14 +47,10 @@ TEST_CASE("terrain --tiles: neighbours have the same vertices and normals, and e
     const ScratchDir scratch;
     for (const std::string extension : {".obj", ".ply", ".glb"}) {
         CAPTURE(extension);
-        std::vector<std::string> line = terrain_line(scratch, grid);
-        line.insert(line.end(), {"--max-error", std::to_string(k_max_error), "--tiles",
-                                 std::to_string(k_across) + "x" + std::to_string(k_down), "-o",
-                                 (scratch / ("t" + extension)).string(), "--report", (scratch / "r.json").string()});
-        const ProcessResult result = cli::run(line);
-        CAPTURE(result.err);
-        REQUIRE(result.code == 0);
-        const auto report = nlohmann::json::parse(slurp(scratch / "r.json"));
+        const nlohmann::json report = cli::run_report(cli::join(
+            terrain_line(scratch, grid),
+            {"--max-error", std::to_string(k_max_error), "--tiles",
+             std::to_string(k_across) + "x" + std::to_string(k_down), "-o", (scratch / ("t" + extension)).string()}));
         REQUIRE(report["tiles"].size() == k_across * k_down);
         std::vector<TriangleMesh> tiles;
         TriangleMesh all;
@@ -86,8 +58,9 @@ TEST_CASE("terrain --tiles: neighbours have the same vertices and normals, and e
             const std::string name =
                 "t_" + std::to_string(t / k_across) + "_" + std::to_string(t % k_across) + extension;
             CHECK(report["tiles"][t]["file"] == (scratch / name).string());
-            tiles.push_back(extension == ".obj" ? parse_obj(scratch / name) : read_triangle_mesh(scratch / name));
+            tiles.push_back(read_triangle_mesh(scratch / name));
             const TriangleMesh& tile = tiles.back();
+            CHECK((tile.triangle_normals.empty() || tile.triangle_normals == tile.triangles));
             CHECK(report["tiles"][t]["triangles"] == tile.triangles.size());
             const auto first = static_cast<std::uint32_t>(all.positions.size());
             all.positions.insert(all.positions.end(), tile.positions.begin(), tile.positions.end());
@@ -111,9 +84,8 @@ TEST_CASE("[bad-input] terrain --tiles: what are no tiles") {
     const ScratchDir scratch;
     const std::vector<std::string> start = terrain_line(scratch, rough(9, 7, 1));
     const auto refused = [&](const std::string& tiles, int code, const std::string& words) {
-        std::vector<std::string> line = start;
-        line.insert(line.end(), {"--max-error", "1", "--tiles", tiles, "-o", (scratch / "t.obj").string()});
-        cli::check_refused(line, code, words);
+        const cli::Words more = {"--max-error", "1", "--tiles", tiles, "-o", (scratch / "t.obj").string()};
+        cli::check_refused(cli::join(start, more), code, words);
         CHECK(scratch.file_count() == 1);
     };
     for (const char* const tiles : {"0x1", "2x0", "3", "2x2x2", "ax2", "2x-1", "1.5x2", "x", "5000x1"})

@@ -33,8 +33,7 @@ struct Run {
                                               out,          "--report", (scratch / "report.json").string()};
         if (std::ranges::find(more, "--samples") == more.end() && std::ranges::find(more, "--no-measure") == more.end())
             arguments.insert(arguments.end(), {"--samples", "50000"});
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        result = cli::run(arguments);
+        result = cli::run(cli::join(arguments, more));
         if (!std::filesystem::exists(out)) return;
         bytes = slurp(out);
         mesh = read_triangle_mesh(out);
@@ -147,9 +146,7 @@ TEST_CASE("options that a scheme has no use for change nothing: patches serve as
     const Run triangles(knot, loop);
     for (const std::string option : {"--beta=1.2", "--gamma=0.2"}) {
         CAPTURE(option);
-        std::vector<std::string> more = loop;
-        more.push_back(option);
-        CHECK(Run(knot, more).mesh.positions == triangles.mesh.positions);
+        CHECK(Run(knot, cli::join(loop, {option})).mesh.positions == triangles.mesh.positions);
     }
 }
 
@@ -281,11 +278,7 @@ TEST_CASE("[bad-input] tessellate refuses options that make no sense before any 
         {{missing, "--tolerance", "1e-3", "--report", (scratch / "no" / "r.json").string()}, 1, "no"},
         {{cli::data("knot.obj"), "--tolerance", "1e-8", "--max-memory", "20M"}, 1, "20 MiB"},
     };
-    for (const Case& c : cases) {
-        std::vector<std::string> arguments = {"tessellate", "-o", out};
-        arguments.insert(arguments.end(), c.options.begin(), c.options.end());
-        cli::check_refused(arguments, c.code, c.message);
-    }
+    for (const Case& c : cases) cli::check_refused(cli::join({"tessellate", "-o", out}, c.options), c.code, c.message);
     CHECK(scratch.file_count() == 0);
 }
 
