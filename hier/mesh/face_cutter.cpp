@@ -23,13 +23,16 @@ double rounded(double x) {
 
 }  // namespace
 
-bool VertexJoins::joined(VertexId a, VertexId b) const {
-    if (diagonals_.contains(key(a, b))) return true;
+bool VertexJoins::joined(VertexId a, VertexId b) {
+    if (known_.contains(key(a, b))) return true;
     if (mesh_.face_valence(b) < mesh_.face_valence(a)) std::swap(a, b);  // the way around a hub would be long
     const HalfedgeId first = mesh_.vertex_halfedge(a);
     HalfedgeId h = first;
     do {
-        if (mesh_.target(h) == b || mesh_.origin(mesh_.prev(h)) == b) return true;
+        if (mesh_.target(h) == b || mesh_.origin(mesh_.prev(h)) == b) {
+            join(a, b);
+            return true;
+        }
         h = mesh_.ccw_outgoing(h);
     } while (h.valid() && h != first);
     return false;

@@ -17,8 +17,8 @@ class VertexJoins {
     /// Keeps a reference.
     explicit VertexJoins(const ControlMesh& mesh) : mesh_(mesh) {}
 
-    bool joined(VertexId a, VertexId b) const;
-    void join(VertexId a, VertexId b) { diagonals_.insert(key(a, b)); }
+    bool joined(VertexId a, VertexId b);
+    void join(VertexId a, VertexId b) { known_.insert(key(a, b)); }
 
   private:
     static std::uint64_t key(VertexId a, VertexId b) {
@@ -26,7 +26,8 @@ class VertexJoins {
     }
 
     const ControlMesh& mesh_;
-    std::unordered_set<std::uint64_t> diagonals_;
+    std::unordered_set<std::uint64_t>
+        known_;  ///< diagonals, and edges that were asked for: hubs are walked around once
 };
 
 /// Cuts one face after the other into triangles, by the rule of triangulate(): ears, the shortest diagonal first.
