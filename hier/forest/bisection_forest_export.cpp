@@ -38,8 +38,7 @@ struct RootLeaves {
 
 }  // namespace
 
-// Leaves are disjoint, so their paths differ within the shorter one and
-// compare as left-aligned numbers.
+// Leaves are disjoint, so their paths differ within the shorter one and compare as left-aligned numbers.
 std::vector<LeafId> BisectionForest::ordered_leaves() const {
     const std::uint32_t slots = leaf_slots(), roots = mesh_->halfedge_count();
     detail::PoolVector<RootLeaves> of_root(roots);

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 
 namespace tetrakis::detail {
@@ -53,14 +52,10 @@ ObjLines::ObjLines(std::string_view text) : rest_(text) {
 
 std::string_view ObjLines::physical_line() {
     ++number_;
-    const auto* newline = static_cast<const char*>(std::memchr(rest_.data(), '\n', rest_.size()));
-    std::string_view line = rest_.substr(0, newline ? static_cast<std::size_t>(newline - rest_.data()) : rest_.size());
-    std::size_t used = line.size() + (newline ? 1 : 0);
-    if (const std::size_t cr = line.find('\r'); cr != std::string_view::npos) {
-        if (cr + 1 < line.size() || !newline) used = cr + 1;
-        line = line.substr(0, cr);
-    }
-    rest_.remove_prefix(used);
+    const auto end = std::find_if(rest_.begin(), rest_.end(), [](char c) { return c == '\n' || c == '\r'; });
+    const std::string_view line(rest_.begin(), end);
+    rest_.remove_prefix(line.size());
+    rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : std::min<std::size_t>(rest_.size(), 1));
     return line;
 }
 

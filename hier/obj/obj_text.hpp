@@ -27,9 +27,8 @@ inline constexpr std::uint32_t k_obj_absent = 0xFFFF'FFFFu, k_obj_no_such = 0xFF
 /// `t cornerangle N/M/0 vertex face ... degrees ...`: ControlMeshData::corner_angles, one angle for all or one for each
 /// pair.
 /// @param source  file name for messages
-/// @throws Error  invalid_input with the line and advice: a malformed line, bytes that are no text. Indices out of
-/// range
-///                are the caller's to refuse
+/// @throws Error  invalid_input with the line and advice: a malformed line, bytes that are no text. The caller refuses
+///                indices that are out of range
 ControlMeshData read_obj_text(std::string_view text, std::string source, ObjUse use, const RunContext& context = {});
 
 }  // namespace tetrakis::detail
