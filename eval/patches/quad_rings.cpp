@@ -22,8 +22,13 @@ std::optional<std::array<Vec3d, 3>> points_beyond(const CornerRing& ring) {
     if (ring.is_smooth() || !ring.is_stationary()) {
         if (ring.boundary || ring.size() != 4 || ring.sharpness != 0) return {};
         const int along = is_sharp(sharpness(0)) ? 0 : 1;
-        const bool straight =
-            sharpness(along) == sharpness(along + 2) && sharpness(along + 1) == 0 && sharpness(along + 3) == 0;
+        // By Chaikin's method an edge's halves, and so the levels to come, depend on the next edges.
+        const auto even = [&](int i) {
+            const CornerRing::Spoke& s = ring.spoke(ring.cell + i);
+            return !ring.chaikin || s.near_half == s.far_half;
+        };
+        const bool straight = sharpness(along) == sharpness(along + 2) && even(along) && even(along + 2) &&
+                              sharpness(along + 1) == 0 && sharpness(along + 3) == 0;
         if (!straight) return {};
         return std::array{e(2), e(3), f(2)};
     }

@@ -329,6 +329,23 @@ TEST_CASE("[inv9] open meshes within a number of triangles are as good as to a t
         }
 }
 
+TEST_CASE("[inv9] creases whose sharpness falls along them are proven, by Chaikin's method, too") {
+    for (const CreaseMethod method : {CreaseMethod::uniform, CreaseMethod::chaikin})
+        for (const float low : {0.05f, 0.1f, 0.7f, 1.2f}) {
+            CAPTURE(low);
+            ControlMeshData data = test::grid(6);
+            data.crease_method = method;
+            for (std::size_t v = 0; v < data.positions.size(); ++v)
+                data.positions[v].z = std::sin(6 + 5 * static_cast<double>(v));
+            for (std::uint32_t v = 21; v < 27; ++v) data.creases.push_back({v, v + 1, v < 24 ? 2.1f : low});
+            const Tessellation result =
+                tessellate(ControlMesh::build(std::move(data)),
+                           {.scheme = "catmull-clark", .estimator = certified, .tolerance = 3e-4, .measure = true});
+            REQUIRE(result.certified_error);
+            CHECK(result.measured_error->hausdorff <= k_rounding * *result.certified_error);
+        }
+}
+
 TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls as it grows") {
     for (const char* name : k_schemes) {
         const SchemeInfo& scheme = *find_scheme(name);
