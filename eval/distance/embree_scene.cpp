@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 namespace tetrakis::detail {
@@ -75,10 +76,9 @@ void EmbreeScene::build(RTCGeometry geometry, const RunContext& context) {
 }
 
 bool EmbreeScene::Search::offer(std::uint32_t primitive) {
-    const double distance = call(exact, primitive, found.distance);
-    if (distance == found.distance) found.primitive = std::min(found.primitive, primitive);
-    if (!(distance < found.distance)) return false;
-    found = {primitive, distance};
+    const double offered = call(exact, primitive, distance);
+    if (!(offered < distance)) return false;
+    distance = offered;
     return true;
 }
 
@@ -89,7 +89,7 @@ float EmbreeScene::Search::radius() const {
     constexpr double k_inflation = 0x1p-20;
     // The square must not underflow to zero, or a primitive that touches the point would be culled.
     constexpr double k_smallest = 0x1p-60;
-    const double radius = (found.distance * scale + slack) * (1 + k_inflation);
+    const double radius = (distance * scale + slack) * (1 + k_inflation);
     return radius < std::numeric_limits<float>::max() ? round_up(std::max(radius, k_smallest))
                                                       : std::numeric_limits<float>::infinity();
 }

@@ -11,7 +11,6 @@
 #include <atomic>
 #include <cstdint>
 #include <exception>
-#include <limits>
 #include <memory>
 #include <type_traits>
 
@@ -21,13 +20,6 @@ namespace tetrakis::detail {
 /// into Errors.
 class EmbreeScene {
   public:
-    struct Nearest {
-        static constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
-        std::uint32_t primitive = k_none;
-        double distance = std::numeric_limits<double>::infinity();
-        bool found() const { return primitive != k_none; }
-    };
-
     /// @param max_memory_bytes  what Embree may allocate for this scene; 0: no limit
     EmbreeScene(RTCSceneFlags flags, std::uint64_t max_memory_bytes);
     ~EmbreeScene();
@@ -41,26 +33,24 @@ class EmbreeScene {
     /// @throws Error memory_limit, cancelled, or invalid_input with Embree's reason; whatever context.progress throws
     void build(RTCGeometry geometry, const RunContext& context);
 
-    /// The nearest primitive within max_distance (inclusive), among equals the lowest number. Embree finds candidates
-    /// in float, with radii rounded outward, so that none is missed; the distances compared are the caller's.
+    /// The distance of the nearest primitive, or max_distance where none is nearer. Embree finds candidates in float,
+    /// with radii rounded outward, so that none is missed, equal ones neither; the distances compared are the caller's.
     /// Thread-safe.
     /// @param frame     of the geometry's coordinates
     /// @param count     primitives
-    /// @param rounding  what the geometry's rounding to float may move, as a share of the query point's local
-    /// coordinates
+    /// @param rounding  what the geometry's rounding to float may move, as a share of the point's local coordinates
     /// @param exact     double exact(primitive, best): its distance from `point`; may be any larger number where it
     ///                  exceeds `best`. What it throws ends the search and is thrown from here
     template <class Exact>
-    Nearest nearest(const LocalFrame& frame, std::uint32_t count, double rounding, const Vec3d& point,
-                    double max_distance, Exact&& exact) const {
-        Search search{{Nearest::k_none, max_distance},
-                      const_cast<void*>(static_cast<const void*>(std::addressof(exact))),
+    double nearest(const LocalFrame& frame, std::uint32_t count, double rounding, const Vec3d& point,
+                   double max_distance, Exact&& exact) const {
+        Search search{max_distance, const_cast<void*>(static_cast<const void*>(std::addressof(exact))),
                       [](void* f, std::uint32_t primitive, double best) -> double {
                           return (*static_cast<std::remove_reference_t<Exact>*>(f))(primitive, best);
                       },
                       frame.scale};
         run(search, frame.to_local(point), count, rounding);
-        return search.found;
+        return search.distance;
     }
 
     /// Bytes that Embree holds now (the caller's shared buffers not included).
@@ -68,7 +58,7 @@ class EmbreeScene {
 
   private:
     struct Search {
-        Nearest found;  ///< the best so far
+        double distance;  ///< the least so far
         void* exact;
         double (*call)(void*, std::uint32_t, double);
         double scale;      ///< of the local frame

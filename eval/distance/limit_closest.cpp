@@ -275,7 +275,7 @@ double LimitClosest<Patches>::global(const Vec3d& q, double best) const {
                             roots.shape, smooth, q, [&](double x, double y) { return patches_.frame(root, x, y); },
                             [&](double x, double y) { return roots.position(root, cell, x, y); }));
     };
-    return boxes_->scene.nearest(boxes_->frame, roots.count(), 0, q, best, exact).distance;
+    return boxes_->scene.nearest(boxes_->frame, roots.count(), 0, q, best, exact);
 }
 
 template class LimitClosest<QuadPatches>;

@@ -25,7 +25,7 @@ namespace {
 
 // Rounding to float moves a local coordinate c by at most 2^-24 |c|. Of a box at the distance d from a point whose
 // coordinates are at most r, the sides that the distance is taken to have coordinates of at most r + d: rounding moves
-// it by sqrt(3) 2^-24 r, and by a share of d that search_radius() allows for.
+// it by sqrt(3) 2^-24 r, and by a share of d that EmbreeScene's radii allow for.
 constexpr double k_vertex_rounding = 1.7320508075688774 * 0x1p-24;
 
 // Points that one task looks up, and points between two progress reports.

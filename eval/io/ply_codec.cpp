@@ -225,7 +225,7 @@ class PlyDecoder {
     /// That a number takes at least; in text a digit and a blank.
     std::uint64_t least_bytes(const PlyType& type) const { return format_ == Format::text ? 2 : type.size; }
 
-    /// Checked against what is left of the file.
+    /// The rest of the file has to be long enough for it.
     std::uint64_t list_count(const PlyProperty& property) {
         const double number = next(*property.count_type);
         if (!(number >= 0) || number != std::floor(number)) reject("the count of a list is no count");

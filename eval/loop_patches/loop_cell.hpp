@@ -78,7 +78,7 @@ class LoopStarChain {
     float reach_ = 0;
 };
 
-/// A cell by the rings of its corners: what is left when it is neither regular nor a star.
+/// A cell that is neither regular nor a star, by the rings of its corners.
 struct LoopRings {
     std::array<CornerRing, 3> corner;
 

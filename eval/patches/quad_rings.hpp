@@ -10,8 +10,8 @@ namespace tetrakis::detail {
 
 struct QuadNode;
 
-/// A cell of Catmull-Clark by the rings of its corners, (0,0) (1,0) (1,1) (0,1): what is left when it is neither a
-/// regular patch nor a star.
+/// A cell of Catmull-Clark that is neither a regular patch nor a star, by the rings of its corners: (0,0) (1,0) (1,1)
+/// (0,1).
 struct QuadRings {
     std::array<CornerRing, 4> corner;
 

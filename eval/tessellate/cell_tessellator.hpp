@@ -134,7 +134,7 @@ class CellTessellator : public TessellationRun {
     /// @param normals  (canonical sites, receives their limit normals)
     SideNormals normals_from_inside(std::function<void(std::span<const Site>, std::span<Vec3d>)> normals) const {
         return [this, normals = std::move(normals)](std::span<const std::uint64_t> corners, std::span<Vec3d> out) {
-            // 2^-8 of a triangle: what is left of its bend after continuing is below a thousandth of it.
+            // At 2^-8 of a triangle: continued from there, a normal is off by less than a thousandth of the bend.
             constexpr int k_finer = 8, k_least = 3;
             std::vector<Site> sites;
             std::vector<std::size_t> place;
