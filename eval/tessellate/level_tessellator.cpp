@@ -1,13 +1,14 @@
 #include "../../hier/mesh/mesh_split.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../distance/triangle_bvh.hpp"
 #include "../surface/local_frame.hpp"
 #include "measure.hpp"
 #include "tessellate_run.hpp"
 
 #include <algorithm>
 #include <numeric>
+#include <span>
+#include <string>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -46,24 +47,23 @@ class LevelTessellator final : public TessellationRun {
         std::vector<std::string> warnings;
     };
 
-    /// Level by level until one is within the tolerance; most of the others are ruled out by the next one's vertices.
+    /// Level by level until one is within the tolerance, or the next one would be too much.
     void refine() override {
-        Level next = make(marked_, options_.min_level, options_.normals);
         for (int level = options_.min_level;; ++level) {
+            Level next = make(level);
+            left_over_ = level != options_.min_level && options_.max_triangles != 0 &&
+                         next.mesh.triangles.size() > options_.max_triangles;
+            if (left_over_) break;
             take(std::move(next), level);
-            const bool is_last = level == options_.max_level;
-            if (options_.tolerance) check_coarsest();
-            if (!is_last) next = make(marked_, level + 1, options_.normals);
             if (options_.tolerance) {
+                check_coarsest();
                 Stopwatch watch;
-                const bool within = (is_last || is_within_aim_of(next)) && is_within_aim();
+                measure();
                 estimate_seconds_ += watch.lap();
-                if (within) break;
+                if (result_.measured_error->hausdorff <= off_above_) break;
             }
-            left_over_ = is_last ? options_.tolerance.has_value() : is_too_much(next);
-            if (!is_last && !left_over_) continue;
-            if (options_.tolerance) measure();  // for the errors of its triangles
-            break;
+            left_over_ = level == options_.max_level && options_.tolerance;
+            if (level == options_.max_level) break;
         }
         if (!options_.measure) result_.measured_error.reset();
     }
@@ -72,29 +72,16 @@ class LevelTessellator final : public TessellationRun {
     bool left_over() const override { return left_over_; }
     void add_attributes() override { split_creases(); }
 
-    /// Whether such a distance, or measured error, leaves nothing to refine.
-    bool is_near(double distance) const { return distance <= off_above_; }
-    bool is_within_aim() {
-        measure();
-        return is_near(result_.measured_error->hausdorff);
-    }
-    /// The vertices of a level lie on the limit surface, so that none may be farther away.
-    bool is_within_aim_of(const Level& level) const {
-        if (result_.mesh.triangles.empty()) return true;
-        std::vector<ClosestPoint> nearest(level.mesh.positions.size());
-        TriangleBvh(result_.mesh, context_).closest(level.mesh.positions, nearest, context_);
-        return std::ranges::all_of(nearest, [&](const ClosestPoint& point) { return is_near(point.distance); });
-    }
-    bool is_too_much(const Level& level) const {
-        return options_.max_triangles != 0 && level.mesh.triangles.size() > options_.max_triangles;
+    PolygonMesh points(const ControlMesh& mesh, int level, bool limit, bool normals = false) const {
+        return tetrakis::refine(mesh, options_.scheme.info(), level,
+                                {.rules = options_.rules, .limit = limit, .normals = normals, .context = context_});
     }
 
     /// A level on the limit surface, its faces cut into triangles.
-    Level make(const ControlMesh& mesh, int level, bool normals) const {
+    Level make(int level) const {
         context_.report("refine", 0);
-        PolygonMesh from =
-            tetrakis::refine(mesh, options_.scheme.info(), level,
-                             {.rules = options_.rules, .limit = true, .normals = normals, .context = context_});
+        const bool normals = options_.normals;
+        PolygonMesh from = points(marked_, level, true, normals);
         Level result;
         result.warnings = std::move(from.warnings);
         result.mesh.normals = std::move(from.normals);
@@ -147,7 +134,8 @@ class LevelTessellator final : public TessellationRun {
                 if (std::ranges::count(result_.warnings, warning) == 0) result_.warnings.push_back(std::move(warning));
     }
 
-    /// Against the mesh of a level some steps further, each of which has about four times as many triangles.
+    /// Against a level further on, its faces as fans. Centers of honeycomb's faces lie on the surface, as the corners'
+    /// mean stays; elsewhere it is the mean of points of the surface, and a level more makes up for that.
     void measure() override {
         if (result_.measured_error) return;
         const std::size_t count = result_.mesh.triangles.size();
@@ -155,11 +143,34 @@ class LevelTessellator final : public TessellationRun {
             result_.measured_error.emplace();
             return;
         }
-        const int steps = reference_bits(count, 0);
-        check_reference_memory(std::uint64_t{count} << 2 * steps, context_);
+        const bool has_centers = options_.scheme.info().family == MeshFamily::hexagons;
+        const int steps = std::max(1, reference_bits(count, 0) - (has_centers ? 1 : 0));
+        check_reference_memory(std::uint64_t{3} * count << (2 * steps - 1), context_);
         context_.report("measure", 0);
-        const Level reference = make(without_uvs_, result_.deepest_level + steps, false);
-        measure_triangles(reference.mesh, result_, options_.measure_samples / 2, context_);
+        const int level = result_.deepest_level + steps;
+        const PolygonMesh limits = points(without_uvs_, level, true);
+        std::vector<Vec3d> net;
+        if (has_centers) net = points(without_uvs_, level, false).positions;
+        measure_triangles(fans(limits, has_centers ? net : limits.positions), result_, options_.measure_samples / 2,
+                          context_);
+    }
+    static TriangleMesh fans(const PolygonMesh& faces, const std::vector<Vec3d>& around) {
+        TriangleMesh mesh;
+        mesh.positions = faces.positions;
+        mesh.triangles.reserve(faces.face_vertices.size());
+        for (std::uint32_t f = 0; f < faces.face_count(); ++f) {
+            const std::span corners =
+                std::span(faces.face_vertices)
+                    .subspan(faces.face_offsets[f], faces.face_offsets[f + 1] - faces.face_offsets[f]);
+            const auto center = static_cast<std::uint32_t>(mesh.positions.size());
+            Vec3d sum(0);
+            for (std::size_t k = 0; k < corners.size(); ++k) {
+                sum += around[corners[k]];
+                mesh.triangles.push_back({corners[k], corners[(k + 1) % corners.size()], center});
+            }
+            mesh.positions.push_back(sum / static_cast<double>(corners.size()));
+        }
+        return mesh;
     }
 
     ControlMesh marked_, without_uvs_;

@@ -89,7 +89,6 @@ extern constinit const SchemeInfo honeycomb_scheme{
     .generation = "1",
     .lattice = FanLattice::dual,
     .rings = 1,
-    .rule_rings = 2,
     .step = honeycomb_step,
     .closed_masks = honeycomb_closed_masks,
     .notes = "any polygons; boundary and crease as cubic B-spline",
