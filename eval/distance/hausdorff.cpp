@@ -41,6 +41,10 @@ struct BlockResult {
     std::uint64_t samples = 0;
     Worst worst;
     std::vector<float> triangle_max;  // of the triangles touched
+    void add(double weight, double distance) {
+        sum += weight * distance;
+        sum_of_squares += weight * distance * distance;
+    }
 };
 
 // Barycentric weights of a point at fraction s of side k (corner k to corner k + 1).
@@ -68,7 +72,7 @@ class Sampler {
         }
         std::vector<Worst> worst;
         sample_vertices(result, worst, context);
-        sample_triangles(result, worst, context);
+        if (!options_.vertices_alone) sample_triangles(result, worst, context);
         climb(result, worst);
         if (plan_.area > 0) {
             result.mean /= plan_.area;
@@ -92,6 +96,13 @@ class Sampler {
         return nearest.distance;
     }
 
+    static void take(const BlockResult& block, DirectedDistance& result, std::vector<Worst>& worst) {
+        result.mean += block.sum;
+        result.rms += block.sum_of_squares;
+        result.samples += block.samples;
+        worst.push_back(block.worst);
+    }
+
     void sample_vertices(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
         // A triangle and corner for each vertex, so that the worst vertex is known as a point of a triangle.
         std::vector<std::uint64_t> corner_of(mesh_.positions.size(), k_unused);
@@ -99,6 +110,9 @@ class Sampler {
             for (int k = 0; k < 3; ++k) corner_of[mesh_.triangles[t][k]] = 3 * t + k;
         const auto count = static_cast<std::uint32_t>(mesh_.positions.size());
         std::vector<float> vertex_distance(options_.per_triangle ? count : 0);
+        std::vector<double> weight(options_.vertices_alone ? count : 0);
+        for (std::uint32_t t = 0; t < mesh_.triangles.size() && options_.vertices_alone; ++t)
+            for (const std::uint32_t v : mesh_.triangles[t]) weight[v] += Corners(mesh_, t).area() / 3;
         const std::uint32_t blocks = (count + k_vertex_grain - 1) / k_vertex_grain;
         std::vector<BlockResult> results(blocks);
         for_each_reported(blocks, 1, context, "measure", 0, 0.2, [&](std::uint32_t b) {
@@ -108,15 +122,14 @@ class Sampler {
                 if (corner_of[v] == k_unused) continue;
                 const double distance = distance_of(mesh_.positions[v], walker);
                 if (!vertex_distance.empty()) vertex_distance[v] = detail::round_up(distance);
+                if (!weight.empty()) out.add(weight[v], distance);
                 ++out.samples;
                 out.worst.offer(distance, static_cast<std::uint32_t>(corner_of[v] / 3),
                                 on_side(static_cast<int>(corner_of[v] % 3), 0), mesh_.positions[v]);
             }
         });
-        for (const BlockResult& block : results) {
-            result.samples += block.samples;
-            if (block.samples > 0) worst.push_back(block.worst);
-        }
+        for (const BlockResult& block : results)
+            if (block.samples > 0) take(block, result, worst);
         if (!vertex_distance.empty())
             for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
                 for (const std::uint32_t v : mesh_.triangles[t])
@@ -129,10 +142,7 @@ class Sampler {
                           [&](std::uint32_t b) { results[b] = sample_block(plan_.blocks[b]); });
         for (std::size_t b = 0; b < results.size(); ++b) {
             const BlockResult& block = results[b];
-            result.mean += block.sum;
-            result.rms += block.sum_of_squares;
-            result.samples += block.samples;
-            worst.push_back(block.worst);
+            take(block, result, worst);
             for (std::size_t i = 0; i < block.triangle_max.size(); ++i) {
                 float& largest = result.triangle_max[plan_.blocks[b].first_triangle + i];
                 largest = std::max(largest, block.triangle_max[i]);
@@ -161,10 +171,9 @@ class Sampler {
             };
             for (std::uint64_t k = first; k < end; ++k) {
                 const double distance = measure(detail::inside_sample(k, rows));
-                out.sum += weight * distance;
-                out.sum_of_squares += weight * distance * distance;
+                out.add(weight, distance);
             }
-            if (first == 0 && options_.edges) {
+            if (first == 0) {
                 const std::uint32_t on_edge = detail::edge_sample_count(rows);
                 const auto& corner = mesh_.triangles[t];
                 for (int side = 0; side < 3; ++side) {

@@ -30,7 +30,9 @@ struct SamplingOptions {
     /// hang on where the samples happen to lie.
     std::uint32_t climbs = 32;
     bool per_triangle = false;  ///< also give the largest distance of each triangle, of both meshes
-    bool edges = true;  ///< false: vertices and insides alone, for meshes finer than what they are measured against
+    /// For meshes whose vertices are points of a surface, and which are finer than what they are measured against. Mean
+    /// and RMS weigh a vertex by a third of its triangles' area.
+    bool vertices_alone = false;
 };
 
 /// Distances from the points of one mesh to another.

@@ -81,7 +81,7 @@ void measure_triangles(const TriangleMesh& reference, Tessellation& result, std:
     SamplingOptions sampling{.samples = samples, .per_triangle = true};
     const DirectedDistance backward =
         directed_distance(result.mesh, TriangleBvh(reference, context), sampling, context);
-    sampling.edges = false;
+    sampling.vertices_alone = true;
     const DirectedDistance forward = directed_distance(reference, TriangleBvh(result.mesh, context), sampling, context);
     result.measured_error = measured_error(forward, backward);
     result.triangle_error.resize(result.mesh.triangles.size());

@@ -266,25 +266,27 @@ TEST_CASE("[inv10] the thread count changes no byte of a comparison") {
     }
 }
 
-TEST_CASE("distances count for the triangles that they are nearest to, whether edges are sampled or not") {
+TEST_CASE(
+    "distances count for the triangles that they are nearest to, whether triangles are sampled or vertices alone") {
     const TriangleMesh fine = shapes::sphere(60, 120, Vec3d(0), 1.0), coarse = shapes::sphere(12, 24, Vec3d(0), 1.0);
     const TriangleBvh to_coarse(coarse);
     SamplingOptions options{.samples = 1000, .climbs = 0, .per_triangle = true};
     const DirectedDistance whole = directed_distance(fine, to_coarse, options);
-    options.edges = false;
-    const DirectedDistance inside = directed_distance(fine, to_coarse, options);
-    // All vertices but the poles' neighbours have six edges: three samples of five or six are on edges.
-    CHECK(inside.samples < 0.5 * static_cast<double>(whole.samples));
-    CHECK(inside.max <= whole.max);
-    CHECK(inside.max > 0.97 * whole.max);
-    REQUIRE(inside.nearest_max.size() == coarse.triangles.size());
-    CHECK(*std::ranges::max_element(inside.nearest_max) == *std::ranges::max_element(inside.triangle_max));
+    options.vertices_alone = true;
+    const DirectedDistance vertices = directed_distance(fine, to_coarse, options);
+    CHECK(vertices.samples == fine.positions.size());
+    CHECK(vertices.mean == doctest::Approx(whole.mean).epsilon(0.02));
+    CHECK(vertices.rms == doctest::Approx(whole.rms).epsilon(0.02));
+    CHECK(vertices.max <= whole.max);
+    CHECK(vertices.max > 0.97 * whole.max);
+    REQUIRE(vertices.nearest_max.size() == coarse.triangles.size());
+    CHECK(*std::ranges::max_element(vertices.nearest_max) == *std::ranges::max_element(vertices.triangle_max));
     // Each triangle is nearest to the piece of the sphere above it.
     for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
         const auto& [a, b, c] = coarse.triangles[t];
         const Vec3d centre = (coarse.positions[a] + coarse.positions[b] + coarse.positions[c]) / 3.0;
         const double above = 1 - glm::length(centre);
-        CHECK(whole.nearest_max[t] >= inside.nearest_max[t]);
+        CHECK(whole.nearest_max[t] >= vertices.nearest_max[t]);
         CHECK(whole.nearest_max[t] > 0.9 * above);
         CHECK(whole.nearest_max[t] < 2 * above + 1e-3);
     }
