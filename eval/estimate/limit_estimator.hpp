@@ -14,8 +14,9 @@ namespace tetrakis {
 namespace detail {
 
 /// What limit points one and two levels further down see is at least this share of the error: the surface may be
-/// farther between them, by a sixteenth where it is smooth.
-inline constexpr double k_seen = 0.94;
+/// farther between them, by a sixteenth where it is smooth and by a tenth where faces are five times narrower than
+/// their neighbours (Kobbelt's scheme on Suzanne).
+inline constexpr double k_seen = 0.9;
 
 /// The errors of faces' fans (eval/README.md) over a surface that is known by its limit points, as LimitEstimator finds
 /// those of triangles: limit points over all of the face to the nearest triangle of its fan, and back; hard edges to
