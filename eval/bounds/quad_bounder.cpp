@@ -197,17 +197,17 @@ void QuadBounder::bound_regular(const PathCell& cell, const Piece& piece, const 
         bound_strips(cell, at, edge);
     else
         bound_part(*cell.net, at, {corners[1], corners[2], corners[0]}, edge,
-                   weights[piece.quarter][static_cast<std::size_t>(piece.turn)]);
+                   &weights[piece.quarter][static_cast<std::size_t>(piece.turn)]);
 }
 
 void QuadBounder::bound_part(const detail::Net16& net, const std::array<Vec2d, 3>& at, const Corners& corners,
-                             const Edges& edge, const detail::SexticWeights& weights) {
+                             const Edges& edge, const detail::SexticWeights* weights) {
     // Most pieces need no more.
     if (settled(detail::bicubic_deviation(net, at) + corner_error(corners, edge) + pad_)) return;
     detail::Net16 local;
     for (int y = -1; y <= 2; ++y)
         for (int x = -1; x <= 2; ++x) local.set(x, y, face_.local(net.at(x, y)));
-    bound_patch(detail::bicubic_over(local, weights), edge);
+    bound_patch(detail::bicubic_over(local, weights != nullptr ? *weights : detail::sextic_weights(at)), edge);
 }
 
 void QuadBounder::bound_strips(const PathCell& cell, const std::array<Vec2d, 3>& piece, const Edges& edges) {
@@ -228,7 +228,7 @@ void QuadBounder::bound_strips(const PathCell& cell, const std::array<Vec2d, 3>&
                     at[k][axis] = far ? 1 - across : across;
                     corners[k] = face_.local(regular_position(strip.net, {}, at[k].x, at[k].y));
                 }
-                bound_part(strip.net, at, corners, edge, detail::sextic_weights(at));
+                bound_part(strip.net, at, corners, edge);
             });
     }
 }

@@ -84,9 +84,9 @@ class QuadBounder : private detail::PatchBounder<> {
     void bound_strips(const detail::PathCell& cell, const std::array<Vec2d, 3>& at, const Edges& edge);
     /// @param at       a triangle in the net's parameters
     /// @param corners  the surface at its corners, in the triangle's frame
-    /// @param weights  of `at`
+    /// @param weights  of `at`, where someone has them
     void bound_part(const detail::Net16& net, const std::array<Vec2d, 3>& at, const Corners& corners, const Edges& edge,
-                    const detail::SexticWeights& weights);
+                    const detail::SexticWeights* weights = nullptr);
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
     /// @param may_split  as hull_error() has it
     double irregular_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners,
