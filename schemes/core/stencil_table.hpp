@@ -24,15 +24,16 @@ struct StencilRow {
     /// Puts points in increasing order, each once: its weights are summed in the order in which they were added, and it
     /// is left out where that gives 0.
     void gather() {
-        // Most rows are sums of a few that are in order; more runs are sooner sorted than merged.
-        constexpr std::size_t k_few_runs = 16;
         auto& t = terms;
-        std::size_t runs = 1;
-        for (std::size_t i = 1; i < t.size(); ++i) runs += t[i].first <= t[i - 1].first ? 1 : 0;
-        if (runs > k_few_runs)
-            std::stable_sort(t.begin(), t.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-        else if (runs > 1)
-            merge_runs();
+        const auto before = [](const auto& l, const auto& r) { return l.first < r.first; };
+        constexpr std::size_t k_short = 64;
+        if (t.size() > k_short) std::stable_sort(t.begin(), t.end(), before);
+        for (std::size_t i = 1; i < t.size() && t.size() <= k_short; ++i) {
+            const auto term = t[i];
+            std::size_t at = i;
+            for (; at > 0 && before(term, t[at - 1]); --at) t[at] = t[at - 1];
+            t[at] = term;
+        }
         std::size_t kept = 0;
         for (std::size_t i = 0; i < t.size();) {
             double weight = 0;
@@ -41,35 +42,6 @@ struct StencilRow {
             if (weight != 0) t[kept++] = {point, weight};
         }
         t.shorten(kept);
-    }
-
-  private:
-    /// One run after the other, into the sum of those before it at the front.
-    void merge_runs() {
-        std::pair<int, double>* const t = terms.data();
-        const std::size_t size = terms.size();
-        const auto end_of_run = [&](std::size_t i) {
-            for (++i; i < size && t[i - 1].first < t[i].first;) ++i;
-            return i;
-        };
-        ShortList<std::pair<int, double>, 64> sum;
-        std::size_t kept = end_of_run(0);
-        for (std::size_t at = kept; at < size;) {
-            const std::size_t end = end_of_run(at);
-            sum.assign(t, kept);
-            kept = 0;
-            auto before = sum.begin();
-            while (before != sum.end() && at < end) {
-                const auto [p, weight] = *before;
-                const auto [q, next] = t[at];
-                t[kept++] = p < q ? *before : std::pair(q, p == q ? weight + next : next);
-                before += p <= q ? 1 : 0;
-                at += q <= p ? 1 : 0;
-            }
-            kept = static_cast<std::size_t>(std::copy(before, sum.end(), t + kept) - t);
-            for (; at < end; ++at) t[kept++] = t[at];
-        }
-        terms.shorten(kept);
     }
 };
 
