@@ -19,7 +19,8 @@ namespace {
 /// @param reaches   reaches(leaf): whether they have
 /// @param estimate  estimate(leaves, errors)
 template <class Leaf, class Reaches, class Estimate>
-void estimate_reached(std::span<const Leaf> leaves, std::span<double> errors, Reaches&& reaches, Estimate&& estimate) {
+void estimate_reached(const SchemeInfo& scheme, std::span<const Leaf> leaves, std::span<double> errors,
+                      Reaches&& reaches, Estimate&& estimate) {
     std::vector<Leaf> reached;
     std::vector<std::size_t> place;
     for (std::size_t i = 0; i < leaves.size(); ++i) {
@@ -30,17 +31,18 @@ void estimate_reached(std::span<const Leaf> leaves, std::span<double> errors, Re
     }
     std::vector<double> seen(reached.size());
     estimate(std::span<const Leaf>(reached), std::span<double>(seen));
-    for (std::size_t i = 0; i < seen.size(); ++i) errors[place[i]] = seen[i] / detail::k_seen;
+    for (std::size_t i = 0; i < seen.size(); ++i) errors[place[i]] = seen[i] / detail::seen_share(scheme);
 }
 
 }  // namespace
 
 HierarchyEstimator::HierarchyEstimator(const Hierarchy& hierarchy, double tolerance)
-    : hierarchy_(hierarchy), aim_(detail::k_seen * tolerance) {}
+    : hierarchy_(hierarchy), aim_(detail::seen_share(hierarchy.scheme()) * tolerance) {}
 
 void HierarchyEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
     estimate_reached(
-        triangles, errors, [](const CellTriangle& t) { return t.level + detail::k_limit_lattice_bits <= k_max_level; },
+        hierarchy_.scheme(), triangles, errors,
+        [](const CellTriangle& t) { return t.level + detail::k_limit_lattice_bits <= k_max_level; },
         [&](std::span<const CellTriangle> reached, std::span<double> seen) {
             if (hierarchy_.family() == "triangles")
                 LimitEstimator<LoopFamily>(hierarchy_, aim_).estimate(reached, seen);
@@ -52,7 +54,7 @@ void HierarchyEstimator::estimate(std::span<const CellTriangle> triangles, std::
 void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const {
     const int deepest = Sqrt3Lattice::max_level(hierarchy_.mesh()) - detail::k_sqrt3_error_steps;
     estimate_reached(
-        triangles, errors, [&](const Sqrt3Triangle& leaf) { return leaf.level <= deepest; },
+        hierarchy_.scheme(), triangles, errors, [&](const Sqrt3Triangle& leaf) { return leaf.level <= deepest; },
         [&](std::span<const Sqrt3Triangle> reached, std::span<double> seen) {
             const std::vector<double> found = detail::sqrt3_leaf_errors(hierarchy_, Sqrt3Lattice(hierarchy_.mesh()),
                                                                         reached, decide_at(), [](double) {});
@@ -63,7 +65,7 @@ void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles
 void HierarchyEstimator::estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,
                                            std::span<double> errors) const {
     estimate_reached(
-        leaves, errors,
+        hierarchy_.scheme(), leaves, errors,
         [&](LeafId leaf) {
             return forest.level(leaf) + detail::DualLeafErrors::k_bits <= k_max_level &&
                    forest.roots().hole[forest.cell(leaf).root] == 0;

@@ -14,9 +14,9 @@ namespace tetrakis {
 namespace detail {
 
 /// What limit points one and two levels further down see is at least this share of the error: the surface may be
-/// farther between them, by a sixteenth where it is smooth and by a tenth where faces are five times narrower than
-/// their neighbours (Kobbelt's scheme on Suzanne).
-inline constexpr double k_seen = 0.9;
+/// farther between them, by a sixteenth where it is smooth; of interpolating schemes by a tenth, where faces are five
+/// times narrower than their neighbours (Kobbelt's on Suzanne).
+inline double seen_share(const SchemeInfo& scheme) { return scheme.interpolating && !scheme.is_linear() ? 0.9 : 0.94; }
 
 /// The errors of faces' fans (eval/README.md) over a surface that is known by its limit points, as LimitEstimator finds
 /// those of triangles: limit points over all of the face to the nearest triangle of its fan, and back; hard edges to

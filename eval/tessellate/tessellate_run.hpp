@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -67,10 +68,13 @@ class TessellationRun {
     Tessellation run();
 
   protected:
-    /// @param aim  share of the tolerance that errors by samples aim at
+    /// @param aim  share of the tolerance that errors by samples aim at; unless it is what limit points see
     TessellationRun(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
-                    double aim = k_seen)
-        : mesh_(mesh), options_(options), context_(context), sampled_aim_(aim) {}
+                    std::optional<double> aim = {})
+        : mesh_(mesh),
+          options_(options),
+          context_(context),
+          sampled_aim_(aim.value_or(seen_share(options.scheme.info()))) {}
     bool certified() const { return options_.estimator == EstimatorKind::certified; }
 
     /// What refining needs. tolerance_ and aim_ are known.
