@@ -32,7 +32,59 @@ std::vector<std::array<std::uint32_t, 2>> boundary_neighbours(const DualFaces& f
     return beside;
 }
 
+/// How far the surface over a vertex's cell is from the triangles around it, and along the boundary from the mesh's.
+/// @param leaf    the vertex, or one of its sides where it is on a crease
+/// @param points  limit points of the cells below it
+double leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
+                  std::uint32_t vertex, LeafId leaf, std::span<const Vec3d> points) {
+    const std::uint32_t begin = mesh.around_begin[vertex], count = mesh.around_begin[vertex + std::size_t{1}] - begin;
+    double most = 0;
+    for (std::uint32_t nearest = 0; const Vec3d& p : points) {
+        double squared = std::numeric_limits<double>::infinity();
+        // A point that a triangle is near enough to does not raise the error, however near the others are; the next
+        // point mostly is near the same one.
+        const std::uint32_t first = nearest;
+        for (std::uint32_t i = 0; squared > most && i < count; ++i) {
+            const std::uint32_t at = (first + i) % count;
+            const auto t = mesh.triangle(mesh.around[begin + at]);
+            const double found =
+                nearest_on_triangle(p, positions[t[0]], positions[t[1]], positions[t[2]]).squared_distance;
+            if (!(found < squared)) continue;
+            squared = found;
+            nearest = at;
+        }
+        most = std::max(most, squared);
+    }
+    double error = std::sqrt(most);
+    // Sides where the surface ends: the points along them, to the mesh's boundary.
+    const std::uint32_t side = 1u << DualLeafErrors::k_bits;
+    const auto point = [&](std::uint32_t x, std::uint32_t y) { return points[std::size_t{y} * side + x]; };
+    for (int s = 0; s < 4; ++s) {
+        if (forest.neighbours(leaf, s)[0].valid() || forest.across_crease(leaf, s).valid()) continue;
+        for (std::uint32_t i = 0; i < side; ++i) {
+            const Vec3d p = s == 0   ? point(i, 0)
+                            : s == 1 ? point(side - 1, i)
+                            : s == 2 ? point(i, side - 1)
+                                     : point(0, i);
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const std::uint32_t w : mesh.beside[vertex])
+                nearest = std::min(nearest, segment_distance(p, positions[vertex], positions[w]));
+            error = std::max(error, nearest);
+        }
+    }
+    return error;
+}
+
 }  // namespace
+
+void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells) {
+    const std::uint32_t side = 1u << bits;
+    for (std::uint32_t y = 0; y < side; ++y)
+        for (std::uint32_t x = 0; x < side; ++x)
+            cells.push_back({cell.root,
+                             {(cell.at.x << bits) + x, (cell.at.y << bits) + y},
+                             static_cast<std::uint8_t>(cell.level + bits)});
+}
 
 DualTriangles dual_triangles(const VertexForest& forest) {
     DualTriangles mesh;
@@ -55,55 +107,6 @@ DualTriangles dual_triangles(const VertexForest& forest) {
     cut_into_triangles(faces);
     mesh.beside = boundary_neighbours(faces, vertices);
     return mesh;
-}
-
-void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells) {
-    const std::uint32_t side = 1u << bits;
-    for (std::uint32_t y = 0; y < side; ++y)
-        for (std::uint32_t x = 0; x < side; ++x)
-            cells.push_back({cell.root,
-                             {(cell.at.x << bits) + x, (cell.at.y << bits) + y},
-                             static_cast<std::uint8_t>(cell.level + bits)});
-}
-
-double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points, double at_least) {
-    const std::uint32_t begin = mesh.around_begin[vertex], count = mesh.around_begin[vertex + std::size_t{1}] - begin;
-    double most = at_least * at_least;
-    for (std::uint32_t nearest = 0; const Vec3d& p : points) {
-        double squared = std::numeric_limits<double>::infinity();
-        // A point that a triangle is near enough to does not raise the error, however near the others are; the next
-        // point mostly is near the same one.
-        const std::uint32_t first = nearest;
-        for (std::uint32_t i = 0; squared > most && i < count; ++i) {
-            const std::uint32_t at = (first + i) % count;
-            const auto t = mesh.triangle(mesh.around[begin + at]);
-            const double found =
-                nearest_on_triangle(p, positions[t[0]], positions[t[1]], positions[t[2]]).squared_distance;
-            if (!(found < squared)) continue;
-            squared = found;
-            nearest = at;
-        }
-        most = std::max(most, squared);
-    }
-    double error = std::max(at_least, std::sqrt(most));
-    // Sides where the surface ends: the points along them, to the mesh's boundary.
-    const std::uint32_t side = 1u << bits;
-    const auto point = [&](std::uint32_t x, std::uint32_t y) { return points[std::size_t{y} * side + x]; };
-    for (int s = 0; s < 4; ++s) {
-        if (forest.neighbours(leaf, s)[0].valid() || forest.across_crease(leaf, s).valid()) continue;
-        for (std::uint32_t i = 0; i < side; ++i) {
-            const Vec3d p = s == 0   ? point(i, 0)
-                            : s == 1 ? point(side - 1, i)
-                            : s == 2 ? point(i, side - 1)
-                                     : point(0, i);
-            double nearest = std::numeric_limits<double>::infinity();
-            for (const std::uint32_t w : mesh.beside[vertex])
-                nearest = std::min(nearest, segment_distance(p, positions[vertex], positions[w]));
-            error = std::max(error, nearest);
-        }
-    }
-    return error;
 }
 
 std::vector<DualFaces::LeafOfVertex> DualTriangles::leaves() const {
@@ -145,31 +148,20 @@ std::vector<Vec3d> DualLeafErrors::positions(const VertexForest& forest, const D
 
 std::vector<double> DualLeafErrors::errors(const VertexForest& forest, const DualTriangles& mesh,
                                            std::span<const Vec3d> positions,
-                                           std::span<const DualFaces::LeafOfVertex> asked, double decide_at,
+                                           std::span<const DualFaces::LeafOfVertex> asked,
                                            const std::function<void(double)>& report) {
-    std::vector<double> errors(asked.size(), 0.0);
-    // Raises the errors up to `most` to those by the points of a layer.
-    const auto look = [&](Layer& layer, double most, double from, double to) {
-        std::vector<std::uint32_t> undecided;
-        std::vector<LeafId> leaves;
-        for (std::uint32_t i = 0; i < asked.size(); ++i)
-            if (errors[i] <= most) {
-                undecided.push_back(i);
-                leaves.push_back(asked[i].leaf);
-            }
-        find(layer, forest, leaves, [&](double done) { report(from + (to - from) * done); });
-        constexpr std::uint32_t k_grain = 64;
-        for_each_index(
-            static_cast<std::uint32_t>(undecided.size()),
-            [&](std::uint32_t k) {
-                const auto& [vertex, leaf] = asked[undecided[k]];
-                double& error = errors[undecided[k]];
-                error = dual_leaf_error(forest, mesh, positions, vertex, leaf, layer.bits, layer.of(leaf), error);
-            },
-            k_grain);
-    };
-    look(children_, std::numeric_limits<double>::infinity(), 0, 0.2);
-    look(grandchildren_, decide_at, 0.2, 1);
+    std::vector<LeafId> leaves;
+    for (const auto& [vertex, leaf] : asked) leaves.push_back(leaf);
+    find(below_, forest, leaves, report);
+    std::vector<double> errors(asked.size());
+    constexpr std::uint32_t k_grain = 64;
+    for_each_index(
+        static_cast<std::uint32_t>(asked.size()),
+        [&](std::uint32_t i) {
+            const auto& [vertex, leaf] = asked[i];
+            errors[i] = leaf_error(forest, mesh, positions, vertex, leaf, below_.of(leaf));
+        },
+        k_grain);
     return errors;
 }
 

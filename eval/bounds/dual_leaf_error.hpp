@@ -34,17 +34,8 @@ DualTriangles dual_triangles(const VertexForest& forest);
 /// Appends the cells that a cell has `bits` levels down, row by row.
 void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells);
 
-/// How far the surface over a vertex's cell is from the triangles around it, and along the boundary from the mesh's, by
-/// limit points of the cells below it.
-/// @param positions  of the mesh's vertices: the vertex itself, those of the triangles around it and beside it are used
-/// @param leaf       the vertex, or one of its sides where it is on a crease
-/// @param points     as add_cells_below() orders them
-/// @param at_least   an error that is known: the result is no smaller
-double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points, double at_least = 0);
-
-/// Limit points of a forest's leaves, and of their cells' children and grandchildren, which tell how far the surface is
-/// from the mesh between the leaves. Each is found when it is first needed, in large batches, and kept.
+/// Limit points of a forest's leaves, and of their cells' grandchildren, which tell how far the surface is from the
+/// mesh between the leaves. Each is found when it is first needed, in large batches, and kept.
 class DualLeafErrors {
   public:
     static constexpr int k_bits = 2;  ///< levels below a leaf that are looked at
@@ -57,17 +48,17 @@ class DualLeafErrors {
     std::vector<Vec3d> positions(const VertexForest& forest, const DualTriangles& mesh,
                                  const std::function<void(double)>& report);
     /// Per leaf asked for, how far the surface over its cell is from the triangles around it, and along the boundary
-    /// from the mesh's: by its children where that is above `decide_at`, else by its grandchildren.
+    /// from the mesh's.
     std::vector<double> errors(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                               std::span<const DualFaces::LeafOfVertex> asked, double decide_at,
+                               std::span<const DualFaces::LeafOfVertex> asked,
                                const std::function<void(double)>& report);
 
   private:
     /// Points of leaves' cells `bits` levels down, row by row, `4^bits` each.
     struct Layer {
-        int bits = 0;
-        std::vector<std::uint32_t> place;  ///< by slot: which of them
-        std::vector<Vec3d> points;
+        int bits;
+        std::vector<std::uint32_t> place{};  ///< by slot: which of them
+        std::vector<Vec3d> points{};
         std::size_t each() const { return std::size_t{1} << (2 * bits); }
         std::span<const Vec3d> of(LeafId leaf) const {
             return std::span(points).subspan(place[leaf.value] * each(), each());
@@ -77,7 +68,7 @@ class DualLeafErrors {
               const std::function<void(double)>& report);
 
     Limits limits_;
-    Layer own_{0, {}, {}}, children_{1, {}, {}}, grandchildren_{k_bits, {}, {}};
+    Layer own_{0}, below_{k_bits};
 };
 
 }  // namespace tetrakis::detail

@@ -56,8 +56,8 @@ void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles
     estimate_reached(
         hierarchy_.scheme(), triangles, errors, [&](const Sqrt3Triangle& leaf) { return leaf.level <= deepest; },
         [&](std::span<const Sqrt3Triangle> reached, std::span<double> seen) {
-            const std::vector<double> found = detail::sqrt3_leaf_errors(hierarchy_, Sqrt3Lattice(hierarchy_.mesh()),
-                                                                        reached, decide_at(), [](double) {});
+            const std::vector<double> found =
+                detail::sqrt3_leaf_errors(hierarchy_, Sqrt3Lattice(hierarchy_.mesh()), reached, [](double) {});
             std::copy(found.begin(), found.end(), seen.begin());
         });
 }
@@ -88,7 +88,7 @@ void HierarchyEstimator::estimate_vertices(const VertexForest& forest, std::span
             });
             const auto no_report = [](double) {};
             const std::vector<Vec3d> positions = surface.positions(forest, mesh, no_report);
-            const std::vector<double> found = surface.errors(forest, mesh, positions, asked, decide_at(), no_report);
+            const std::vector<double> found = surface.errors(forest, mesh, positions, asked, no_report);
             for (std::size_t i = 0; i < asked.size(); ++i) seen[place[i]] = found[i];
         });
 }

@@ -20,8 +20,8 @@ namespace tetrakis {
 /// 6 simple steps), which are too small to be off by more than rounding.
 ///
 /// Knows nothing of the leaves' history: one estimator does for any leaves of the hierarchy at any time. Cost: some 20
-/// limit points a leaf, five where the first of them are off already; "vertices": one for each leaf that there is, too,
-/// a call. The same errors for any number of threads.
+/// limit points a leaf; "vertices": one for each leaf that there is, too, a call. The same errors for any number of
+/// threads.
 class HierarchyEstimator final : public ErrorEstimator {
   public:
     /// @param hierarchy  gives the limit points (family "sqrt3": its mesh, by the scheme's rules); outlives the
@@ -43,8 +43,6 @@ class HierarchyEstimator final : public ErrorEstimator {
                            std::span<double> errors) const override;
 
   private:
-    double decide_at() const { return aim_ > 0 ? aim_ : std::numeric_limits<double>::infinity(); }
-
     const Hierarchy& hierarchy_;
     double aim_;  ///< seen errors above it are looked at no closer; 0: none
 };

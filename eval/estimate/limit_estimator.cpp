@@ -23,17 +23,6 @@ using detail::segment_distance;
 namespace {
 
 constexpr std::uint32_t k_grain = 64;
-constexpr int k_middles = 6;  ///< points of the lattice with two intervals a side
-
-/// Visits the points of the finer lattice that the coarser one does not have.
-template <class Visit>
-void for_each_finer_point(Visit&& visit) {
-    for (int row = 0; row <= k_limit_lattice; ++row)
-        for (int i = 0; i <= row; ++i)
-            if (row % 2 != 0 || i % 2 != 0) visit(row, i);
-}
-
-constexpr int k_finer = detail::k_limit_samples - k_middles;
 
 /// How far the surface may be off the triangle where its lattice does not see that an edge or vertex of finite
 /// sharpness s is rounded off, which is within 2^-s of the control mesh's faces there. 0 where it does, and where the
@@ -103,61 +92,23 @@ double LimitEstimator<Family>::of_samples(const CellTriangle& triangle, const Li
 
 template <class Family>
 void LimitEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
-    const ControlMesh& mesh = points_.mesh();
     const auto count = static_cast<std::uint32_t>(triangles.size());
-    std::vector<Site> sites(std::size_t{k_middles} * count);
+    std::vector<Site> sites(std::size_t{k_limit_samples} * count);
     for_each_index(
         count,
         [&](std::uint32_t t) {
-            detail::put_lattice_sites<Family>(mesh, triangles[t], 1, &sites[k_middles * std::size_t{t}]);
+            detail::put_lattice_sites<Family>(points_.mesh(), triangles[t], k_limit_lattice_bits,
+                                              &sites[std::size_t{k_limit_samples} * t]);
         },
         k_grain);
-    std::vector<Vec3d> coarse(sites.size());
-    detail::limit_positions_once(points_, sites, coarse);
-
-    const auto middles = [&](std::uint32_t t) {
-        std::array<Vec3d, k_middles> s;
-        std::copy_n(coarse.begin() + static_cast<std::ptrdiff_t>(k_middles * std::size_t{t}), k_middles, s.begin());
-        return s;
-    };
+    std::vector<Vec3d> found(sites.size());
+    limit_positions_once(points_, sites, found);
     for_each_index(
         count,
         [&](std::uint32_t t) {
-            const auto s = middles(t);
-            errors[t] =
-                farthest_sample(s, 2, PlaneMeasure({s[3], s[5], s[0]}), hard_edges<Family>(mesh, triangles[t])).value;
-        },
-        k_grain);
-    std::vector<std::uint32_t> undecided;
-    for (std::uint32_t t = 0; t < count; ++t)
-        if (tolerance_ <= 0 || errors[t] <= tolerance_) undecided.push_back(t);
-
-    const auto left = static_cast<std::uint32_t>(undecided.size());
-    sites.resize(std::size_t{k_finer} * left);
-    for_each_index(
-        left,
-        [&](std::uint32_t u) {
-            std::size_t k = k_finer * std::size_t{u};
-            for_each_finer_point([&](int row, int i) {
-                sites[k++] =
-                    detail::lattice_site_of<Family>(mesh, triangles[undecided[u]], k_limit_lattice_bits, row, i);
-            });
-        },
-        k_grain);
-    std::vector<Vec3d> fine(sites.size());
-    detail::limit_positions_once(points_, sites, fine);
-    for_each_index(
-        left,
-        [&](std::uint32_t u) {
-            const std::array<Vec3d, k_middles> known = middles(undecided[u]);
             LimitSamples s;
-            for (int row = 0, k = 0; row <= 2; ++row)
-                for (int i = 0; i <= row; ++i, ++k)
-                    s[static_cast<std::size_t>(lattice_index(2 * row, 2 * i))] = known[static_cast<std::size_t>(k)];
-            std::size_t k = k_finer * std::size_t{u};
-            for_each_finer_point(
-                [&](int row, int i) { s[static_cast<std::size_t>(lattice_index(row, i))] = fine[k++]; });
-            errors[undecided[u]] = of_samples(triangles[undecided[u]], s);
+            std::copy_n(&found[std::size_t{k_limit_samples} * t], s.size(), s.begin());
+            errors[t] = of_samples(triangles[t], s);
         },
         k_grain);
 }

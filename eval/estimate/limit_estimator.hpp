@@ -29,15 +29,14 @@ std::vector<double> fan_limit_errors(const Hierarchy& points, const FanChoice& f
 }  // namespace detail
 
 /// The error of triangles of a hierarchy over a surface that is known by its limit points alone: the distances of the
-/// points that the triangle's edges and inside have one and two levels further down, to the triangle as PlaneMeasure
-/// takes them; back from the triangle to them where they have drifted away sideways; and along boundaries and hard
-/// creases to the triangle's own edge. No bound: what lies between the points can be farther.
+/// points that the triangle's edges and inside have two levels further down, to the triangle as PlaneMeasure takes it;
+/// back from the triangle to them where they have drifted away sideways; and along boundaries and hard creases to the
+/// triangle's own edge. No bound: what lies between the points can be farther.
 template <class Family>
 class LimitEstimator final : public ErrorEstimator {
   public:
     /// @param points     gives the limit points; lives longer
-    /// @param tolerance  decides which triangles are looked at one level down only: errors above it are lower bounds.
-    ///                   0: none
+    /// @param tolerance  triangles that are farther off are not looked at from the other side. 0: all are
     LimitEstimator(const Hierarchy& points, double tolerance) : points_(points), tolerance_(tolerance) {}
 
     using ErrorEstimator::estimate;

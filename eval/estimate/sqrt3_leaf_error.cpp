@@ -14,95 +14,70 @@ namespace {
 
 constexpr std::uint32_t k_grain = 64;
 constexpr std::size_t k_leaves_at_once = 1u << 14;  // their sites take some 20 MB
-constexpr std::size_t k_first_samples = 10, k_more_samples = 12;
+constexpr std::size_t k_samples = 22, k_on_side = 4, k_inside = 15, k_edges = 16;
 
-/// The corners, a point about the middle, and both thirds of each side. One lattice level below the cell's.
-std::array<Sqrt3Point, k_first_samples> first_samples(const Sqrt3Cell& cell) {
-    const auto& [a, b, c] = cell.corner;
-    return {3 * a, 3 * b, 3 * c, a + b + c, 2 * a + b, a + 2 * b, 2 * b + c, b + 2 * c, 2 * c + a, c + 2 * a};
-}
-
-/// The thirds of each side's middle third, then those of edges inside: between the corners and the middle, where the
-/// first edge is cut from its new points to the corner opposite. Two levels below.
-std::array<Sqrt3Point, k_more_samples> more_samples(const Sqrt3Cell& cell) {
+/// Two lattice levels below the cell's. The corners; of each side the thirds, and those of its middle third; from
+/// k_inside on a point about the middle, and from k_edges on two points each of edges inside: between the corners and
+/// the middle, where the first edge is cut from its new points to the corner opposite.
+std::array<Sqrt3Point, k_samples> samples(const Sqrt3Cell& cell) {
     const auto& [a, b, c] = cell.corner;
     const Sqrt3Point middle = a + b + c, first = 2 * a + b, second = a + 2 * b;
-    std::array<Sqrt3Point, k_more_samples> result{5 * a + 4 * b, 4 * a + 5 * b, 5 * b + 4 * c,
-                                                  4 * b + 5 * c, 5 * c + 4 * a, 4 * c + 5 * a};
+    std::array<Sqrt3Point, k_samples> result{9 * a, 9 * b, 9 * c};
     const std::array<std::array<Sqrt3Point, 2>, 3> edges =
         cell.cut ? std::array<std::array<Sqrt3Point, 2>, 3>{{{first, c}, {second, c}, {second, c}}}
                  : std::array<std::array<Sqrt3Point, 2>, 3>{{{middle, a}, {middle, b}, {middle, c}}};
+    result[k_inside] = 3 * middle;
     for (std::size_t k = 0; k < 3; ++k) {
+        const Sqrt3Point &p = cell.corner[k], &q = cell.corner[(k + 1) % 3];
+        std::ranges::copy(std::array{6 * p + 3 * q, 5 * p + 4 * q, 4 * p + 5 * q, 3 * p + 6 * q},
+                          &result[3 + k_on_side * k]);
         const auto& [new_point, corner] = edges[k];
-        result[6 + 2 * k] = new_point + 6 * corner;
-        result[7 + 2 * k] = 2 * new_point + 3 * corner;
+        result[k_edges + 2 * k] = new_point + 6 * corner;
+        result[k_edges + 2 * k + 1] = 2 * new_point + 3 * corner;
     }
     return result;
-}
-
-/// Of leaves whose points are found together.
-void block_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std::span<const Sqrt3Triangle> leaves,
-                  double decide_at, const std::function<void(double)>& report, std::span<double> errors) {
-    const ControlMesh& mesh = points.mesh();
-    const auto count = static_cast<std::uint32_t>(leaves.size());
-    std::vector<Sqrt3Cell> cells(count);
-    for_each_index(count, [&](std::uint32_t i) { cells[i] = lattice.cell(leaves[i]); });
-    // The points of some leaves, so many levels down, one leaf after the other.
-    const auto limits = [&](std::span<const std::uint32_t> some, std::size_t each, int levels, const auto& samples) {
-        std::vector<Site> sites(each * some.size());
-        for_each_index(static_cast<std::uint32_t>(some.size()), [&](std::uint32_t i) {
-            const Sqrt3Cell& cell = cells[some[i]];
-            std::size_t at = each * i;
-            for (const Sqrt3Point& p : samples(cell))
-                sites[at++] = sqrt3_site(mesh, cell.root, p, cell.lattice() + levels);
-        });
-        std::vector<Vec3d> result(sites.size());
-        limit_positions_once(points, sites, result, report);
-        return result;
-    };
-    const auto is_sharp = [&](std::uint32_t leaf, std::size_t side) {
-        return lattice.is_line(cells[leaf], side, cells[leaf].level - (leaves[leaf].half && side == 0 ? 1 : 0));
-    };
-    std::vector<std::uint32_t> all(count), open;
-    for (std::uint32_t i = 0; i < count; ++i) all[i] = i;
-    const std::vector<Vec3d> first = limits(all, k_first_samples, 1, first_samples);
-    const auto add = [&](std::uint32_t leaf, const Vec3d* samples, std::size_t inside_begin, std::size_t inside_end,
-                         std::size_t sides_begin) {
-        const Vec3d* const corner = &first[k_first_samples * leaf];
-        const PlaneMeasure plane({corner[0], corner[1], corner[2]});
-        double& error = errors[leaf];
-        for (std::size_t k = inside_begin; k < inside_end; ++k) error = std::max(error, plane(samples[k]));
-        for (std::size_t k = 0; k < 6; ++k) {
-            const Vec3d& p = samples[sides_begin + k];
-            const std::size_t side = k / 2;
-            error = std::max(
-                error, is_sharp(leaf, side) ? segment_distance(p, corner[side], corner[(side + 1) % 3]) : plane(p));
-        }
-    };
-    for_each_index(
-        count, [&](std::uint32_t i) { add(i, &first[k_first_samples * i], 3, 4, 4); }, k_grain);
-    for (std::uint32_t i = 0; i < count; ++i)
-        if (!(errors[i] > decide_at)) open.push_back(i);
-    const std::vector<Vec3d> more = limits(open, k_more_samples, 2, more_samples);
-    for_each_index(
-        static_cast<std::uint32_t>(open.size()),
-        [&](std::uint32_t i) {
-            // What is inside of a half triangle is seen from the whole one that it becomes.
-            add(open[i], &more[k_more_samples * i], 6, leaves[open[i]].half ? 6 : 12, 0);
-        },
-        k_grain);
 }
 
 }  // namespace
 
 std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice,
-                                      std::span<const Sqrt3Triangle> leaves, double decide_at,
+                                      std::span<const Sqrt3Triangle> leaves,
                                       const std::function<void(double)>& report) {
     std::vector<double> errors(leaves.size(), 0.0);
+    std::vector<Sqrt3Cell> cells;
+    std::vector<Site> sites;
+    std::vector<Vec3d> limits;
     for (std::size_t begin = 0; begin < leaves.size(); begin += k_leaves_at_once) {
-        const std::size_t count = std::min(k_leaves_at_once, leaves.size() - begin);
-        block_errors(points, lattice, leaves.subspan(begin, count), decide_at, report,
-                     std::span(errors).subspan(begin, count));
+        const auto count = static_cast<std::uint32_t>(std::min(k_leaves_at_once, leaves.size() - begin));
+        cells.resize(count);
+        sites.resize(k_samples * count);
+        limits.resize(sites.size());
+        for_each_index(count, [&](std::uint32_t i) {
+            cells[i] = lattice.cell(leaves[begin + i]);
+            std::ranges::transform(samples(cells[i]), &sites[k_samples * i], [&](const Sqrt3Point& p) {
+                return sqrt3_site(points.mesh(), cells[i].root, p, cells[i].lattice() + 2);
+            });
+        });
+        limit_positions_once(points, sites, limits, report);
+        for_each_index(
+            count,
+            [&](std::uint32_t i) {
+                const Sqrt3Triangle& leaf = leaves[begin + i];
+                const Vec3d* const s = &limits[k_samples * i];
+                const PlaneMeasure plane({s[0], s[1], s[2]});
+                double& error = errors[begin + i];
+                for (std::size_t side = 0; side < 3; ++side) {
+                    const bool sharp =
+                        lattice.is_line(cells[i], side, cells[i].level - (leaf.half && side == 0 ? 1 : 0));
+                    for (std::size_t k = 3 + k_on_side * side; k < 3 + k_on_side * (side + 1); ++k)
+                        error =
+                            std::max(error, sharp ? segment_distance(s[k], s[side], s[(side + 1) % 3]) : plane(s[k]));
+                }
+                // What is inside of a half triangle is seen from the whole one that it becomes.
+                for (std::size_t k = k_inside; k < (leaf.half ? k_edges : k_samples); ++k)
+                    error = std::max(error, plane(s[k]));
+            },
+            k_grain);
     }
     return errors;
 }

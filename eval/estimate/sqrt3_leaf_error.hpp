@@ -14,13 +14,11 @@ inline constexpr int k_sqrt3_error_steps = 6;
 
 /// Errors of triangles of sqrt(3) meshes: per leaf the largest distance of points of the limit surface to the triangle
 /// as PlaneMeasure takes it, along sharp edges to its own edge. The points are those that two more levels of the
-/// lattice have at a third and two thirds of each side and inside; where these are not above `decide_at`, more of them.
-/// @param points     gives the limit points
-/// @param lattice    of the leaves' forest
-/// @param decide_at  the same in all calls
-/// @param report     called between blocks of points, for the chance to cancel
+/// lattice have on each side and inside.
+/// @param points   gives the limit points
+/// @param lattice  of the leaves' forest
+/// @param report   called between blocks of points, for the chance to cancel
 std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice,
-                                      std::span<const Sqrt3Triangle> leaves, double decide_at,
-                                      const std::function<void(double)>& report);
+                                      std::span<const Sqrt3Triangle> leaves, const std::function<void(double)>& report);
 
 }  // namespace tetrakis::detail

@@ -145,18 +145,16 @@ class DualTessellator final : public TessellationRun {
         triangles_ = dual_triangles(forest_);
         Stopwatch watch;
         positions_ = leaf_errors_.positions(forest_, triangles_, report);
-        // A budget compares errors with each other: there all are looked at closely.
-        const bool budget = options_.max_triangles != 0;
         if (certified()) {
+            // A budget compares errors with each other: there all are looked at closely.
+            const bool budget = options_.max_triangles != 0;
             DualBound::Errors found =
                 bound_->errors(forest_, triangles_, positions_, {budget ? 0.0 : aim_, budget}, report);
             errors_ = std::move(found.of_vertex);
             certified_ = found.largest;
         } else {
-            const double decide_at = budget ? std::numeric_limits<double>::infinity() : aim_;
             const std::vector<DualFaces::LeafOfVertex> leaves = triangles_.leaves();
-            const std::vector<double> found =
-                leaf_errors_.errors(forest_, triangles_, positions_, leaves, decide_at, report);
+            const std::vector<double> found = leaf_errors_.errors(forest_, triangles_, positions_, leaves, report);
             errors_.assign(triangles_.vertex_count(), 0.0);
             for (std::size_t i = 0; i < leaves.size(); ++i)
                 errors_[leaves[i].vertex] = std::max(errors_[leaves[i].vertex], found[i]);

@@ -91,15 +91,14 @@ class Sqrt3Tessellator final : public TessellationRun {
     /// By the limit points that leaves would get.
     class Estimator final : public ErrorEstimator {
       public:
-        Estimator(const Hierarchy& points, const Sqrt3Lattice& lattice, double decide_at,
-                  const RefineProgress& progress)
-            : points_(points), lattice_(lattice), decide_at_(decide_at), progress_(progress) {}
+        Estimator(const Hierarchy& points, const Sqrt3Lattice& lattice, const RefineProgress& progress)
+            : points_(points), lattice_(lattice), progress_(progress) {}
         using ErrorEstimator::estimate;
         void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
         void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override {
             Stopwatch watch;
             const std::vector<double> found =
-                sqrt3_leaf_errors(points_, lattice_, triangles, decide_at_, [&](double) { progress_.again(); });
+                sqrt3_leaf_errors(points_, lattice_, triangles, [&](double) { progress_.again(); });
             std::ranges::copy(found, errors.begin());
             seconds_ += watch.lap();
         }
@@ -108,7 +107,6 @@ class Sqrt3Tessellator final : public TessellationRun {
       private:
         const Hierarchy& points_;
         const Sqrt3Lattice& lattice_;
-        double decide_at_;
         const RefineProgress& progress_;
         mutable double seconds_ = 0;
     };
@@ -117,9 +115,7 @@ class Sqrt3Tessellator final : public TessellationRun {
 
     void refine() override {
         progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_.triangle_count(); });
-        // A budget compares errors with each other: there all are looked at closely.
-        const double decide_at = options_.max_triangles != 0 ? std::numeric_limits<double>::infinity() : aim_;
-        estimator_.emplace(points_, forest().lattice(), decide_at, *progress_);
+        estimator_.emplace(points_, forest().lattice(), *progress_);
         AdaptiveOptions adaptive{aim_, options_.max_triangles, k_steps_a_level * options_.min_level, max_steps_};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = points_.memory_bytes();
