@@ -6,7 +6,7 @@
 #include "../bounds/loop_bounder.hpp"
 #include "../bounds/quad_bounder.hpp"
 #include "../patches/quad_patches.hpp"
-#include "limit_closest.hpp"
+#include "../surface/surface_point.hpp"
 
 #include <algorithm>
 #include <array>
@@ -28,12 +28,12 @@ inline std::array<double, 2> point_of(const CellTriangle& t, double b0, double b
 struct QuadFamily {
     using Patches = QuadPatches;
     using Bounder = QuadBounder;
-    using Closest = QuadClosest;
     using Hierarchy = BisectionHierarchy;
 
     static Site canonical_site(const ControlMesh& mesh, const Site& site) { return canonical(mesh, site); }
     /// Whether parameters in [0, 1]^2 lie in the root.
     static bool inside(double, double) { return true; }
+    static constexpr double k_middle = 0.5;  ///< both parameters of a root's middle
     static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         return bisection_control_edge(mesh, t, k);
     }
@@ -79,19 +79,56 @@ struct QuadFamily {
         const V v = corner(root), a = 0.5 * (v + corner(mesh.next(root))), b = 0.5 * (v + corner(mesh.prev(root)));
         return V((1 - y) * ((1 - x) * v + x * a) + y * ((1 - x) * b + x * centre));
     }
+    /// Moves parameters beyond a root's sides into the roots there; on boundaries, onto the side.
+    static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {
+        double &x = at.x, &y = at.y;
+        for (int crossing = 0; crossing < 3; ++crossing) {
+            CellSide side;
+            if (x < 0)
+                side = CellSide::prev_edge;
+            else if (y < 0)
+                side = CellSide::edge;
+            else if (x > 1)
+                side = CellSide::next_cell;
+            else if (y > 1)
+                side = CellSide::prev_cell;
+            else
+                break;
+            const HalfedgeId beyond = across(mesh, at.root, side);
+            if (!beyond.valid() || mesh.is_hole(mesh.face(beyond))) break;
+            const double old_x = x, old_y = y;
+            switch (side) {
+                case CellSide::edge:
+                    x = -old_y, y = old_x;
+                    break;
+                case CellSide::prev_edge:
+                    x = old_y, y = -old_x;
+                    break;
+                case CellSide::next_cell:
+                    x = old_y, y = 2 - old_x;
+                    break;
+                case CellSide::prev_cell:
+                    x = 2 - old_y, y = old_x;
+                    break;
+            }
+            at.root = beyond;
+        }
+        x = std::clamp(x, 0.0, 1.0);
+        y = std::clamp(y, 0.0, 1.0);
+    }
 };
 
 /// The triangle family: Loop on red-green triangle quadtrees.
 struct LoopFamily {
     using Patches = LoopPatches;
     using Bounder = LoopBounder;
-    using Closest = LoopClosest;
     using Hierarchy = TriangleHierarchy;
 
     static Site canonical_site(const ControlMesh& mesh, const Site& site) {
         return canonical_triangle_site(mesh, site);
     }
     static bool inside(double x, double y) { return x + y <= 1; }
+    static constexpr double k_middle = 1.0 / 3;
     static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         return triangle_control_edge(mesh, t, k);
     }
@@ -122,6 +159,26 @@ struct LoopFamily {
         using V = std::remove_cvref_t<decltype(corner(root))>;
         return V((1 - x - y) * corner(root) + x * corner(mesh.next(root)) + y * corner(mesh.prev(root)));
     }
+    static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {
+        std::array<double, 3> b{1 - at.x - at.y, at.x, at.y};
+        for (int crossing = 0; crossing < 3; ++crossing) {
+            const std::size_t out = static_cast<std::size_t>(std::min_element(b.begin(), b.end()) - b.begin());
+            if (b[out] >= 0) break;
+            // Beyond the edge opposite corner `out`: the lattice goes on straight, so the corner there is a + b - out.
+            const std::uint32_t h0 = mesh.face_halfedge(mesh.face(at.root)).value;
+            const std::size_t from = (out + 1) % 3;
+            const HalfedgeId t = mesh.twin(HalfedgeId(h0 + static_cast<std::uint32_t>(from)));
+            if (!t.valid() || mesh.is_hole(mesh.face(t))) break;
+            const double d = -b[out], start = b[from] - d, end = b[(from + 1) % 3] - d;
+            const HalfedgeId root = mesh.face_halfedge(mesh.face(t));
+            const std::size_t k = t.value - root.value;  // t starts at our edge's end
+            b[k] = end, b[(k + 1) % 3] = start, b[(k + 2) % 3] = d;
+            at.root = root;
+        }
+        double sum = 0;
+        for (double& w : b) sum += w = std::max(w, 0.0);
+        at.x = b[1] / sum, at.y = b[2] / sum;
+    }
 };
 
 /// Whether edge k of a triangle of a hierarchy lies where the surface ends or is sharp for good.
@@ -137,6 +194,48 @@ template <class Family>
 std::array<bool, 3> hard_edges(const ControlMesh& mesh, const CellTriangle& triangle) {
     return {is_hard_edge<Family>(mesh, triangle, 0), is_hard_edge<Family>(mesh, triangle, 1),
             is_hard_edge<Family>(mesh, triangle, 2)};
+}
+
+/// Distance from q to a nearby point of a surface: Gauss-Newton from `at`, across roots, not across the boundary. Never
+/// more than the distance to the start, and never less than that to the surface.
+/// @param evaluate  (SurfaceParameter) gives a SurfacePoint
+template <class Family, class Evaluate>
+double nearby_distance(const ControlMesh& mesh, const Vec3d& q, SurfaceParameter at, Evaluate&& evaluate) {
+    // Four steps bring a start in the basin to rounding, the rest is for slow ones.
+    constexpr int k_steps = 8, k_halvings = 4;
+    // It ends where the squared sine of the angle between the way to the surface point and the surface's normal is
+    // below this: a further step would change the distance by half of that share.
+    constexpr double k_square = 1e-8;
+    SurfacePoint s = evaluate(at);
+    double best = glm::length(q - s.position);
+    for (int step = 0; step < k_steps; ++step) {
+        if (!s.has_derivatives) {
+            // At extraordinary points there are tangents alone: those of a point a little further inside.
+            constexpr double k_inside = 1e-3;
+            const Vec3d position = s.position;
+            s = evaluate(
+                {at.root, at.x + k_inside * (Family::k_middle - at.x), at.y + k_inside * (Family::k_middle - at.y)});
+            s.position = position;
+        }
+        double dx, dy;
+        if (!detail::tangent_step(s, q, dx, dy)) return best;
+        const Vec3d along = dx * s.du + dy * s.dv;
+        if (glm::dot(along, along) < k_square * best * best) return best;
+        // No step longer than half a root: beyond the neighbour the linearisation means nothing.
+        const double length = std::max(std::abs(dx), std::abs(dy));
+        if (length > 0.5) dx *= 0.5 / length, dy *= 0.5 / length;
+        // As far as it gets nearer.
+        const SurfaceParameter from = at;
+        const double before = best;
+        for (int halving = 0; halving < k_halvings && best == before; ++halving, dx *= 0.5, dy *= 0.5) {
+            at = {from.root, from.x + dx, from.y + dy};
+            Family::cross_sides(mesh, at);
+            s = evaluate(at);
+            best = std::min(best, glm::length(q - s.position));
+        }
+        if (best >= before * (1 - 1e-9)) return best;
+    }
+    return best;
 }
 
 }  // namespace tetrakis

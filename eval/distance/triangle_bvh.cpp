@@ -140,6 +140,16 @@ ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const
     return result;
 }
 
+std::vector<std::uint32_t> TriangleBvh::within(const Vec3d& point, double distance) const {
+    std::vector<std::uint32_t> result;
+    state_->scene.nearest(state_->frame, triangle_count(), k_vertex_rounding, point, distance,
+                          [&](std::uint32_t t, double) {
+                              result.push_back(t);
+                              return std::numeric_limits<double>::infinity();
+                          });
+    return result;
+}
+
 namespace {
 
 // A ray in the local frame, its direction of unit length: t is at its own (t * unit - start).

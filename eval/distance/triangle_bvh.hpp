@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace tetrakis {
 
@@ -56,6 +57,8 @@ class TriangleBvh {
     /// The closest point within max_distance (inclusive). A distance known to be reached makes the search much cheaper.
     ClosestPoint closest(const Vec3d& point,
                          double max_distance = std::numeric_limits<double>::infinity()) const noexcept;
+    /// The triangles within a distance, and perhaps some that are little farther away, in any order.
+    std::vector<std::uint32_t> within(const Vec3d& point, double distance) const;
 
     /// First hit with t in [t_min, t_max], t_min >= 0, from either side. Embree finds the triangle in float (so a ray
     /// closer to an edge than 1e-7 of the model may be given to the neighbour, and one right through a vertex may meet

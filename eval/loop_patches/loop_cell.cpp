@@ -125,20 +125,11 @@ LoopStarChain& LoopStarChain::make(RecordPool& pool, int valence, int size) {
     return *link;
 }
 
-void LoopStarChain::find_reach() {
-    const Vec3d& centre = *points();
-    double most = 0;
-    for (const Vec3d& p : std::span(points(), static_cast<std::size_t>(loop_star_size(valence_))))
-        most = std::max(most, glm::dot(p - centre, p - centre));
-    reach_ = round_up(std::sqrt(most));
-}
-
 const LoopStarChain& LoopStarChain::next() const {
     LoopStarChain* known = next_.load(std::memory_order_acquire);
     if (known != nullptr) return *known;
     LoopStarChain& fresh = make(*pool_, valence_, loop_star_step_size(valence_));
     loop_star_step(valence_, loop_vertex_rule(valence_).beta, points(), fresh.points());
-    fresh.find_reach();
     return next_.compare_exchange_strong(known, &fresh, std::memory_order_acq_rel) ? fresh : *known;
 }
 
@@ -200,7 +191,6 @@ LoopNode::LoopNode(LoopRings rings, RecordPool& pool) : pool_(&pool) {
         const int valence = rings.corner[corner].size();
         LoopStarChain& star = LoopStarChain::make(pool, valence, loop_star_size(valence));
         std::ranges::copy(rings.star_points(corner), star.points());
-        star.find_reach();
         cell_.kind = LoopCell::Kind::star;
         cell_.turn = corner;
         cell_.star = &star;

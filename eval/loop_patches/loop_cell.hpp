@@ -64,10 +64,6 @@ class LoopStarChain {
     const Vec3d* points() const { return reinterpret_cast<const Vec3d*>(this + 1); }
     /// The next link, which is one step finer.
     const LoopStarChain& next() const;
-    /// No point of the star is farther from its corner, points()[0]; nor is the surface of the cell.
-    float reach() const { return reach_; }
-    /// Once the points are there.
-    void find_reach();
 
   private:
     LoopStarChain(RecordPool& pool, int valence) : pool_(&pool), valence_(valence) {}
@@ -75,7 +71,6 @@ class LoopStarChain {
     mutable std::atomic<LoopStarChain*> next_{nullptr};
     RecordPool* pool_;
     int valence_;
-    float reach_ = 0;
 };
 
 /// A cell that is neither regular nor a star, by the rings of its corners.

@@ -64,19 +64,6 @@ std::uint64_t LoopPatches::memory_bytes() const {
            kind_.size() + sizeof(Grown) * grown_.size();
 }
 
-Box3d LoopPatches::bounds(FaceId face) const {
-    // The points of level 1 that the face's quarters depend on: all weights are positive.
-    Box3d box;
-    for (std::uint32_t h = 3 * face.value; h < 3 * face.value + 3; ++h) {
-        box.add(vertex_point(h));
-        for_each_outgoing(mesh_, VertexId(origin(h)), [&](HalfedgeId o) {
-            box.add(edge_point(o.value));
-            if (const std::uint32_t last = prev(o.value); twin(last) == k_none) box.add(edge_point(last));
-        });
-    }
-    return box;
-}
-
 /// The ring of origin(h) with the cell at h.
 CornerRing LoopPatches::control_ring(std::uint32_t h) const {
     const VertexId v(origin(h));
@@ -225,7 +212,6 @@ const LoopStarChain& LoopPatches::star_root(std::uint32_t h, bool first_level) c
         gather_first(h, valence, fresh.points());
     else
         gather_control(h, valence, fresh.points());
-    fresh.find_reach();
     return grown_[h].star.compare_exchange_strong(known, &fresh, std::memory_order_acq_rel) ? fresh : *known;
 }
 

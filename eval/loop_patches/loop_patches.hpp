@@ -44,9 +44,6 @@ class LoopPatches {
     /// the mean of the normals of both sides.
     SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
 
-    /// A box that holds the limit surface of a face. O(valence).
-    Box3d bounds(FaceId face) const;
-
     /// Bytes held from the construction on (what grows later is small beside it).
     std::uint64_t memory_bytes() const;
 

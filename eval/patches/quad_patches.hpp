@@ -44,14 +44,6 @@ class QuadPatches {
         const detail::QuadNode* node = roots_[root.value].load(std::memory_order_acquire);
         return node ? *node : made_root(root);
     }
-    /// Calls look(node) with the node of a root, which is not kept for that.
-    template <class Look>
-    auto with_root(HalfedgeId root, Look&& look) const {
-        if (const detail::QuadNode* node = roots_[root.value].load(std::memory_order_acquire)) return look(*node);
-        detail::QuadNode node;
-        build_root(root, node);
-        return look(node);
-    }
 
     /// Bytes of everything, of trees (forgettable_bytes()) as well.
     std::uint64_t memory_bytes() const;

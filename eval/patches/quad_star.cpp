@@ -41,13 +41,6 @@ void refine_ring(const Vec3d& centre, int valence, Edge&& edge, Face&& face, Qua
 void QuadStar::find_limit() {
     limit = ring_limit_position(
         points[0], valence, [&](int i) { return edge(i); }, [&](int i) { return face(i); });
-    find_reach();
-}
-
-void QuadStar::find_reach() {
-    double most = 0;
-    for (const Vec3d& p : points) most = std::max(most, glm::dot(p - limit, p - limit));
-    reach = round_up(std::sqrt(most));
 }
 
 Vec3d QuadStar::corner_limit(int corner) const {
@@ -131,11 +124,7 @@ void subdivide(const QuadStar& star, QuadStar& near, StarQuarters& quarters) {
         if (far_special)
             quarters.far.points[static_cast<std::size_t>(2 * star.far_valence + 1 + i)] = new_at(4 - x, 4 - y);
     }
-    if (near_special) near.find_reach();
-    if (far_special) {
-        quarters.far.limit = star.corner_limit(2);
-        quarters.far.find_reach();
-    }
+    if (far_special) quarters.far.limit = star.corner_limit(2);
 
     constexpr int k_corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (int k = 0; k < 4; ++k) {

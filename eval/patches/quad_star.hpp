@@ -40,8 +40,7 @@ class StarPoints {
 struct QuadStar : PoolNew {
     int valence = 0;
     int far_valence = 4;
-    float reach = 0;  ///< no point is farther from `limit`, so nor is the surface of the cell
-    Vec3d limit{0};   ///< limit position of the corner, the same at every level
+    Vec3d limit{0};  ///< limit position of the corner, the same at every level
     StarPoints points;
 
     static std::size_t point_count(int valence, int far_valence = 4) {
@@ -68,9 +67,8 @@ struct QuadStar : PoolNew {
     void put(Net16& net) const;
     std::size_t memory_bytes() const { return sizeof(QuadStar) + points.outside_bytes(); }
     int wrap(int i) const { return i < 0 ? i + valence : (i < valence ? i : i % valence); }
-    /// Sets the limit from the points (MASKS, Catmull-Clark at an interior vertex), and the reach.
+    /// Sets the limit from the points (MASKS, Catmull-Clark at an interior vertex).
     void find_limit();
-    void find_reach();
     /// Limit position of a corner, (0, 0) (1, 0) (1, 1) (0, 1).
     Vec3d corner_limit(int corner) const;
 };

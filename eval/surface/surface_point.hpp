@@ -39,9 +39,6 @@ inline bool tangent_step(const SurfacePoint& s, const Vec3d& q, double& dx, doub
     return true;
 }
 
-/// Newton steps: four bring a start in the basin to rounding, the rest is for slow ones.
-inline constexpr int k_newton_steps = 8;
-
 }  // namespace detail
 
 }  // namespace tetrakis

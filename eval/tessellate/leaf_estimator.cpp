@@ -30,14 +30,10 @@ constexpr std::uint32_t k_estimator_grain = 2;  // one leaf may take as long as 
 }  // namespace
 
 template <class Family>
-LeafEstimator<Family>::LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest,
-                                     EstimatorKind kind, double tolerance, bool compares)
-    : map_(map),
-      closest_(closest),
-      kind_(kind),
-      tolerance_(tolerance),
-      compares_(compares),
-      bounders_([patches = map.patches] { return typename Family::Bounder(*patches); }) {}
+LeafEstimator<Family>::LeafEstimator(const SurfaceMap<Family>& map, EstimatorKind kind, double tolerance, bool compares)
+    : map_(map), kind_(kind), tolerance_(tolerance), compares_(compares), bounders_([patches = map.patches] {
+          return typename Family::Bounder(*patches);
+      }) {}
 
 template <class Family>
 void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
@@ -104,7 +100,7 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family:
     const auto look_back = [&](double b0, double b1, double b2, const Vec3d& sample) {
         const Vec3d q = b0 * c0 + b1 * c1 + b2 * c2;
         if (error <= tolerance_ && glm::length(sample - q) > tolerance_)
-            error = std::max(error, closest_.local(q, Family::parameter(mesh, leaf, b0, b1, b2)));
+            error = std::max(error, map_.nearby_distance(q, Family::parameter(mesh, leaf, b0, b1, b2)));
     };
     detail::for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
         look_back(b0, b1, b2, s[static_cast<std::size_t>(i)]);

@@ -23,8 +23,7 @@ template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
     /// @param compares  errors above the tolerance are compared with each other; else it is enough that they are larger
-    LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest, EstimatorKind kind,
-                  double tolerance, bool compares = false);
+    LeafEstimator(const SurfaceMap<Family>& map, EstimatorKind kind, double tolerance, bool compares = false);
 
     /// From one thread at a time: on the way trees of the patches may be forgotten.
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
@@ -51,7 +50,6 @@ class LeafEstimator final : public ErrorEstimator {
     double mapped(const CellTriangle& leaf) const;
 
     const SurfaceMap<Family>& map_;
-    const typename Family::Closest& closest_;
     EstimatorKind kind_;
     double tolerance_;
     bool compares_;

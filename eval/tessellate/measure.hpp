@@ -100,8 +100,8 @@ struct OutputTriangle {
 /// Samples: the barycentric lattice of every triangle (at least 3 intervals a side, more until there are about
 /// `samples` in all), on the surface and on the triangle. What is far below the tolerance counts as far as it is from
 /// its own triangle. Else, forward: each surface point to the nearest triangle by Embree, in double; backward: each
-/// point of a triangle to the surface, by Newton's method from the parameters it came with, above the tolerance by
-/// Embree's search of the whole surface; and from samples that their neighbours do not exceed up to local maxima.
+/// point of a triangle to the surface, by Newton's method from the parameters it came with, above the tolerance from
+/// those of all triangles near enough, too; and from samples that their neighbours do not exceed up to local maxima.
 /// Without a tolerance the largest distance takes its place. Mean and RMS weigh samples by the area of their triangle.
 /// With a target, forward is sampled on the target too, evenly by area: what no point was projected to counts.
 /// @param samples         that are aimed at, each way
@@ -110,7 +110,7 @@ struct OutputTriangle {
 /// @param triangle_error  receives the largest error found at each triangle
 template <class Family>
 MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
-                      const SurfaceMap<Family>& map, const typename Family::Closest& closest, std::uint64_t samples,
-                      double tolerance, std::vector<double>& triangle_error, const RunContext& context);
+                      const SurfaceMap<Family>& map, std::uint64_t samples, double tolerance,
+                      std::vector<double>& triangle_error, const RunContext& context);
 
 }  // namespace tetrakis

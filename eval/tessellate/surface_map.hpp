@@ -69,6 +69,41 @@ class SurfaceMap {
         if (plain()) return patches->evaluate(at.root, at.x, at.y).position;
         return apply(patches->evaluate(at.root, at.x, at.y), displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0));
     }
+    /// Distance from q to a nearby point: nearby_distance() on the limit surface, displaced or not. Not on a target.
+    double nearby_distance(const Vec3d& q, const SurfaceParameter& start) const {
+        return tetrakis::nearby_distance<Family>(patches->mesh(), q, start, [&](const SurfaceParameter& at) {
+            return displacement ? displaced(at) : patches->frame(at.root, at.x, at.y);
+        });
+    }
+
+  private:
+    /// A point of a displaced surface with its first derivatives: those of the surface and its normal in closed form,
+    /// of the heights by differences.
+    SurfacePoint displaced(const SurfaceParameter& at) const {
+        // Differences over a thousandth of a root: displacement images are smooth at that scale or coarser than the
+        // mesh.
+        constexpr double k_step = 1e-3;
+        SurfacePoint s = patches->evaluate(at.root, at.x, at.y);
+        const auto height = [&](double x, double y) { return amplitude * displacement->sample(uv->at(at.root, x, y)); };
+        const double here = height(at.x, at.y);
+        const auto slope = [&](double ux, double uy) {
+            for (const double h : {k_step, -k_step})
+                if (const double x = at.x + h * ux, y = at.y + h * uy;
+                    std::min(x, y) >= 0 && std::max(x, y) <= 1 && Family::inside(x, y))
+                    return (height(x, y) - here) / h;
+            return 0.0;  // a corner of a triangle
+        };
+        const double across = glm::length(glm::cross(s.du, s.dv));
+        const auto turn = [&](const Vec3d& by) {  // of the normal, by the derivative of du x dv
+            return s.has_second && across > 0 ? (by - glm::dot(by, s.normal) * s.normal) / across : Vec3d(0);
+        };
+        const Vec3d normal_u = turn(glm::cross(s.duu, s.dv) + glm::cross(s.du, s.duv));
+        const Vec3d normal_v = turn(glm::cross(s.duv, s.dv) + glm::cross(s.du, s.dvv));
+        s.position += here * s.normal;
+        s.du += slope(1, 0) * s.normal + here * normal_u;
+        s.dv += slope(0, 1) * s.normal + here * normal_v;
+        return s;
+    }
 };
 
 }  // namespace tetrakis

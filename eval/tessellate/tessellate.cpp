@@ -124,7 +124,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     void prepare() override {
         patches_ = std::make_unique<typename Family::Patches>(mesh_, context_);
-        closest_ = std::make_unique<typename Family::Closest>(*patches_);
         if (mesh_.has_uvs() && (options_.uvs || options_.displacement))
             uv_ = std::make_unique<UvSurface<Family>>(mesh_, result_.warnings);
         if (options_.target) target_ = std::make_unique<TriangleBvh>(*options_.target, context_);
@@ -139,7 +138,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         context_.report("build", 0.5);
         hierarchy_.emplace(mesh_);
         context_.report("build", 0.9);
-        estimator_.emplace(map_, *closest_, options_.estimator, aim_, options_.max_triangles != 0);
+        estimator_.emplace(map_, options_.estimator, aim_, options_.max_triangles != 0);
     }
 
     void refine() override { this->refine_by(*estimator_, patches_->memory_bytes(), k_patch_bytes); }
@@ -182,7 +181,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         const bool mend =
             options_.tolerance && options_.max_triangles == 0 && !refinement_->left_over() && !certified();
         result_.measured_error = tetrakis::measure<Family>(
-            result_.mesh, [this](std::uint32_t t) { return origin(t); }, map_, *closest_, options_.measure_samples,
+            result_.mesh, [this](std::uint32_t t) { return origin(t); }, map_, options_.measure_samples,
             mend ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_, context_);
         std::ranges::transform(measured_errors_, result_.triangle_error.begin(), detail::round_up);
     }
@@ -346,7 +345,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     }
 
     std::unique_ptr<typename Family::Patches> patches_;
-    std::unique_ptr<typename Family::Closest> closest_;
     std::unique_ptr<UvSurface<Family>> uv_;
     std::unique_ptr<TriangleBvh> target_;
     std::unique_ptr<HeightPyramid> heights_;

@@ -172,7 +172,6 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
             }
             const ControlMesh mesh = ControlMesh::build(test::mesh_data(std::move(positions), faces));
             const QuadPatches patches(mesh);
-            const QuadClosest closest(patches);
             SurfaceMap<QuadFamily> map;
             map.patches = &patches;
             std::vector<Vec3d> corners;
@@ -183,7 +182,7 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
             const FaceId face(0);
             if (!fans.has(face)) continue;
             ++checked;
-            const LeafEstimator<QuadFamily> estimator(map, closest, EstimatorKind::certified, 0.1);
+            const LeafEstimator<QuadFamily> estimator(map, EstimatorKind::certified, 0.1);
             const FanError error(map, estimator, fans, corners);
             // The surface, laid over the regular polygon of the fan's triangles.
             double sampled = 0;
