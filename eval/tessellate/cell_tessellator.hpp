@@ -114,6 +114,50 @@ class CellTessellator : public TessellationRun {
     /// Three a triangle.
     virtual std::vector<Vec2d> corner_uvs() = 0;
 
+    /// The largest certified error, tight to a twentieth where it exceeds the aim that is certified, or what was
+    /// measured. The first triangle of a fan stands for all of it.
+    /// @param known  (t) an error that is certified already; infinite: none
+    /// @param bound  (triangles, floor, errors) finds errors of some, which need be tight above `floor` only; triangles
+    ///               of leaves come first, then those of fans
+    template <class Known, class Bound>
+    double largest_error(const Known& known, const Bound& bound) const {
+        double largest = 0, floor = 0;
+        if (certified())
+            floor = aim_;
+        else if (result_.measured_error)
+            floor = result_.measured_error->hausdorff;  // it settles most triangles at first sight
+        std::vector<std::uint32_t> open, rest;
+        std::vector<double> errors;
+        // What one block finds settles most triangles of the next.
+        const auto settle = [&](double from, double to) {
+            constexpr std::size_t k_first = 64, k_most = 2048;
+            for (std::size_t begin = 0, size = k_first; begin < open.size();
+                 begin += size, size = std::min(2 * size, k_most)) {
+                context_.report("certify",
+                                from + (to - from) * static_cast<double>(begin) / static_cast<double>(open.size()));
+                const auto some = std::span(std::as_const(open)).subspan(begin, std::min(size, open.size() - begin));
+                errors.assign(some.size(), 0.0);
+                bound(some, floor, std::span(errors));
+                for (const double error : errors) largest = std::max(largest, error);
+                floor = std::max(floor, largest);
+            }
+        };
+        for (const bool fans : {false, true})
+            for (std::uint32_t t = 0; t < part_.size(); ++t)
+                if (exported_.leaves[t].valid() != fans && (!fans || part_[t] == 0))
+                    (std::isfinite(known(t)) ? rest : open).push_back(t);
+        // First those that nothing is known of; what is known may be loose, where all of it matters.
+        settle(0, 0.9);
+        open.clear();
+        for (const std::uint32_t t : rest)
+            if (const double error = known(t); error <= floor)
+                largest = std::max(largest, error);
+            else
+                open.push_back(t);
+        settle(0.9, 1);
+        return largest;
+    }
+
     OutputTriangle origin(std::uint32_t t) const {
         OutputTriangle from;
         if (exported_.leaves[t].valid()) {

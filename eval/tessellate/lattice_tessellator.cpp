@@ -135,35 +135,24 @@ class LatticeTessellator final : public CellTessellator<Family> {
     /// Nothing where a face's fan has no bound.
     void certify() override {
         if (!bound_) return;
-        constexpr std::uint32_t k_triangles = 4096;  // between two chances to cancel
-        const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
         // What the bound has decided is certified already.
-        const auto decided = [&](double error) { return certified() && error <= aim_; };
-        double largest = 0;
-        std::vector<CellTriangle> cells;
-        std::vector<FaceId> fans;
-        std::vector<double> errors;
-        for (std::uint32_t t = 0; t < count; ++t) {
-            const OutputTriangle from = origin(t);
-            const bool fan = from.fan.valid();
-            const double error = fan ? hierarchy_->fan_error(from.fan) : refinement_->error(exported_.leaves[t]);
-            if (decided(error))
-                largest = std::max(largest, error);
-            else if (!fan)
-                cells.push_back(from.cell);
-            else if (part_[t] == 0)
-                fans.push_back(from.fan);
-            if (t + 1 < count && cells.size() < k_triangles && fans.size() < k_triangles) continue;
-            context_.report("certify", static_cast<double>(t) / count);
-            errors.assign(cells.size(), 0.0);
-            bound_->bound(cells, largest, errors);
-            for (const double e : errors) largest = std::max(largest, e);
-            errors.assign(fans.size(), 0.0);
-            bound_->bound_fans(fans_, fans, corners_, largest, errors);
-            for (const double e : errors) largest = std::max(largest, e);
-            cells.clear();
-            fans.clear();
-        }
+        const auto known = [&](std::uint32_t t) {
+            const LeafId leaf = exported_.leaves[t];
+            const double error = leaf.valid() ? refinement_->error(leaf) : hierarchy_->fan_error(exported_.faces[t]);
+            return certified() && error <= aim_ ? error : std::numeric_limits<double>::infinity();
+        };
+        const double largest = this->largest_error(
+            known, [&](std::span<const std::uint32_t> triangles, double floor, std::span<double> errors) {
+                const auto fans_begin =
+                    std::ranges::find_if(triangles, [&](std::uint32_t t) { return !exported_.leaves[t].valid(); });
+                const std::size_t cell_count = static_cast<std::size_t>(fans_begin - triangles.begin());
+                std::vector<CellTriangle> cells;
+                std::vector<FaceId> faces;
+                for (const std::uint32_t t : triangles.first(cell_count)) cells.push_back(origin(t).cell);
+                for (const std::uint32_t t : triangles.subspan(cell_count)) faces.push_back(exported_.faces[t]);
+                bound_->bound(cells, floor, errors.first(cell_count));
+                bound_->bound_fans(fans_, faces, corners_, floor, errors.subspan(cell_count));
+            });
         if (std::isfinite(largest)) result_.certified_error = largest;
     }
 

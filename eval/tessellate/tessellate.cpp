@@ -199,111 +199,35 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     bool left_over() const override { return refinement_->left_over() || estimator_->gave_up(); }
 
-    /// Bounds the distance between the finished mesh and the limit surface, both ways.
-    class Certifier {
-      public:
-        explicit Certifier(const PatchTessellator& of)
-            : of_(of),
-              count_(static_cast<std::uint32_t>(of.result_.mesh.triangles.size())),
-              largest_((count_ + k_block - 1) / k_block, 0.0) {}
-
-        /// Tight to a twentieth, but for bounds of the certified estimator within its tolerance, which count as they
-        /// are.
-        double run() {
-            if (count_ == 0) return 0;
-            if (of_.certified()) {
-                double largest = 0;
-                bool all_known = true;
-                for (std::uint32_t t = 0; t < count_; ++t) {
-                    const double error = known(t);
-                    largest = std::max(largest, error);
-                    all_known = all_known && (error > 0 || of_.part_[t] != 0);
-                }
-                if (all_known) return largest;
-                floor_ = of_.aim_;
-            } else if (of_.result_.measured_error) {
-                floor_ = of_.result_.measured_error->hausdorff;  // it settles most triangles at first sight
-            }
-            granted_.emplace(of_.result_.mesh.triangles, of_.result_.mesh.positions);
-            // First those that nothing is known of; what is known may be loose, where all of it matters.
-            pass(0, 0.9, [&](std::uint32_t t, double floor) {
-                const LeafId leaf = of_.exported_.leaves[t];
-                return known(t) > 0
-                           ? 0.0
-                           : bound(t, floor, !leaf.valid() || of_.refinement_->basis(leaf) == ErrorBasis::bound);
-            });
-            pass(0.9, 1, [&](std::uint32_t t, double floor) {
-                const double error = known(t);
-                return error <= floor ? error : bound(t, floor, true);
-            });
-            return std::ranges::max(largest_);
-        }
-
-      private:
-        static constexpr std::uint32_t k_block = 64;
-        static constexpr std::uint32_t k_rounds = 8;
-
-        /// The bound that the estimator has for a triangle already, or 0. It has one for errors within the tolerance
-        /// that it has not marked. The first triangle of a fan stands for all of it.
-        double known(std::uint32_t t) const {
-            const LeafId leaf = of_.exported_.leaves[t];
-            if (!leaf.valid()) {
-                const FaceId face = of_.exported_.faces[t];
-                const double error = of_.hierarchy_->fan_error(face);
-                return of_.part_[t] == 0 && of_.fan_basis_[face.value] == ErrorBasis::bound && error <= of_.aim_ ? error
-                                                                                                                 : 0;
-            }
-            if (of_.refinement_->basis(leaf) == ErrorBasis::samples) return 0;
-            const double error = of_.refinement_->error(leaf);
-            return error <= of_.aim_ ? error : 0;
-        }
-
-        template <class ErrorOf>
-        void over_block(std::uint32_t block, const ErrorOf& error_of) {
-            for (std::uint32_t t = block * k_block; t < std::min((block + 1) * k_block, count_); ++t)
-                largest_[block] = std::max(largest_[block], error_of(t, std::max(floor_, largest_[block])));
-        }
-
-        /// In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next, and so does
-        /// what is found in a block.
-        template <class ErrorOf>
-        void pass(double from, double to, const ErrorOf& error_of) {
-            const auto blocks = static_cast<std::uint32_t>(largest_.size());
-            for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
-                const double begin = from + (to - from) * round / k_rounds,
-                             end = from + (to - from) * (round + 1) / k_rounds;
-                detail::for_each_batch(of_.patches_.get(), (blocks - round + k_rounds - 1) / k_rounds, 1, of_.context_,
-                                       "certify", begin, end,
-                                       [&](std::uint32_t i) { over_block(i * k_rounds + round, error_of); });
-                for (std::uint32_t block = round; block < blocks; block += k_rounds)
-                    floor_ = std::max(floor_, largest_[block]);
-            }
-        }
-
-        /// The error with the neighbours unfolded or without, whichever is less.
-        /// @param still  whether to try without them first
-        double bound(std::uint32_t t, double floor, bool still) const {
-            if (!of_.exported_.leaves[t].valid())
-                return of_.part_[t] == 0 ? of_.fan_error_->certified(of_.exported_.faces[t], floor, false) : 0;
-            const CellTriangle leaf = of_.origin(t).cell;
-            const EdgeSliding sliding = granted_->of(t, of_.estimator_->soft_edges(leaf));
-            auto& bounder = of_.estimator_->bounder();
-            if (!sliding.any()) return bounder.certified_error(leaf, floor);
-            const double first = bounder.certified_error(leaf, floor, still ? EdgeSliding{} : sliding);
-            return first <= floor
-                       ? first
-                       : std::min(first, bounder.certified_error(leaf, floor, still ? sliding : EdgeSliding{}));
-        }
-
-        const PatchTessellator& of_;
-        std::uint32_t count_;
-        std::vector<double> largest_;  ///< by block of triangles
-        double floor_ = 0;
-        std::optional<MeshSliding> granted_;
-    };
-
     void certify() override {
-        if (map_.plain()) result_.certified_error = Certifier(*this).run();
+        if (!map_.plain()) return;
+        // The estimator has a bound for errors within the aim that it has not marked.
+        const auto known = [&](std::uint32_t t) {
+            const LeafId leaf = exported_.leaves[t];
+            const FaceId face = exported_.faces[t];
+            const double error = leaf.valid() ? refinement_->error(leaf) : hierarchy_->fan_error(face);
+            const ErrorBasis basis = leaf.valid() ? refinement_->basis(leaf) : fan_basis_[face.value];
+            return basis == ErrorBasis::bound && error > 0 && error <= aim_ ? error
+                                                                            : std::numeric_limits<double>::infinity();
+        };
+        const MeshSliding granted(result_.mesh.triangles, result_.mesh.positions);
+        result_.certified_error = this->largest_error(
+            known, [&](std::span<const std::uint32_t> triangles, double floor, std::span<double> errors) {
+                detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(triangles.size()), 32, {}, {}, 0, 1,
+                                       [&](std::uint32_t i) { errors[i] = bound(triangles[i], floor, granted); });
+            });
+    }
+    /// The error with the neighbours unfolded or without, whichever is less.
+    double bound(std::uint32_t t, double floor, const MeshSliding& granted) const {
+        const LeafId of = exported_.leaves[t];
+        if (!of.valid()) return fan_error_->certified(exported_.faces[t], floor, false);
+        const CellTriangle leaf = origin(t).cell;
+        EdgeSliding first, second = granted.of(t, estimator_->soft_edges(leaf));
+        auto& bounder = estimator_->bounder();
+        if (!second.any()) return bounder.certified_error(leaf, floor);
+        if (refinement_->basis(of) != ErrorBasis::bound) std::swap(first, second);
+        const double error = bounder.certified_error(leaf, floor, first);
+        return error <= floor ? error : std::min(error, bounder.certified_error(leaf, floor, second));
     }
 
     void add_warnings() {
