@@ -43,15 +43,11 @@ detail::LabelledPolygon<Bary> in_quarter(const detail::LabelledPolygon<Bary>& wh
 }  // namespace
 
 LoopBounder::LoopBounder(const LoopPatches& patches)
-    : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches), way_(1) {}
+    : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches) {}
 
-LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
-    if (leaf.root != root_ || known_ == 0) {
-        root_ = leaf.root;
-        patches_.root_cell(leaf.root, way_[0].cell);
-        way_[0].has_patch = false;
-        known_ = 1;
-    }
+LoopCell LoopBounder::locate(const CellTriangle& leaf, Corners& at) const {
+    LoopCell cell;
+    patches_.root_cell(leaf.root, cell);
     std::int64_t size = std::int64_t{1} << leaf.level;
     std::array<std::array<std::int64_t, 3>, 3> p;
     const auto turn = [&](int by) {
@@ -62,9 +58,8 @@ LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
         const std::int64_t x = leaf.corner[i].x, y = leaf.corner[i].y;
         p[i] = {size - x - y, x, y};
     }
-    turn(way_[0].cell.turn);
-    int depth = 0;
-    while (way_[depth].cell.kind != LoopCell::Kind::regular && size > 1) {
+    turn(cell.turn);
+    while (cell.kind != LoopCell::Kind::regular && size > 1) {
         // The quarter that holds all three corners, if there is one.
         const std::int64_t half = size / 2;
         int quarter = -1;
@@ -83,22 +78,14 @@ LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
                 b[quarter] -= half;
         }
         size = half;
-        ++depth;
-        if (static_cast<std::size_t>(depth) == way_.size()) way_.emplace_back();
-        Level& level = way_[depth];
-        if (depth >= known_ || level.quarter != quarter) {
-            patches_.child(way_[depth - 1].cell, quarter, level.cell);
-            level.quarter = quarter;
-            level.has_patch = false;
-            known_ = depth + 1;
-        }
-        turn(level.cell.turn);
+        patches_.child(cell, quarter, cell);
+        turn(cell.turn);
     }
     const double scale = 1.0 / static_cast<double>(size);
     for (int i = 0; i < 3; ++i)
         at[i] = {static_cast<double>(p[i][0]) * scale, static_cast<double>(p[i][1]) * scale,
                  static_cast<double>(p[i][2]) * scale};
-    return way_[depth];
+    return cell;
 }
 
 Vec3d LoopBounder::position(const LoopCell& cell, const Bary& at) const {
@@ -110,38 +97,30 @@ LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
                                   bool may_reject) {
     start(decide_at, may_reject);
     Piece piece{{}, {0, 1, 2}};
-    Level& level = locate(leaf, piece.at);
-    return error_in(level, piece, sliding);
+    const LoopCell cell = locate(leaf, piece.at);
+    return error_in(cell, piece, sliding);
 }
 
 LeafError LoopBounder::part_error(HalfedgeId root, const std::array<Vec2d, 3>& corners, double decide_at) {
     start(decide_at, false);
     Piece piece{{}, {0, 1, 2}};
-    Level& level = locate({root, 0, {LatticePoint{0, 0}, {1, 0}, {0, 1}}}, piece.at);
+    LoopCell cell;
+    patches_.root_cell(root, cell);
     for (std::size_t i = 0; i < 3; ++i) {
         const Vec2d& p = corners[i];
-        piece.at[i] = detail::turned({1 - p.x - p.y, p.x, p.y}, level.cell.turn);
+        piece.at[i] = detail::turned({1 - p.x - p.y, p.x, p.y}, cell.turn);
     }
-    return error_in(level, piece, {});
+    return error_in(cell, piece, {});
 }
 
-LeafError LoopBounder::error_in(Level& level, const Piece& piece, const EdgeSliding& sliding) {
-    const bool is_regular = level.cell.kind == LoopCell::Kind::regular;
-    if (is_regular && !level.has_patch) {
-        level.patch = detail::box_spline_triangle(level.cell.net);
-        level.linear_deviation = detail::linear_deviation(level.cell.net);
-        level.has_patch = true;
-    }
+LeafError LoopBounder::error_in(const LoopCell& cell, const Piece& piece, const EdgeSliding& sliding) {
     // |S - L| first: it is never smaller than the distance, and known for all triangles of a cell.
-    const double size = is_regular ? relative_size(piece.at) : 0;
-    if (size > 0 && settled(size * size * level.linear_deviation + pad_)) return finish();
+    const double size = cell.kind == LoopCell::Kind::regular ? relative_size(piece.at) : 0;
+    if (size > 0 && settled(size * size * detail::linear_deviation(cell.net) + pad_)) return finish();
     std::array<Vec3d, 3> corner;
-    for (std::size_t i = 0; i < 3; ++i) corner[i] = position(level.cell, piece.at[i]);
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = position(cell, piece.at[i]);
     set_face(detail::TriangleDistance(corner, sliding));
-    if (is_regular)
-        bound_surface(level.patch.over(piece.at), piece.edge);
-    else
-        bound_cell(level.cell, piece, k_max_refinement);
+    bound_cell(cell, piece, k_max_refinement);
     return finish();
 }
 
@@ -196,7 +175,7 @@ QuickError LoopBounder::quick_error(const CellTriangle& leaf) {
 
 void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {
     Corners at;
-    const LoopCell& cell = locate(leaf, at).cell;
+    const LoopCell cell = locate(leaf, at);
     detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
         Bary b;
         for (std::size_t c = 0; c < 3; ++c) b[c] = b0 * at[0][c] + b1 * at[1][c] + b2 * at[2][c];

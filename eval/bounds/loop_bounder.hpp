@@ -11,8 +11,7 @@
 namespace tetrakis {
 
 /// Errors of leaves of triangle quadtrees (red triangles, and the halves and quarters of their green closure) against a
-/// Loop limit surface. Keeps the way down to the last leaf's patch, so that leaves asked for in path order share it.
-/// One per thread; results depend on the leaf alone.
+/// Loop limit surface. One per thread; results depend on the leaf alone.
 ///
 /// The error of a leaf with triangle T over the piece S of the surface is QuadBounder's: the largest of the distance
 /// from a point of S to T, and the distance from a point of S on a side of the leaf to that edge of T. It bounds the
@@ -44,14 +43,6 @@ class LoopBounder : private detail::PatchBounder<> {
     void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions);
 
   private:
-    using Patch = detail::BezierTriangle<4>;
-    struct Level {
-        detail::LoopCell cell;
-        int quarter = -1;  ///< of the level above
-        bool has_patch = false;
-        Patch patch;                  ///< of a regular cell
-        double linear_deviation = 0;  ///< with the patch
-    };
     using Corners = std::array<detail::Bary, 3>;
     /// A triangle within a cell.
     struct Piece {
@@ -59,8 +50,9 @@ class LoopBounder : private detail::PatchBounder<> {
         Edges edge;
     };
 
-    LeafError error_in(Level& level, const Piece& piece, const EdgeSliding& sliding);
-    Level& locate(const CellTriangle& leaf, Corners& at);
+    LeafError error_in(const detail::LoopCell& cell, const Piece& piece, const EdgeSliding& sliding);
+    /// The cell that a leaf lies in, as far down as it is irregular.
+    detail::LoopCell locate(const CellTriangle& leaf, Corners& at) const;
     Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
     void bound_cell(const detail::LoopCell& cell, const Piece& piece, int depth);
     /// Bound on the error of a piece of an irregular cell: a star's by norms, any other's by its hull.
@@ -70,9 +62,6 @@ class LoopBounder : private detail::PatchBounder<> {
     double corner_error_in(const std::array<Vec3d, 3>& cell, const Piece& piece) const;
 
     const LoopPatches& patches_;
-    HalfedgeId root_;
-    std::vector<Level> way_;
-    int known_ = 0;  ///< levels of way_ that belong to root_
 };
 
 }  // namespace tetrakis
