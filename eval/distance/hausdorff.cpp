@@ -5,6 +5,8 @@
 #include "local_maximum.hpp"
 #include "mesh_sampling.hpp"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -13,8 +15,6 @@
 namespace tetrakis {
 
 namespace {
-
-using detail::SampleBlock;
 
 struct Corners {
     Vec3d a, ab, ac;
@@ -40,7 +40,8 @@ struct BlockResult {
     double sum = 0, sum_of_squares = 0;  // weighted by area
     std::uint64_t samples = 0;
     Worst worst;
-    std::vector<float> triangle_max;  // of the triangles touched
+    std::uint32_t first_triangle = 0;
+    std::vector<float> triangle_max;  // of the triangles touched, from that one on
     void add(double weight, double distance) {
         sum += weight * distance;
         sum_of_squares += weight * distance * distance;
@@ -53,6 +54,12 @@ Vec2d on_side(int k, double s) {
     return k_corners[k] + s * (k_corners[k + 1] - k_corners[k]);
 }
 
+/// Sample k on an edge as a fraction of it. The two sides of an edge get different ones; `lower` starts at the middle.
+double edge_sample(std::uint32_t k, bool lower) {
+    // 0.382 is where the sequence that starts at the middle leaves its largest gap longest.
+    return glm::fract((lower ? 0.5 : 0.381966011250105) + k * 0.61803398874989484820);
+}
+
 class Sampler {
   public:
     Sampler(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options)
@@ -60,12 +67,19 @@ class Sampler {
         std::vector<double> areas(mesh.triangles.size());
         for_each_index(static_cast<std::uint32_t>(areas.size()),
                        [&](std::uint32_t t) { areas[t] = Corners(mesh, t).area(); });
-        plan_ = detail::plan_samples(areas, options.samples);
+        for (const double area : areas) area_ += area;
+        const double density = area_ > 0 ? static_cast<double>(options.samples) / area_ : 0.0;
+        for (const double area : areas) {
+            constexpr double k_most_rows = 65535;
+            const auto rows =
+                static_cast<std::uint64_t>(std::clamp(std::round(std::sqrt(area * density)), 1.0, k_most_rows));
+            first_.push_back(first_.back() + rows * rows);
+        }
     }
 
     DirectedDistance run(const RunContext& context) {
         DirectedDistance result;
-        result.area = plan_.area;
+        result.area = area_;
         if (options_.per_triangle) {
             result.triangle_max.assign(mesh_.triangles.size(), 0.0f);
             nearest_max_.assign(to_.triangle_count(), 0.0f);
@@ -74,9 +88,9 @@ class Sampler {
         sample_vertices(result, worst, context);
         if (!options_.vertices_alone) sample_triangles(result, worst, context);
         climb(result, worst);
-        if (plan_.area > 0) {
-            result.mean /= plan_.area;
-            result.rms = std::sqrt(result.rms / plan_.area);
+        if (area_ > 0) {
+            result.mean /= area_;
+            result.rms = std::sqrt(result.rms / area_);
         }
         result.nearest_max = std::move(nearest_max_);
         return result;
@@ -84,6 +98,12 @@ class Sampler {
 
   private:
     static constexpr std::uint32_t k_vertex_grain = 1024;
+
+    /// Samples inside a triangle: a square number, by its area.
+    std::uint64_t inside(std::uint32_t t) const { return first_[t + std::size_t{1}] - first_[t]; }
+    std::uint32_t rows_of(std::uint32_t t) const {
+        return static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(inside(t)))));
+    }
 
     double distance_of(const Vec3d& point, CoherentClosest& walker) {
         const ClosestPoint nearest = walker.closest(point);
@@ -137,29 +157,33 @@ class Sampler {
     }
 
     void sample_triangles(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
-        std::vector<BlockResult> results(plan_.blocks.size());
+        // About two milliseconds of closest points: enough to pay for the task, little enough to share evenly.
+        constexpr std::uint64_t k_block_samples = 4096;
+        std::vector<BlockResult> results((first_.back() + k_block_samples - 1) / k_block_samples);
         for_each_reported(static_cast<std::uint32_t>(results.size()), 1, context, "measure", 0.2, 1,
-                          [&](std::uint32_t b) { results[b] = sample_block(plan_.blocks[b]); });
-        for (std::size_t b = 0; b < results.size(); ++b) {
-            const BlockResult& block = results[b];
+                          [&](std::uint32_t b) {
+                              const std::uint64_t begin = b * k_block_samples;
+                              results[b] = sample_block(begin, std::min(begin + k_block_samples, first_.back()));
+                          });
+        for (const BlockResult& block : results) {
             take(block, result, worst);
             for (std::size_t i = 0; i < block.triangle_max.size(); ++i) {
-                float& largest = result.triangle_max[plan_.blocks[b].first_triangle + i];
+                float& largest = result.triangle_max[block.first_triangle + i];
                 largest = std::max(largest, block.triangle_max[i]);
             }
         }
     }
 
-    BlockResult sample_block(const SampleBlock& block) {
+    /// The samples inside triangles with these numbers; with the first ones of a triangle, those on its edges.
+    BlockResult sample_block(std::uint64_t begin, std::uint64_t end) {
         BlockResult out;
         CoherentClosest walker(to_);
-        if (options_.per_triangle) out.triangle_max.assign(block.end_triangle - block.first_triangle, 0.0f);
-        for (std::uint32_t t = block.first_triangle; t < block.end_triangle; ++t) {
+        auto t = static_cast<std::uint32_t>(std::ranges::upper_bound(first_, begin) - first_.begin() - 1);
+        out.first_triangle = t;
+        for (; begin < end; begin = first_[++t]) {
             const Corners corners(mesh_, t);
-            const std::uint32_t inside = plan_.inside[t], rows = detail::rows_of(inside);
-            const std::uint64_t first = t == block.first_triangle ? block.first_sample : 0;
-            const std::uint64_t end = t + 1 == block.end_triangle ? block.end_sample : inside;
-            const double weight = corners.area() / inside;
+            const std::uint32_t rows = rows_of(t);
+            const double weight = corners.area() / static_cast<double>(inside(t));
             double largest = 0;
             const auto measure = [&](const Vec2d& uv) {
                 const Vec3d point = corners.at(uv);
@@ -169,19 +193,18 @@ class Sampler {
                 out.worst.offer(distance, t, uv, point);
                 return distance;
             };
-            for (std::uint64_t k = first; k < end; ++k) {
-                const double distance = measure(detail::inside_sample(k, rows));
+            for (std::uint64_t k = begin; k < std::min(end, first_[t + std::size_t{1}]); ++k) {
+                const double distance = measure(detail::inside_sample(k - first_[t], rows));
                 out.add(weight, distance);
             }
-            if (first == 0) {
-                const std::uint32_t on_edge = detail::edge_sample_count(rows);
+            if (begin == first_[t]) {
                 const auto& corner = mesh_.triangles[t];
-                for (int side = 0; side < 3; ++side) {
-                    const bool lower = corner[side] < corner[(side + 1) % 3];
-                    for (std::uint32_t k = 0; k < on_edge; ++k) measure(on_side(side, detail::edge_sample(k, lower)));
-                }
+                // As dense along an edge as the inside is across.
+                for (int side = 0; side < 3; ++side)
+                    for (std::uint32_t k = 0; k < 1 + rows / 2; ++k)
+                        measure(on_side(side, edge_sample(k, corner[side] < corner[(side + 1) % 3])));
             }
-            if (options_.per_triangle) out.triangle_max[t - block.first_triangle] = detail::round_up(largest);
+            if (options_.per_triangle) out.triangle_max.push_back(detail::round_up(largest));
         }
         return out;
     }
@@ -212,7 +235,7 @@ class Sampler {
         CoherentClosest walker(to_);
         std::uint64_t tried = 0;
         constexpr int k_sweeps = 6;  // the last step is below a thousandth of the sample spacing
-        const double step = 1 / std::sqrt(static_cast<double>(plan_.inside[top.triangle]) + 1);
+        const double step = 1 / std::sqrt(static_cast<double>(inside(top.triangle)) + 1);
         const std::uint32_t triangle = top.triangle;
         const auto distance = [&](const Vec2d& uv) {
             const Vec3d point = corners.at(uv);
@@ -229,7 +252,8 @@ class Sampler {
     const TriangleMesh& mesh_;
     const TriangleBvh& to_;
     SamplingOptions options_;
-    detail::SamplingPlan plan_;
+    double area_ = 0;
+    std::vector<std::uint64_t> first_{0};  ///< per triangle: samples inside those before it
     std::vector<float> nearest_max_;
 };
 

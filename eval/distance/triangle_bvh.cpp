@@ -1,32 +1,188 @@
 #include "triangle_bvh.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../surface/local_frame.hpp"
 #include "../triangles/point_triangle.hpp"
-#include "embree_scene.hpp"
 
+#include <embree3/rtcore.h>
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <exception>
+#include <functional>
+#include <limits>
+#include <thread>
 
 namespace tetrakis {
 
+namespace {
+
+// Squares and sums of local coordinates up to this stay finite in float.
+constexpr double k_farthest_float_query = 0x1p60;
+
+/// A search for the nearest triangle.
+struct NearestSearch {
+    double distance;  ///< the least so far
+    /// The distance of a triangle; may be any larger number where it exceeds `best`. What it throws ends the search and
+    /// is thrown from there.
+    std::function<double(std::uint32_t triangle, double best)> exact;
+    double scale = 1;  ///< of the local frame
+    double slack = 0;  ///< in it: how far float rounding moved the query point and the triangles
+    std::exception_ptr thrown{};
+
+    /// Returns whether this triangle is nearer than those before.
+    bool offer(std::uint32_t triangle) {
+        const double offered = exact(triangle, distance);
+        if (!(offered < distance)) return false;
+        distance = offered;
+        return true;
+    }
+    /// A float radius that misses nothing as near as what has been found.
+    float radius() const {
+        // Embree computes squared box distances in float: one rounding in each difference of coordinates, five in
+        // squares and sum, one in the squared radius; together below 8 * 2^-24 relative in the square, 2^-22 in the
+        // distance. Four times that also covers the double roundings of the local frame.
+        constexpr double k_inflation = 0x1p-20;
+        // The square must not underflow to zero, or a primitive that touches the point would be culled.
+        constexpr double k_smallest = 0x1p-60;
+        const double radius = (distance * scale + slack) * (1 + k_inflation);
+        return radius < std::numeric_limits<float>::max() ? detail::round_up(std::max(radius, k_smallest))
+                                                          : std::numeric_limits<float>::infinity();
+    }
+    static bool on_candidate(RTCPointQueryFunctionArguments* args) {
+        auto& search = *static_cast<NearestSearch*>(args->userPtr);
+        if (search.thrown) return false;
+        try {
+            if (!search.offer(args->primID)) return false;
+        } catch (...) {  // nothing may be thrown through Embree
+            search.thrown = std::current_exception();
+            args->query->radius = 0;
+            return true;
+        }
+        const float radius = search.radius();
+        if (radius >= args->query->radius) return false;
+        args->query->radius = radius;
+        return true;
+    }
+};
+
+/// Passes Embree's progress on. Embree asks from all of its threads, the callback is for the calling one alone.
+struct BuildMonitor {
+    explicit BuildMonitor(const RunContext& to) : context(to) {}
+    const RunContext& context;
+    std::thread::id caller = std::this_thread::get_id();
+    std::atomic<bool> stop = false;
+    std::exception_ptr thrown;  // written by the calling thread only
+
+    static bool on_progress(void* self, double fraction) {
+        auto& monitor = *static_cast<BuildMonitor*>(self);
+        if (std::this_thread::get_id() == monitor.caller && !monitor.stop) {
+            try {
+                monitor.context.report("build", fraction);
+            } catch (...) {  // nothing may be thrown through Embree
+                monitor.thrown = std::current_exception();
+                monitor.stop = true;
+            }
+        }
+        return !monitor.stop;
+    }
+};
+
+}  // namespace
+
+/// An Embree device with one scene of one geometry. Embree reports its failures through the device; build() turns them
+/// into Errors.
 struct TriangleBvh::State {
-    State(std::uint64_t max_memory_bytes) : scene(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT, max_memory_bytes) {}
     std::span<const Vec3d> positions;
     std::span<const std::array<std::uint32_t, 3>> triangles;
     Box3d bounds;
     detail::LocalFrame frame;
-    detail::EmbreeScene scene;
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+    std::atomic<std::int64_t> bytes = 0;  ///< that Embree holds now
+    std::int64_t limit = 0;               ///< of these; 0: none
+    std::atomic<int> failure = RTC_ERROR_NONE;
+
+    explicit State(std::uint64_t max_memory_bytes) : limit(static_cast<std::int64_t>(max_memory_bytes)) {
+        device = rtcNewDevice(nullptr);
+        if (device == nullptr)
+            throw Error(ErrorCode::unsupported, fmt::format("Embree cannot start on this machine (error {})",
+                                                            static_cast<int>(rtcGetDeviceError(nullptr))));
+        rtcSetDeviceErrorFunction(device, &State::on_error, this);
+        rtcSetDeviceMemoryMonitorFunction(device, &State::on_memory, this);
+        scene = rtcNewScene(device);
+        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT);
+    }
+    ~State() {
+        if (scene != nullptr) rtcReleaseScene(scene);
+        rtcReleaseDevice(device);
+    }
+    State(const State&) = delete;
+
+    /// Attaches the geometry (as number 0), builds the hierarchy and takes over the reference. Reports stage "build".
+    void build(RTCGeometry geometry, const RunContext& context) {
+        rtcSetGeometryPointQueryFunction(geometry, &NearestSearch::on_candidate);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene, geometry, 0);
+        rtcReleaseGeometry(geometry);
+        BuildMonitor monitor(context);
+        if (context.progress) rtcSetSceneProgressMonitorFunction(scene, &BuildMonitor::on_progress, &monitor);
+        // Where this is part of a parallel loop, a thread that waits here must not take up another piece of it.
+        oneapi::tbb::this_task_arena::isolate([&] { rtcCommitScene(scene); });
+        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+        if (monitor.thrown) std::rethrow_exception(monitor.thrown);
+        if (failure == RTC_ERROR_NONE) return;
+        if (failure == RTC_ERROR_OUT_OF_MEMORY)
+            throw Error(
+                ErrorCode::memory_limit,
+                limit > 0 ? fmt::format("the bounding volume hierarchy needs more than the {} bytes left for it", limit)
+                          : std::string("no memory left for the bounding volume hierarchy"));
+        throw Error(ErrorCode::invalid_input, fmt::format("Embree rejects the geometry (error {})", failure.load()));
+    }
+
+    /// Offers the triangles that may be within search.distance. Embree finds candidates in float, with radii rounded
+    /// outward, so that none is missed, equal ones neither; the distances compared are the caller's. Thread-safe.
+    void run(NearestSearch& search, const Vec3d& point) const {
+        // Rounding to float moves a local coordinate c by at most 2^-24 |c|. Of a box at the distance d from a point
+        // whose coordinates are at most r, the sides that the distance is taken to have coordinates of at most r + d:
+        // rounding moves it by sqrt(3) 2^-24 r, and by a share of d that the radii allow for.
+        constexpr double k_vertex_rounding = 1.7320508075688774 * 0x1p-24;
+        const Vec3d local = frame.to_local(point);
+        const double reach = std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)});
+        if (!(reach <= k_farthest_float_query)) {  // too far for squares of floats: every triangle is a candidate
+            for (std::uint32_t t = 0; t < triangles.size(); ++t) search.offer(t);
+            return;
+        }
+        RTCPointQuery query;
+        query.x = static_cast<float>(local.x);
+        query.y = static_cast<float>(local.y);
+        query.z = static_cast<float>(local.z);
+        query.time = 0;
+        search.scale = frame.scale;
+        search.slack = glm::length(local - Vec3d(query.x, query.y, query.z)) + k_vertex_rounding * reach;
+        query.radius = search.radius();
+        RTCPointQueryContext context;
+        rtcInitPointQueryContext(&context);
+        rtcPointQuery(scene, &query, &context, nullptr, &search);
+        if (search.thrown) std::rethrow_exception(search.thrown);
+    }
+
+    static bool on_memory(void* self, ssize_t bytes, bool /*post*/) {
+        auto& state = *static_cast<State*>(self);
+        const std::int64_t total = state.bytes.fetch_add(bytes) + bytes;
+        // Embree must be allowed to give memory back, else it cannot unwind.
+        return bytes <= 0 || state.limit == 0 || total <= state.limit;
+    }
+    static void on_error(void* self, RTCError code, const char* /*text*/) {
+        int none = RTC_ERROR_NONE;
+        static_cast<State*>(self)->failure.compare_exchange_strong(none, static_cast<int>(code));
+    }
 };
 
 namespace {
-
-// Rounding to float moves a local coordinate c by at most 2^-24 |c|. Of a box at the distance d from a point whose
-// coordinates are at most r, the sides that the distance is taken to have coordinates of at most r + d: rounding moves
-// it by sqrt(3) 2^-24 r, and by a share of d that EmbreeScene's radii allow for.
-constexpr double k_vertex_rounding = 1.7320508075688774 * 0x1p-24;
 
 // Points that one task looks up, and points between two progress reports.
 constexpr std::uint32_t k_point_grain = 256;
@@ -94,7 +250,7 @@ TriangleBvh::TriangleBvh(std::span<const Vec3d> positions, std::span<const std::
     if (triangles.empty()) return;
     state.frame =
         detail::LocalFrame::around(glm::clamp(median(positions), state.bounds.lower, state.bounds.upper), state.bounds);
-    RTCGeometry geometry = rtcNewGeometry(state.scene.device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    RTCGeometry geometry = rtcNewGeometry(state.device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                                  3 * sizeof(float), positions.size()));
     if (vertices == nullptr) {
@@ -108,13 +264,13 @@ TriangleBvh::TriangleBvh(std::span<const Vec3d> positions, std::span<const std::
         });
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0,
                                    sizeof(triangles[0]), triangles.size());
-        state.scene.build(geometry, context);
+        state.build(geometry, context);
     });
 }
 
 std::uint32_t TriangleBvh::triangle_count() const { return static_cast<std::uint32_t>(state_->triangles.size()); }
 Box3d TriangleBvh::bounds() const { return state_->bounds; }
-std::uint64_t TriangleBvh::memory_bytes() const { return state_->scene.memory_bytes(); }
+std::uint64_t TriangleBvh::memory_bytes() const { return static_cast<std::uint64_t>(state_->bytes); }
 
 ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const noexcept {
     const State& state = *state_;
@@ -136,17 +292,19 @@ ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const
             result = {nearest.point, distance, t, nearest.u, nearest.v};
         return distance;
     };
-    state.scene.nearest(state.frame, triangle_count(), k_vertex_rounding, point, max_distance, exact);
+    NearestSearch search{max_distance, std::ref(exact)};
+    state.run(search, point);
     return result;
 }
 
 std::vector<std::uint32_t> TriangleBvh::within(const Vec3d& point, double distance) const {
     std::vector<std::uint32_t> result;
-    state_->scene.nearest(state_->frame, triangle_count(), k_vertex_rounding, point, distance,
-                          [&](std::uint32_t t, double) {
-                              result.push_back(t);
-                              return std::numeric_limits<double>::infinity();
-                          });
+    const auto take = [&](std::uint32_t t, double) {
+        result.push_back(t);
+        return std::numeric_limits<double>::infinity();
+    };
+    NearestSearch search{distance, std::ref(take)};
+    if (!state_->triangles.empty()) state_->run(search, point);
     return result;
 }
 
@@ -170,8 +328,7 @@ bool make_local_ray(const detail::LocalFrame& frame, const Vec3d& origin, const 
         local += way.start * along;
     }
     // Embree takes no coordinates beyond this.
-    if (!(std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)}) <= detail::k_farthest_float_query))
-        return false;
+    if (!(std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)}) <= k_farthest_float_query)) return false;
     ray.org_x = static_cast<float>(local.x);
     ray.org_y = static_cast<float>(local.y);
     ray.org_z = static_cast<float>(local.z);
@@ -202,7 +359,7 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcIntersect1(state.scene.scene(), &context, &query);
+    rtcIntersect1(state.scene, &context, &query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return result;
     result.triangle = query.hit.primID;
     const auto& corner = state.triangles[result.triangle];
@@ -236,7 +393,7 @@ bool TriangleBvh::occluded(const Vec3d& origin, const Vec3d& direction, double t
         return false;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcOccluded1(state.scene.scene(), &context, &ray);
+    rtcOccluded1(state.scene, &context, &ray);
     return ray.tfar < 0;
 }
 
