@@ -2,7 +2,7 @@
 
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "cell_deviation.hpp"
-#include "normed_cells.hpp"
+#include "cell_norms.hpp"
 #include "surface_bound.hpp"
 
 #include <array>

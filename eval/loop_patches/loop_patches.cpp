@@ -48,7 +48,7 @@ LoopPatches::LoopPatches(const ControlMesh& mesh, const RunContext& context) : m
                                                  " bytes, more than the limit of " +
                                                  std::to_string(context.max_memory_bytes));
     with_threads(context, [&] {
-        first_step(context);
+        first_step();
         classify_roots();
         corner_limits();
     });
@@ -96,7 +96,7 @@ float LoopPatches::half_sharpness(std::uint32_t h) const {
     return child_sharpness_chaikin(s, around);
 }
 
-void LoopPatches::first_step(const RunContext&) {
+void LoopPatches::first_step() {
     const std::uint32_t vertex_count = mesh_.vertex_count(), edge_count = mesh_.edge_count();
     vertex_points_.resize(vertex_count);
     smooth_.assign(vertex_count, 0);

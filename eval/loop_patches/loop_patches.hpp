@@ -61,7 +61,7 @@ class LoopPatches {
   private:
     enum class RootKind : std::uint8_t { regular, star0, star1, star2, split, generic };
 
-    void first_step(const RunContext& context);
+    void first_step();
     void classify_roots();
     detail::CornerRing control_ring(std::uint32_t h) const;
     /// Of the half at the origin, level 1.

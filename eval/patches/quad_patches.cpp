@@ -47,7 +47,7 @@ QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : m
                         std::to_string(bytes) + " bytes, more than the limit of " +
                         std::to_string(context.max_memory_bytes) +
                         "; cut up faces of very many corners and vertices of very many edges, or raise the limit");
-    first_step(context);
+    first_step();
     roots_ = decltype(roots_)(mesh.halfedge_count());
 }
 
@@ -88,7 +88,7 @@ void QuadPatches::forget_trees() const {
     times_forgotten_.fetch_add(1, std::memory_order_relaxed);
 }
 
-void QuadPatches::first_step(const RunContext&) {
+void QuadPatches::first_step() {
     const ControlMesh& m = mesh_;
     const std::uint32_t vertices = m.vertex_count(), edges = m.edge_count(), faces = m.face_count();
     first_.resize(std::size_t{vertices} + edges + faces);

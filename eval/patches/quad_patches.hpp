@@ -72,7 +72,7 @@ class QuadPatches {
     Vec3d face_point(HalfedgeId h) const {
         return first_[mesh_.vertex_count() + mesh_.edge_count() + mesh_.face(h).value];
     }
-    void first_step(const RunContext& context);
+    void first_step();
     void gather_star(HalfedgeId root, detail::QuadStar& star) const;
     detail::QuadRings root_rings(HalfedgeId root) const;
 
