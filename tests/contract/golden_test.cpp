@@ -1,5 +1,5 @@
 #include "../kit/meshes.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 
 #include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"

@@ -5,8 +5,8 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/core/scheme_table.hpp"
+#include "../kit/nearest.hpp"
 #include "../kit/scheme_meshes.hpp"
-#include "nearest_triangle.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +16,8 @@
 // What a tessellation is judged by: distances from scratch, in doubles, to points that refine() puts on the limit
 // surface. Nothing of the library's own measuring is used.
 namespace tetrakis::contract {
+
+using test::NearestTriangle;
 
 /// The limit surface as refine() gives it at one level.
 class LimitJudge {

@@ -28,44 +28,6 @@
 using namespace tetrakis;
 using namespace tetrakis::test;
 
-TEST_CASE("lod: after every frame of a walk the mesh is whole, within its budgets and what the ranges said") {
-    for (const auto& [columns, rows] : {std::pair{129u, 129u}, {60u, 201u}, {3u, 2u}}) {
-        CAPTURE(columns);
-        CAPTURE(rows);
-        HeightGrid grid = rough(columns, rows, 5);
-        grid.spacing = {2, 3};
-        grid.origin = {1000, -500};
-        const lod::TerrainSurface surface(grid);
-        lod::View view(surface, {.max_leaves = 10'000, .max_ranges = 50});
-        Copied copied;
-        Wanderer wanderer(grid, 7);
-        std::mt19937 random(3);
-        std::uint32_t most_changes = 0;
-        for (int frame = 0; frame < 120; ++frame) {
-            const lod::Camera camera = wanderer.next();
-            lod::Budget budget{.pixel_error = 2};
-            if (frame % 20 > 14) budget.leaves = 600 + static_cast<std::uint32_t>(random() % 3000);
-            const lod::Update update = view.update(camera, budget);
-            most_changes = std::max(most_changes, update.splits + update.merges);
-            copied.take(view, update);
-            REQUIRE(copied.equals(view));
-            REQUIRE(update.triangles.size() <= 50);
-            REQUIRE(update.vertices.size() <= 50);
-            REQUIRE(update.complete);
-            REQUIRE(update.leaves == view.leaf_count());
-            REQUIRE(update.leaves <= std::max(std::min(budget.leaves, view.max_leaves()), 4 * 64u));
-            REQUIRE(view.vertices().size() <= view.vertex_capacity());
-            REQUIRE(view.triangles().size() <= view.triangle_capacity());
-            REQUIRE(view.triangles().size() <= 1.5 * update.leaves + 300);  // those not in use are few
-            if (frame % 8 != 0) continue;
-            check_whole(view, grid);
-            REQUIRE(update.pixel_error >= budget.pixel_error);
-            REQUIRE(judged_pixels(view, grid, camera) <= update.pixel_error + 1e-3);
-        }
-        if (columns > 3) CHECK(most_changes > 500);
-    }
-}
-
 TEST_CASE("lod: a camera that stands still changes nothing, and one that comes back finds nothing finer than needed") {
     const HeightGrid grid = rough(200, 200, 9);
     const lod::TerrainSurface surface(grid);

@@ -4,7 +4,7 @@
 
 #include "../kit/hierarchy_helpers.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 #include "../kit/random_mesh.hpp"
 #include "../kit/scheme_meshes.hpp"
 #include "../kit/surface_topology.hpp"
@@ -56,17 +56,28 @@ void check_watertight(const ControlMesh& mesh, const Tessellation& result) {
     CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
 }
 
-/// Each vertex is a limit point of refine() at some level up to one beyond the deepest.
+/// Each vertex is a limit point of refine() at some level up to one beyond the deepest, without tags with its normal.
 void check_vertices(const ControlMesh& mesh, const SchemeInfo& scheme, const Tessellation& result) {
-    std::vector<Vec3d> limits;
-    for (int level = 1; level <= result.deepest_level + 1; ++level) {
-        const std::vector<Vec3d> points = refine(mesh, scheme, level, {.limit = true}).positions;
-        limits.insert(limits.end(), points.begin(), points.end());
-    }
-    const PointMatch match(limits);
+    const PolygonMesh limits =
+        test::limits_of(mesh, scheme, result.deepest_level + 1, {.normals = scheme.smoothness != "C0"});
+    const PointMatch match(limits.positions), corners(mesh.positions());
+    const bool has_tags = !(mesh.data().creases.empty() && mesh.data().corners.empty() && mesh.data().holes.empty());
+    const bool has_normals = !limits.normals.empty() && !has_tags && scheme_support(scheme).adaptive;
+    // Along boundaries sqrt3 has no masks for tangents: normals there are those of the faces around, at some level.
+    const double least = scheme.refinement == Refinement::sqrt3 && mesh.has_boundary() ? 0.8 : 1 - 1e-6;
+    const double near = 1e-10 * diagonal(mesh);
     double off = 0;
-    for (const Vec3d& p : result.mesh.positions) off = std::max(off, glm::length(limits[match.nearest(p)] - p));
-    CHECK(off <= 1e-10 * diagonal(mesh));
+    std::size_t turned = 0;
+    for (std::size_t v = 0; v < result.mesh.positions.size(); ++v) {
+        const Vec3d& p = result.mesh.positions[v];
+        const std::uint32_t i = match.nearest(p);
+        off = std::max(off, glm::length(limits.positions[i] - p));
+        // Corners have no tangent plane, and so no one normal.
+        if (!has_normals || glm::length(mesh.position(VertexId(corners.nearest(p))) - p) < near) continue;
+        turned += !(glm::dot(limits.normals[i], result.mesh.normals[v]) > least);
+    }
+    CHECK(off <= near);
+    CHECK(turned == 0);
 }
 
 /// What the result says of its distance, and what an independent judge says.
@@ -114,6 +125,7 @@ void check_all(const ControlMesh& mesh, const SchemeInfo& scheme, double toleran
         const Tessellation result = tessellate(mesh, {.scheme = scheme,
                                                       .estimator = estimator,
                                                       .tolerance = tolerance,
+                                                      .crease_degrees = 180,
                                                       .measure = true,
                                                       .measure_samples = k_samples});
         CHECK(result.tolerance_absolute == doctest::Approx(tolerance * diagonal(mesh)).epsilon(1e-12));
@@ -486,47 +498,6 @@ TEST_CASE("materials and groups are those of the control face that a triangle co
         CHECK(wrong == 0);
         if (is_dual(scheme) || scheme.refinement == Refinement::honeycomb) continue;
         CHECK(std::set(result.triangle_face.begin(), result.triangle_face.end()).size() == mesh.face_count());
-    }
-}
-
-TEST_CASE("texture coordinates at the corners of control faces are the given ones where the rule keeps them") {
-    // Vertices stay where they are: of interpolating schemes, and elsewhere as corners.
-    for (const char* name : {"catmull-clark", "loop", "tuned-loop", "4-8", "kobbelt", "butterfly", "bilinear"}) {
-        const SchemeInfo& scheme = *find_scheme(name);
-        CAPTURE(scheme.name);
-        ControlMeshData data = smooth_mesh(5, scheme);
-        test::add_charts(data);
-        data.face_varying_rule = FaceVaryingRule::linear_all;
-        if (!scheme.interpolating)
-            for (std::uint32_t v = 0; v < data.positions.size(); ++v)
-                data.corners.push_back({v, k_infinite_sharpness, 0});
-        const ControlMesh mesh = ControlMesh::build(std::move(data));
-        TessellateOptions options{.scheme = scheme, .tolerance = 0.1, .measure = false};
-        const Tessellation result = tessellate(mesh, options);
-        REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
-        const PointMatch match(result.mesh.positions);
-        double off = 0, uv_off = 0;
-        std::size_t found = 0;
-        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
-            const Vec3d& p = mesh.position(mesh.origin(HalfedgeId(h)));
-            const std::uint32_t v = match.nearest(p);
-            off = std::max(off, glm::length(result.mesh.positions[v] - p));
-            std::size_t here = 0;
-            for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
-                for (std::size_t k = 0; k < 3; ++k)
-                    if (result.mesh.triangles[t][k] == v && result.triangle_face[t] == mesh.face(HalfedgeId(h)).value) {
-                        const Vec2d given = mesh.data().uvs[mesh.uv_index(HalfedgeId(h))];
-                        const Vec2d uv = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
-                        uv_off = std::max(uv_off, glm::length(uv - given));
-                        ++here;
-                    }
-            found += here > 0;
-        }
-        CHECK(off <= 1e-12 * diagonal(mesh));
-        CHECK(uv_off <= 1e-10);
-        CHECK(found == mesh.halfedge_count());
-        options.uvs = false;
-        CHECK(tessellate(mesh, options).mesh.uvs.empty());
     }
 }
 

@@ -1,8 +1,7 @@
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../refine/uniform/refine.hpp"
 
 #include "../kit/meshes.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 #include "../kit/scheme_meshes.hpp"
 
 #include <doctest/doctest.h>
@@ -54,17 +53,6 @@ double most_degrees_off(const TriangleMesh& mesh) {
     return most;
 }
 
-/// Limit points and normals of all levels of an open mesh.
-PolygonMesh limits_of(const ControlMesh& mesh, const char* scheme, int levels) {
-    PolygonMesh all;
-    for (int level = 1; level <= levels; ++level) {
-        const PolygonMesh uniform = refine(mesh, scheme, level, {.limit = true, .normals = true});
-        all.positions.insert(all.positions.end(), uniform.positions.begin(), uniform.positions.end());
-        all.normals.insert(all.normals.end(), uniform.normals.begin(), uniform.normals.end());
-    }
-    return all;
-}
-
 /// How many vertices have more than one normal.
 std::size_t split_vertices(const TriangleMesh& mesh) {
     std::vector<std::set<std::uint32_t>> normals(mesh.positions.size());
@@ -107,9 +95,11 @@ TEST_CASE("beside a crease each side has the limit normal of the surface that en
         const TriangleMesh& mesh = result.mesh;
         REQUIRE(mesh.triangle_normals.size() == mesh.triangles.size());
         const int levels = result.deepest_level + 2;
-        const PolygonMesh sides[2] = {
-            limits_of(mesh_for(c.scheme, cube + c.lid + k_smooth_boundary), c.scheme, levels),
-            limits_of(mesh_for(c.scheme, cube + k_cup + k_smooth_boundary), c.scheme, levels)};
+        const auto side = [&](const char* faces) {
+            return test::limits_of(mesh_for(c.scheme, cube + faces + k_smooth_boundary), *find_scheme(c.scheme), levels,
+                                   {.normals = true});
+        };
+        const PolygonMesh sides[2] = {side(c.lid), side(k_cup)};
         const PointMatch match[2] = {PointMatch(sides[0].positions), PointMatch(sides[1].positions)};
         // The lid's faces come first.
         const auto side_of = [&](std::size_t t) { return result.triangle_face[t] < c.lid_faces ? 0 : 1; };
@@ -121,10 +111,10 @@ TEST_CASE("beside a crease each side has the limit normal of the surface that en
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t v = mesh.triangles[t][k];
                 if (!on[0].contains(v) || !on[1].contains(v)) continue;
-                const PolygonMesh& side = sides[side_of(t)];
+                const PolygonMesh& limits = sides[side_of(t)];
                 const std::uint32_t i = match[side_of(t)].nearest(mesh.positions[v]);
-                off += glm::length(side.positions[i] - mesh.positions[v]) > 1e-9;
-                if (degrees_between(corner_normal(mesh, t, k), side.normals[i]) > c.degrees) turned.insert(v);
+                off += glm::length(limits.positions[i] - mesh.positions[v]) > 1e-9;
+                if (degrees_between(corner_normal(mesh, t, k), limits.normals[i]) > c.degrees) turned.insert(v);
             }
         CHECK(off == 0);
         CHECK(turned.size() <= c.at_ends);

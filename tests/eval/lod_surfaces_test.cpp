@@ -92,6 +92,10 @@ TEST_CASE("[slow] lod: after every frame of a walk over any surface the mesh is 
             changes += update.splits + update.merges;
             copied.take(view, update);
             REQUIRE(copied.equals(view));
+            REQUIRE(std::max(update.triangles.size(), update.vertices.size()) <= 100);
+            REQUIRE(view.vertices().size() <= view.vertex_capacity());
+            REQUIRE(view.triangles().size() <= view.triangle_capacity());
+            REQUIRE(view.triangles().size() <= 1.5 * update.leaves + 300);  // those not in use are few
             REQUIRE(update.complete);
             REQUIRE(update.leaves == view.leaf_count());
             REQUIRE(update.leaves <= std::max(budget.leaves, example.surface->roots().halfedge_count()));
@@ -150,6 +154,7 @@ TEST_CASE("[slow] lod: after every frame of a walk over any surface the mesh is 
             std::ranges::sort(places_there);
             REQUIRE(exported_places == places_there);
             if (frame % 10 != 0) continue;
+            REQUIRE(update.pixel_error >= budget.pixel_error);
             const double pixels = judged_pixels(view.mesh(), places, camera);
             REQUIRE(pixels <= update.pixel_error + 1e-3);
             largest = std::max(largest, pixels / update.pixel_error);

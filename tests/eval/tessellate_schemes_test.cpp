@@ -1,7 +1,7 @@
 #include "../kit/corner_angle_mesh.hpp"
 #include "../kit/hierarchy_helpers.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 #include "../kit/scheme_meshes.hpp"
 #include "../kit/surface_topology.hpp"
 
@@ -40,43 +40,6 @@ const char* const k_pillow =
     "v 0 0 0\nv 2 0 0.3\nv 2 2 0\nv 0 2 0.2\nv 1 0 1\nv 1 2 1.2\nv 1 0 -0.8\nv 1 2 -1\nv 0.5 1 0.9\n"
     "f 1 5 9 6 4\nf 5 2 3 6 9\nf 1 4 8 7\nf 7 8 3 2\nf 1 7 2 5\nf 4 6 3 8\n";
 
-/// Averaging in its primal form; in its own, with three steps, it is biquartic.
-RuleOptions rules_of(const SchemeInfo& scheme) {
-    return {.averaging_steps = scheme.name == "averaging" ? 2 : RuleOptions{}.averaging_steps};
-}
-
-/// Vertices are limit points of uniform refinement, with its normals: it shares the masks alone. Distances are judged
-/// by tests/contract/tessellate_test.cpp.
-void check_normals(const SchemeInfo& scheme, const ControlMesh& mesh, double tolerance) {
-    const RuleOptions rules = rules_of(scheme);
-    const Tessellation result = tessellate(
-        mesh, {.scheme = scheme, .rules = rules, .tolerance = tolerance, .crease_degrees = 180, .measure = false});
-    CHECK(result.tolerance_reached);
-    CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
-    const RefineOptions limits{.rules = rules, .limit = true, .normals = scheme.smoothness != "C0"};
-    PolygonMesh all;
-    for (int level = 1; level <= result.deepest_level + 1; ++level) {
-        const PolygonMesh uniform = refine(mesh, scheme, level, limits);
-        all.positions.insert(all.positions.end(), uniform.positions.begin(), uniform.positions.end());
-        all.normals.insert(all.normals.end(), uniform.normals.begin(), uniform.normals.end());
-    }
-    const PointMatch match(all.positions), corners(mesh.positions());
-    const double near = 1e-10 * mesh.bounding_box().diagonal();
-    std::size_t off = 0, turned = 0;
-    // Along boundaries sqrt3 has no masks for tangents: normals there are those of the faces around, at some level.
-    const double least = scheme.refinement == Refinement::sqrt3 && mesh.has_boundary() ? 0.8 : 1 - 1e-6;
-    for (std::size_t v = 0; v < result.mesh.positions.size(); ++v) {
-        const Vec3d& p = result.mesh.positions[v];
-        const std::uint32_t i = match.nearest(p);
-        off += glm::length(all.positions[i] - p) > near;
-        // Corners have no tangent plane, and so no one normal.
-        if (all.normals.empty() || glm::length(mesh.positions()[corners.nearest(p)] - p) < near) continue;
-        turned += !(glm::dot(all.normals[i], result.mesh.normals[v]) > least);
-    }
-    CHECK(off == 0);
-    CHECK(turned == 0);
-}
-
 template <class Call>
 std::string refusal(ErrorCode code, Call&& call) {
     const Error error = test::error_of(call);
@@ -98,16 +61,6 @@ ControlMeshData grid_of_two_charts() {
 }  // namespace
 
 TEST_SUITE_BEGIN("eval");
-
-TEST_CASE("[inv1] [inv3] tessellations have the points and normals of uniform refinement's limits") {
-    for (const SchemeInfo& scheme : scheme_table()) {
-        const SchemeSupport support = scheme_support(scheme);
-        if (!support.adaptive || support.patches || scheme.name == "midpoint") continue;  // flat faces are their limit
-        CAPTURE(scheme.name);
-        if (scheme.smoothness != "C0") check_normals(scheme, mesh_for(scheme, k_closed), 8e-3);
-        check_normals(scheme, mesh_for(scheme, k_open), 5e-3);
-    }
-}
 
 TEST_CASE("dual schemes tessellate meshes with inner vertices of two faces by whole levels") {
     for (const char* name : {"doo-sabin", "midedge", "biquartic"}) {
@@ -519,11 +472,6 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     CHECK(test::contains(certified(mesh_for(*find_scheme("midedge"), k_pillow), {}, "midedge"), "two faces"));
     const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});
     CHECK(test::topology(open.mesh.triangles) == test::surface_topology(hole));
-    // A crease that is semi-sharp for long has a limit like any other.
-    const ControlMesh crease = mesh_for(*find_scheme("kobbelt"), std::string(k_closed) + "t crease 2/1/0 0 1 7.5\n");
-    const Tessellation creased =
-        tessellate(crease, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
-    CHECK(creased.tolerance_reached);
 }
 
 TEST_SUITE_END();

@@ -2,7 +2,7 @@
 
 #include "../kit/input_helpers.hpp"
 #include "../kit/meshes.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 #include "../kit/random_mesh.hpp"
 #include "../kit/surface_topology.hpp"
 
@@ -61,6 +61,32 @@ HeightImage waves() {
 
 void check_conforming(const ControlMesh& mesh, const Tessellation& result) {
     CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+}
+
+/// How far the UVs of a tessellation are from those at the corners of control faces, whose points are these, at most.
+double corner_uvs_off(const ControlMesh& mesh, const Tessellation& result,
+                      const std::function<Vec3d(HalfedgeId)>& point, const std::function<Vec2d(HalfedgeId)>& uv) {
+    REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+    const PointMatch match(result.mesh.positions);
+    double off = 0, uv_off = 0;
+    std::size_t found = 0;
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+        const Vec3d p = point(HalfedgeId(h));
+        const std::uint32_t v = match.nearest(p);
+        off = std::max(off, glm::length(result.mesh.positions[v] - p));
+        std::size_t here = 0;
+        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k)
+                if (result.mesh.triangles[t][k] == v && result.triangle_face[t] == mesh.face(HalfedgeId(h)).value) {
+                    const Vec2d& there = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
+                    uv_off = std::max(uv_off, glm::length(there - uv(HalfedgeId(h))));
+                    ++here;
+                }
+        found += here > 0;
+    }
+    CHECK(off <= 1e-12 * mesh.bounding_box().diagonal());
+    CHECK(found == mesh.halfedge_count());
+    return uv_off;
 }
 
 ErrorCode code_of(const std::function<void()>& call, const std::string& words) {
@@ -261,43 +287,54 @@ TEST_CASE("UVs at control corners are those of the UV layer's own limit, by ever
             options.measure = false;
             const Tessellation result = tessellate(mesh, options);
             REQUIRE(result.warnings.empty());
-            const PointMatch match(result.mesh.positions);
-            int checked = 0;
-            for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
-                const HalfedgeId half(h);
-                const HalfedgeId root = scheme == SchemeKind::loop ? mesh.face_halfedge(mesh.face(half)) : half;
-                const std::uint32_t k = scheme == SchemeKind::loop ? h - root.value : 0;
+            const auto limit_of = [&](const Hierarchy& points, HalfedgeId h) {
+                const HalfedgeId root = scheme == SchemeKind::loop ? mesh.face_halfedge(mesh.face(h)) : h;
                 constexpr LatticePoint corners[3] = {{0, 0}, {1, 0}, {0, 1}};
-                const Site site{root, corners[k], 0};
-                const auto limit_of = [&](const Hierarchy& points) {
-                    Vec3d at;
-                    points.limit_positions({&site, 1}, {&at, 1});
-                    return at;
-                };
-                const std::uint32_t v = match.nearest(limit_of(limit));
-                const Vec2d expected = rule == FaceVaryingRule::linear_all ? mesh.data().uvs[mesh.uv_index(half)]
-                                                                           : Vec2d(limit_of(uv_limit));
-                for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
-                    if (result.triangle_face[t] != mesh.face(half).value) continue;
-                    for (std::size_t c = 0; c < 3; ++c)
-                        if (result.mesh.triangles[t][c] == v) {
-                            CHECK(glm::length(result.mesh.uvs[result.mesh.triangle_uvs[t][c]] - expected) < 1e-12);
-                            ++checked;
-                        }
-                }
-            }
-            CHECK(checked >= static_cast<int>(mesh.halfedge_count()));
+                const Site site{root, corners[h.value - root.value], 0};
+                Vec3d at;
+                points.limit_positions({&site, 1}, {&at, 1});
+                return at;
+            };
+            const auto uv_of = [&](HalfedgeId h) {
+                return rule == FaceVaryingRule::linear_all ? mesh.data().uvs[mesh.uv_index(h)]
+                                                           : Vec2d(limit_of(uv_limit, h));
+            };
+            CHECK(corner_uvs_off(
+                      mesh, result, [&](HalfedgeId h) { return limit_of(limit, h); }, uv_of) < 1e-12);
         }
 }
 
-TEST_CASE("linear UVs are bilinear in the corner cells, and can be left out") {
+TEST_CASE("texture coordinates at the corners of control faces are the given ones where the rule keeps them") {
+    // Vertices stay where they are: of interpolating schemes, and elsewhere as corners.
+    for (const char* name : {"catmull-clark", "loop", "tuned-loop", "4-8", "kobbelt", "butterfly", "bilinear"}) {
+        const SchemeInfo& scheme = *find_scheme(name);
+        CAPTURE(scheme.name);
+        ControlMeshData data = test::mesh_for(scheme, ControlMesh::build(test::skewed_grid(3))).data();
+        test::add_charts(data);
+        data.face_varying_rule = FaceVaryingRule::linear_all;
+        if (!scheme.interpolating)
+            for (std::uint32_t v = 0; v < data.positions.size(); ++v)
+                data.corners.push_back({v, k_infinite_sharpness, 0});
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        TessellateOptions options{.scheme = scheme, .tolerance = 0.1, .measure = false};
+        const Tessellation result = tessellate(mesh, options);
+        const auto point = [&](HalfedgeId h) { return mesh.position(mesh.origin(h)); };
+        const auto given = [&](HalfedgeId h) { return mesh.data().uvs[mesh.uv_index(h)]; };
+        CHECK(corner_uvs_off(mesh, result, point, given) < 1e-10);
+        options.uvs = false;
+        CHECK(tessellate(mesh, options).mesh.uvs.empty());
+        CHECK(tessellate(mesh, options).mesh.triangle_uvs.empty());
+    }
+}
+
+TEST_CASE("linear UVs are bilinear in the corner cells") {
     const ControlMesh mesh = parse(cube_text() + "t facevaryinginterpolateboundary 1/0/0 5\n");
     TessellateOptions options;
     options.tolerance = 0.01;
     options.min_level = 3;
     options.max_level = 3;
     options.measure = false;
-    Tessellation result = tessellate(mesh, options);
+    const Tessellation result = tessellate(mesh, options);
     std::set<std::pair<double, double>> distinct;
     for (const Vec2d& uv : result.mesh.uvs) {
         CHECK(std::abs(16 * uv.x - std::round(16 * uv.x)) < 1e-12);
@@ -306,10 +343,6 @@ TEST_CASE("linear UVs are bilinear in the corner cells, and can be left out") {
     }
     // The corners of an 8 x 8 grid and the centres of its cells.
     CHECK(distinct.size() == 9 * 9 + 8 * 8);
-    options.uvs = false;
-    result = tessellate(mesh, options);
-    CHECK(result.mesh.uvs.empty());
-    CHECK(result.mesh.triangle_uvs.empty());
 }
 
 TEST_CASE("options that cannot be meant are refused with advice") {

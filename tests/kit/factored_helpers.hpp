@@ -1,12 +1,13 @@
 #pragma once
 
-#include "point_match.hpp"
+#include "nearest.hpp"
 #include "random_mesh.hpp"
 
 #include "../../refine/factored/factored_mesh.hpp"
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -62,7 +63,12 @@ inline FactoredMesh factored(const ControlMesh& mesh, FactoredScheme scheme, int
 
 /// Largest distance of a point of either set from the other one, relative to the box. Same number of points.
 inline double disagreement(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
-    return farthest_apart(a, b) / bounding_box(b).diagonal();
+    REQUIRE(a.size() == b.size());
+    const PointMatch in_a(a), in_b(b);
+    double worst = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        worst = std::max({worst, glm::length(a[i] - b[in_b.nearest(a[i])]), glm::length(b[i] - a[in_a.nearest(b[i])])});
+    return worst / bounding_box(b).diagonal();
 }
 
 /// Without holes, which the schemes treat differently; without tags, inner vertices between two faces are rare as well

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../eval/surface/triangle_mesh.hpp"
-#include "../../refine/rules/polygon_mesh.hpp"
+#include "../../refine/uniform/refine.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 
 #include <cstdint>
@@ -31,6 +31,19 @@ inline TriangleMesh triangles_of(const PolygonMesh& mesh) {
             result.triangles.push_back(
                 {mesh.face_vertices[mesh.face_offsets[f]], mesh.face_vertices[i], mesh.face_vertices[i + 1]});
     return result;
+}
+
+/// Limit points, and normals where the options ask for them, of all levels from 1 on.
+inline PolygonMesh limits_of(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                             RefineOptions options = {}) {
+    options.limit = true;
+    PolygonMesh all;
+    for (int level = 1; level <= levels; ++level) {
+        const PolygonMesh uniform = refine(mesh, scheme, level, options);
+        all.positions.insert(all.positions.end(), uniform.positions.begin(), uniform.positions.end());
+        all.normals.insert(all.normals.end(), uniform.normals.begin(), uniform.normals.end());
+    }
+    return all;
 }
 
 /// What each scheme is looked at with: itself, and its choices.

@@ -1,4 +1,4 @@
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/base/error.hpp"

@@ -124,7 +124,9 @@ void refine_at_random(AdaptiveFactoredMesh& mesh, std::uint64_t seed, int rounds
 /// Random leaves on top of a random mesh.
 void check_random(const ControlMesh& control, FactoredScheme scheme, std::uint64_t seed) {
     AdaptiveFactoredMesh mesh(control, scheme);
-    check(control, scheme, mesh.mesh());
+    const Output coarsest = mesh.mesh();
+    check(control, scheme, coarsest);
+    CHECK(coarsest.mesh.face_count() == factored(control, scheme, mesh.first_half_step()).mesh().face_count());
     refine_at_random(mesh, seed, 5, 7);
     check(control, scheme, mesh.mesh());
 }
@@ -176,29 +178,6 @@ TEST_CASE("[inv6] dual half-steps adapt: each vertex has the point of its finest
     }
     CHECK(done >= 8);
     CHECK(open >= 4);
-}
-
-TEST_CASE("half-steps that are the same everywhere give the triangles of FactoredMesh") {
-    for (std::uint64_t seed = 1; seed <= 8; ++seed)
-        for (const FactoredScheme scheme : {FactoredScheme::catmull_clark, FactoredScheme::doo_sabin}) {
-            CAPTURE(seed);
-            CAPTURE(name(scheme));
-            const ControlMesh control = test::random_surface(seed, 0);
-            if (has_valence_two(control)) continue;
-            AdaptiveFactoredMesh mesh(control, scheme);
-            for (int s = mesh.first_half_step(); s <= 5; ++s) {
-                CAPTURE(s);
-                const Output out = mesh.mesh();
-                const Uniform uniform(control, scheme, s);
-                check(control, scheme, out);
-                CHECK(out.mesh.positions.size() == uniform.whole.positions.size());
-                CHECK(out.mesh.face_count() == uniform.whole.face_count());
-                CHECK(out.mesh.warnings == uniform.whole.warnings);
-                std::vector<AdaptiveFactoredMesh::Leaf> all;
-                for (const auto& leaf : out.leaves) all.push_back(leaf);
-                mesh.refine(all);
-            }
-        }
 }
 
 TEST_CASE("refine_near: as many half-steps as asked for inside of the sphere, however many, and fewer outside") {

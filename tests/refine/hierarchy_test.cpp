@@ -2,7 +2,7 @@
 
 #include "../kit/hierarchy_helpers.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 #include "../kit/random_mesh.hpp"
 #include "../kit/surface_topology.hpp"
 

@@ -1,5 +1,5 @@
+#include "../kit/nearest.hpp"
 #include "../kit/osd_refiner.hpp"
-#include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/mesh/triangulate.hpp"

@@ -4,8 +4,9 @@
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
+#include "../kit/corner_angle_mesh.hpp"
 #include "../kit/input_helpers.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include <doctest/doctest.h>
@@ -13,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 using namespace tetrakis;
@@ -61,24 +64,6 @@ ControlMesh grid_for(const SchemeInfo& scheme, bool gaps) {
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
-
-TEST_CASE("no level at all gives the control mesh without its holes") {
-    for (const std::uint64_t seed : test::seeds(6)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_mesh(seed);
-        const PolygonMesh same = refine(mesh, "catmull-clark", 0);
-        std::uint32_t f = 0;
-        for (std::uint32_t i = 0; i < mesh.face_count(); ++i) {
-            if (mesh.is_hole(FaceId(i))) continue;
-            const std::uint32_t begin = same.face_offsets[f++], size = mesh.face_size(FaceId(i));
-            REQUIRE(same.face_offsets[f] - begin == size);
-            for (std::uint32_t k = 0; k < size; ++k)
-                CHECK(same.positions[same.face_vertices[begin + k]] ==
-                      mesh.position(mesh.origin(HalfedgeId(mesh.face_halfedge(FaceId(i)).value + k))));
-        }
-        CHECK(f == same.face_count());
-    }
-}
 
 TEST_CASE(
     "[slow] limits of every scheme: from any level the same where vertices stay, and approached, creases included") {
@@ -362,6 +347,84 @@ TEST_CASE("positions refined again can be cancelled") {
         go_on = true;
         refiner.refine(mesh.positions(), positions);
         CHECK(test::same_bytes(positions, refiner.mesh().positions));
+    }
+}
+
+TEST_CASE("faces beside boundaries that recede lie in their control faces") {
+    constexpr std::uint32_t n = 8;
+    ControlMeshData data = test::grid(n);
+    for (std::uint32_t f = 0; f < n * n; ++f) {
+        data.face_material.push_back(f);
+        data.materials.push_back(std::to_string(f));
+    }
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    for (int steps = 1; steps <= 5; ++steps)
+        for (int levels = 1; levels <= 4; ++levels) {
+            CAPTURE(steps);
+            CAPTURE(levels);
+            RefineOptions options;
+            options.rules.averaging_steps = steps;
+            options.rules.averaging_boundary = AveragingBoundary::recede;
+            const SchemeInfo& scheme = *find_scheme("averaging");
+            const PolygonMesh refined = refine(mesh, scheme, levels, options);
+            REQUIRE(refined.face_count() > 0);
+            int outside = 0;
+            for (std::uint32_t f = 0; f < refined.face_count(); ++f) {
+                Vec3d centre(0);
+                for (std::uint32_t c = refined.face_offsets[f]; c < refined.face_offsets[f + 1]; ++c)
+                    centre += 0.25 * refined.positions[refined.face_vertices[c]];
+                const std::uint32_t in = refined.face_material[f];
+                outside += std::max(std::abs(centre.x - in % n - 0.5), std::abs(centre.y - in / n - 0.5)) > 0.5 + 1e-9;
+            }
+            CHECK(outside == 0);
+        }
+}
+
+TEST_CASE("limits beside a crease that bends at a vertex of regular valence are the same seen from any level") {
+    // The sheet's crease that turns down leaves two triangles on one side of the bend and four on the other.
+    ControlMeshData data = test::sheet(true).data();
+    data.corners.clear();
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    const RefineOptions plain{.limit = true, .normals = true};
+    RefineOptions hoppe = plain;
+    hoppe.rules.hoppe_crease = true;
+    const std::pair<std::string_view, RefineOptions> chosen[] = {
+        {"loop", plain}, {"loop", hoppe}, {"tuned-loop", plain}, {"modified-butterfly", plain}};
+    for (const auto& [name, options] : chosen) {
+        CAPTURE(name);
+        for (const auto& [early, late] : {std::pair(1, 2), {2, 4}}) {
+            const PolygonMesh a = refine(mesh, *find_scheme(name), early, options),
+                              b = refine(mesh, *find_scheme(name), late, options);
+            const PointMatch in_b(b.positions), in_control(mesh.positions());
+            double worst = 0, worst_normal = 0;
+            for (std::size_t v = 0; v < a.positions.size(); ++v) {
+                const std::uint32_t w = in_b.nearest(a.positions[v]);
+                worst = std::max(worst, glm::length(a.positions[v] - b.positions[w]));
+                // Corners stay where they are, and have the mean normal of their faces.
+                const Vec3d& nearest = mesh.positions()[in_control.nearest(a.positions[v])];
+                if (!options.rules.hoppe_crease && glm::length(a.positions[v] - nearest) > 1e-9)
+                    worst_normal = std::max(worst_normal, glm::length(a.normals[v] - b.normals[w]));
+            }
+            CHECK(worst < 1e-12);
+            CHECK(worst_normal < 1e-9);
+        }
+    }
+}
+
+TEST_CASE("refinement by repeated rows can be cancelled, charts as well") {
+    ControlMeshData data = mesh_for(*find_scheme("butterfly"), ControlMesh::build(test::skewed_grid(3))).data();
+    test::add_charts(data);
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    int calls = 0;
+    RefineOptions options;
+    options.context.progress = [&](std::string_view, double) { return ++calls > 0; };
+    refine(mesh, "butterfly", 5, options);
+    const int all = calls;
+    CHECK(all > 4);
+    for (int stop = 1; stop <= all; ++stop) {
+        calls = 0;
+        options.context.progress = [&](std::string_view, double) { return ++calls < stop; };
+        CHECK_THROWS_AS(refine(mesh, "butterfly", 5, options), Error);
     }
 }
 

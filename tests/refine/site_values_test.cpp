@@ -1,6 +1,6 @@
 #include "../kit/corner_angle_mesh.hpp"
 #include "../kit/hierarchy_helpers.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/nearest.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"

@@ -161,7 +161,7 @@ void add(const Case& c, const std::string& method, Run run) {
         ->UseManualTime();
 }
 
-void register_all() {
+[[maybe_unused]] const bool k_registered = [] {
     constexpr Case k_cases[] = {
         {"loop/all", false, 3, Selection::all},       {"loop/disc", false, 4, Selection::disc},
         {"loop/circle", false, 7, Selection::circle}, {"sqrt3/all", true, 4, Selection::all},
@@ -176,16 +176,9 @@ void register_all() {
         add(c, "openmesh", [c](benchmark::State& state) { openmesh(state, c); });
 #endif
     }
-}
+    return true;
+}();
 
 }  // namespace
 
 }  // namespace tetrakis::bench
-
-int main(int argc, char** argv) {
-    benchmark::Initialize(&argc, argv);
-    tetrakis::bench::register_all();
-    benchmark::RunSpecifiedBenchmarks();
-    benchmark::Shutdown();
-    return 0;
-}

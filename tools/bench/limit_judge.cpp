@@ -182,7 +182,6 @@ struct LimitJudge::Foot {
     double u = 0, v = 0;
     double distance = 0;
 
-    bool inside(double x, double y) const { return x >= 0 && y >= 0 && (triangle ? x + y <= 1 : x <= 1 && y <= 1); }
     void clamp(double& x, double& y) const {
         if (triangle && x + y > 1) {
             const double over = (x + y - 1) / 2;
@@ -209,63 +208,12 @@ LimitJudge::Foot LimitJudge::start_at(const NearestTriangle::Hit& hit, const Vec
     return foot;
 }
 
-/// Levenberg-Marquardt inside the patch, until `enough`; along its border where the way out is the way down.
-void LimitJudge::descend(Foot& foot, const Vec3d& point, double enough) const {
-    constexpr int k_steps = 30;
-    constexpr double k_first_damping = 0.01, k_most_damping = 1e6, k_gain = 1e-14;
-    Vec3d p, du, dv;
-    surfaces_->evaluate(*foot.patch, foot.u, foot.v, p, &du, &dv);
-    double damping = 0;
-    for (int step = 0; step < k_steps && damping <= k_most_damping && foot.distance > enough; ++step) {
-        const Vec3d r = point - p;
-        const double a = glm::dot(du, du), b = glm::dot(du, dv), c = glm::dot(dv, dv);
-        const double extra = damping * (a + c), f = glm::dot(du, r), g = glm::dot(dv, r);
-        const double determinant = (a + extra) * (c + extra) - b * b;
-        if (!(determinant > 0)) break;
-        double u = foot.u + ((c + extra) * f - b * g) / determinant;
-        double v = foot.v + ((a + extra) * g - b * f) / determinant;
-        if (!foot.inside(u, v)) {
-            // The best of the steps along the sides that it is on, and of the step cut short.
-            double best = -1, best_u = foot.u, best_v = foot.v;
-            const auto along = [&](double x, double y) {  // direction
-                const Vec3d d = x * du + y * dv;
-                const double length2 = glm::dot(d, d) + extra;
-                if (!(length2 > 0)) return;
-                const double t = glm::dot(d, r) / length2;
-                double to_u = foot.u + t * x, to_v = foot.v + t * y;
-                foot.clamp(to_u, to_v);
-                const Vec3d left = r - (to_u - foot.u) * du - (to_v - foot.v) * dv;
-                const double gain = glm::dot(r, r) - glm::dot(left, left);
-                if (gain > best) best = gain, best_u = to_u, best_v = to_v;
-            };
-            foot.clamp(u, v);
-            along(u - foot.u, v - foot.v);
-            along(1, 0);
-            along(0, 1);
-            if (foot.triangle) along(1, -1);
-            u = best_u, v = best_v;
-        }
-        Vec3d next, next_du, next_dv;
-        surfaces_->evaluate(*foot.patch, u, v, next, &next_du, &next_dv);
-        const double distance = glm::length(next - point);
-        if (distance < foot.distance) {
-            const bool done = foot.distance - distance < k_gain * diagonal_;
-            foot.distance = distance;
-            foot.u = u, foot.v = v, p = next, du = next_du, dv = next_dv;
-            damping *= 0.1;
-            if (done) break;
-        } else {
-            damping = std::max(k_first_damping, damping * 10);
-        }
-    }
-}
-
 /// Steps in eight directions, halved where none leads down: needs no derivatives, which are of no use at extraordinary
 /// corners and where the surface folds.
-void LimitJudge::search_around(Foot& foot, const Vec3d& point) const {
+void LimitJudge::descend(Foot& foot, const Vec3d& point, double enough) const {
     constexpr int k_halvings = 30, k_most_moves = 16;
     double size = 1.0 / intervals_;
-    for (int halving = 0; halving < k_halvings; ++halving, size /= 2)
+    for (int halving = 0; halving < k_halvings && foot.distance > enough; ++halving, size /= 2)
         for (int move = 0; move < k_most_moves; ++move) {
             const double u = foot.u, v = foot.v, before = foot.distance;
             for (int i = -1; i <= 1; ++i)
@@ -306,7 +254,6 @@ double LimitJudge::distance_to_limit(const Vec3d& point, const NearestTriangle::
     for (auto& [patch, feet] : starts)
         for (Foot& foot : feet) {
             descend(foot, point, enough);
-            search_around(foot, point);
             if (foot.distance < best.distance) best = foot;
             if (best.distance <= enough) return best.distance;
         }

@@ -2,7 +2,7 @@
 
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../../tests/contract/nearest_triangle.hpp"
+#include "../../tests/kit/nearest.hpp"
 #include "peers/peer_osd.hpp"
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace tetrakis::bench {
 
-using contract::NearestTriangle;
+using test::NearestTriangle;
 
 inline constexpr BfrLevels k_judge_levels{10, 10};
 
@@ -49,7 +49,6 @@ class LimitJudge {
     struct Foot;
     Foot start_at(const NearestTriangle::Hit& hit, const Vec3d& point) const;
     void descend(Foot& foot, const Vec3d& point, double enough) const;
-    void search_around(Foot& foot, const Vec3d& point) const;
     double distance_to_limit(const Vec3d& point, const NearestTriangle::Hit& nearest, double enough) const;
 
     std::unique_ptr<Surfaces> surfaces_;

@@ -7,10 +7,11 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
-namespace tetrakis::contract {
+namespace tetrakis::test {
 
 namespace detail {
 
@@ -71,12 +72,11 @@ class NearestTriangle {
         split(0, 0, static_cast<std::uint32_t>(order_.size()), centres);
     }
 
-    /// @param below  the hit has no triangle, and this as its distance, where nothing is nearer
-    Hit nearest(const Vec3d& p, double below = k_infinity) const {
+    /// Of those as near the one of the lowest number.
+    Hit nearest(const Vec3d& p) const {
         Hit best;
-        best.distance = below;
         visit(p, best.distance, [&](const Hit& h) {
-            if (h.distance < best.distance) best = h;
+            if (std::pair(h.distance, h.triangle) < std::pair(best.distance, best.triangle)) best = h;
         });
         return best;
     }
@@ -153,5 +153,24 @@ class NearestTriangle {
     std::vector<std::uint32_t> order_;
     std::vector<Node> nodes_;
 };
+}  // namespace tetrakis::test
 
-}  // namespace tetrakis::contract
+/// Nearest point of a set: for comparing meshes whose vertices are numbered differently.
+class PointMatch {
+  public:
+    explicit PointMatch(std::span<const tetrakis::Vec3d> points)
+        : nearest_({points.begin(), points.end()}, each_alone(points.size())) {}
+    std::uint32_t nearest(const tetrakis::Vec3d& p) const { return nearest_.nearest(p).triangle; }
+    /// How many are no farther away.
+    std::size_t count_within(const tetrakis::Vec3d& p, double radius) const {
+        return nearest_.within(p, radius).size();
+    }
+
+  private:
+    static std::vector<std::array<std::uint32_t, 3>> each_alone(std::size_t count) {
+        std::vector<std::array<std::uint32_t, 3>> triangles(count);
+        for (std::uint32_t i = 0; i < count; ++i) triangles[i] = {i, i, i};
+        return triangles;
+    }
+    tetrakis::test::NearestTriangle nearest_;
+};
