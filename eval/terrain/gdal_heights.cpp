@@ -1,7 +1,6 @@
-#include "gdal_heights.hpp"
+#include "height_files.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "raw_heights.hpp"
 
 #include <fmt/format.h>
 
@@ -29,7 +28,6 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr double k_degree = std::numbers::pi / 180;
-constexpr double k_metres_a_degree = 6371008.8 * k_degree;  // of a sphere with Earth's mean radius
 
 /// What GDAL says goes into our own errors, not to the terminal.
 struct QuietErrors {
@@ -75,8 +73,8 @@ class GdalSource final : public HeightSource {
                 fmt::format("heights in \"{}\", which is no length known here; gdal_edit.py -units sets another",
                             unit_name),
                 path);
-        scale_ = GDALGetRasterScale(band_, &ignored) * *unit * options.scale;
-        offset_ = GDALGetRasterOffset(band_, &ignored) * *unit * options.scale + options.offset;
+        options_.scale = GDALGetRasterScale(band_, &ignored) * *unit * options.scale;
+        options_.offset = GDALGetRasterOffset(band_, &ignored) * *unit * options.scale + options.offset;
         place();
         if (options.spacing) frame_.spacing = *options.spacing;
     }
@@ -93,12 +91,9 @@ class GdalSource final : public HeightSource {
         const auto row = [&](std::uint32_t r) { return heights.begin() + std::ptrdiff_t{r} * frame_.columns; };
         if (is_from_south_)
             for (std::uint32_t r = 0; r < count / 2; ++r) std::swap_ranges(row(r), row(r + 1), row(count - 1 - r));
-        for (float& height : heights.first(std::size_t{count} * frame_.columns)) {
-            const bool known = std::isfinite(height) && !(none_ && height == *none_) &&
-                               !(options_.no_data && height == static_cast<float>(*options_.no_data));
-            height =
-                known ? static_cast<float>(offset_ + scale_ * double{height}) : std::numeric_limits<float>::quiet_NaN();
-        }
+        for (float& height : heights.first(std::size_t{count} * frame_.columns))
+            height = none_ && height == *none_ ? std::numeric_limits<float>::quiet_NaN()
+                                               : height_of(double{height}, options_);
     }
 
   private:
@@ -136,7 +131,6 @@ class GdalSource final : public HeightSource {
     std::unique_ptr<void, void (*)(void*)> raster_{nullptr, [](void* open) { GDALClose(open); }};
     GDALRasterBandH band_ = nullptr;
     std::optional<float> none_;
-    double scale_ = 1, offset_ = 0;
     bool is_from_south_ = false;
     HeightGrid frame_;
 };

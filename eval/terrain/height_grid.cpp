@@ -4,8 +4,8 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../surface/picture.hpp"
+#include "height_files.hpp"
 #include "height_source.hpp"
-#include "raw_heights.hpp"
 
 #include <fmt/format.h>
 

@@ -2,8 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
-#include "gdal_heights.hpp"
-#include "raw_heights.hpp"
+#include "height_files.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "raw_heights.hpp"
+#include "height_files.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
@@ -101,8 +101,6 @@ class RawSource final : public HeightSource {
             std::isdigit(static_cast<unsigned char>(name[2])) == 0)
             return;
         const double south = (name[0] == 'S' || name[0] == 's' ? -1 : 1) * ((name[1] - '0') * 10 + (name[2] - '0'));
-        constexpr double k_metres_a_degree =
-            6371008.8 * std::numbers::pi / 180;  // of a sphere with Earth's mean radius
         const double along = k_metres_a_degree / (frame_.rows - 1);
         frame_.spacing = {along * std::cos((south + 0.5) * std::numbers::pi / 180), along};
     }

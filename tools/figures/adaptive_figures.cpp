@@ -7,7 +7,6 @@
 #include "../../refine/factored/factored_mesh.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -23,7 +22,7 @@ struct Spot {
     int base, level;  ///< everywhere, and within the radius
     Vec3d centre;
     double radius;
-    bool near(const Vec3d& p, double reach = 0) const { return glm::distance(p, centre) < radius + reach; }
+    bool near(const Vec3d& p) const { return glm::distance(p, centre) < radius; }
 };
 
 struct LevelledMesh {
@@ -87,8 +86,8 @@ LeafPredicate near_leaves(const Hierarchy& h, const Spot& spot) {
     };
 }
 
-LevelledMesh leaves_of(const Hierarchy& h) {
-    HierarchyMesh out = h.to_mesh();
+LevelledMesh leaves_of(const Hierarchy& h, bool triangles = false) {
+    HierarchyMesh out = h.to_mesh({.triangles = triangles});
     LevelledMesh result{std::move(out.mesh), {}};
     for (std::uint32_t f = 0; f < result.mesh.face_count(); ++f) {
         int depth = h.node(out.leaves[f]).depth;
@@ -127,41 +126,6 @@ LevelledMesh quads_of(const Hierarchy& h) {
     return result;
 }
 
-LevelledMesh adaptive_sqrt3(const ControlMesh& mesh, const Spot& spot) {
-    Hierarchy h = make_hierarchy(mesh, "sqrt3");
-    for (bool again = true; again;) {
-        again = false;
-        const HierarchyMesh now = h.to_mesh();
-        for (std::size_t i = 0; i < now.leaves.size(); ++i) {
-            // One before it may have split it, or made it whole.
-            if (!h.is_leaf(now.leaves[i])) continue;
-            // A half becomes a face of its level when the face beyond it is split, too.
-            const int level = h.node(now.leaves[i]).depth / 2;
-            std::array<Vec3d, 3> corner;
-            for (std::size_t k = 0; k < 3; ++k) corner[k] = now.mesh.positions[now.mesh.face_vertices[3 * i + k]];
-            const Vec3d middle = (corner[0] + corner[1] + corner[2]) / 3.0;
-            const double reach = std::max(
-                {glm::distance(corner[0], middle), glm::distance(corner[1], middle), glm::distance(corner[2], middle)});
-            if (level >= spot.base && (level >= spot.level || !spot.near(middle, reach / 2))) continue;
-            h.refine(now.leaves[i]);
-            again = true;
-        }
-    }
-    return leaves_of(h);
-}
-
-LevelledMesh dual_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, const Spot& spot) {
-    Hierarchy h = make_hierarchy(mesh, scheme);
-    h.refine_where(each_leaf([&](const LeafView& leaf) {
-                       return leaf.level < spot.base ||
-                              (leaf.level < spot.level && spot.near(h.limit(leaf.corner[0]).position));
-                   }),
-                   h.tree().max_depth);
-    LevelledMesh result{h.to_mesh({.triangles = true}).mesh, {}};
-    result.levels.assign(result.mesh.face_count(), 0);
-    return result;
-}
-
 Json faces(const PolygonMesh& mesh) {
     Json list = Json::array();
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
@@ -188,17 +152,10 @@ Json adaptive(const Arguments& arguments) {
     const Spot spot{std::stoi(arguments[2].substr(0, colon)), std::stoi(arguments[2].substr(colon + 1)),
                     point(arguments[3]), std::stod(arguments[4])};
     const std::string form = arguments.size() > 6 ? arguments[6] : "";
-    LevelledMesh result;
-    if (scheme.refinement == Refinement::sqrt3) {
-        result = adaptive_sqrt3(mesh, spot);
-    } else if (form == "triangles") {
-        result = dual_triangles(mesh, scheme, spot);
-    } else {
-        Hierarchy h = make_hierarchy(mesh, scheme);
-        h.refine_where(each_leaf([](const LeafView&) { return true; }), depth_of_level(h, spot.base));
-        h.refine_where(near_leaves(h, spot), depth_of_level(h, spot.level));
-        result = form == "quads" ? quads_of(h) : leaves_of(h);
-    }
+    Hierarchy h = make_hierarchy(mesh, scheme);
+    h.refine_where(each_leaf([](const LeafView&) { return true; }), depth_of_level(h, spot.base));
+    h.refine_where(near_leaves(h, spot), depth_of_level(h, spot.level));
+    const LevelledMesh result = form == "quads" ? quads_of(h) : leaves_of(h, form == "triangles");
     if (arguments[5] != "-") write_mesh(arguments[5], result.mesh);
     return {{"points", points(result.mesh.positions)}, {"faces", faces(result.mesh)}, {"levels", result.levels}};
 }
