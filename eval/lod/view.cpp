@@ -5,10 +5,8 @@
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "candidates.hpp"
-#include "dirty_slots.hpp"
 #include "eye.hpp"
-#include "odometers.hpp"
-#include "packed_vertex.hpp"
+#include "view_buffers.hpp"
 
 #include <fmt/format.h>
 

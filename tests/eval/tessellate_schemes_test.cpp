@@ -125,6 +125,7 @@ TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is ref
             tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
         CHECK(result.tolerance_reached);
         CHECK(result.mesh.triangles.size() < 4'000);
+        CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
         CHECK(std::count(result.triangle_face.begin(), result.triangle_face.end(), 1u) == 0);
         // The edges of holes are edges of no level: each comes nearer to them.
         const TriangleMesh reference = triangles_of(refine(mesh, scheme, 6, {.limit = true}));

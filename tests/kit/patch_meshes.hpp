@@ -3,6 +3,7 @@
 #include "random_mesh.hpp"
 
 #include "../../eval/distance/surface_family.hpp"
+#include "../../hier/forest/bisection_path.hpp"
 
 #include <algorithm>
 #include <array>
@@ -39,20 +40,15 @@ std::vector<HalfedgeId> roots_of(const ControlMesh& mesh) {
 }
 
 /// A random leaf of the bisection: a root, or a half or a quarter of a cell (odd and even depths).
-inline CellTriangle random_quad_leaf(Random& random, HalfedgeId root, int deepest) {
-    if (random.chance(0.1)) return {root, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}};
-    const auto level = static_cast<std::uint8_t>(random.below(static_cast<std::uint32_t>(deepest) + 1));
-    const std::uint32_t n = 1u << level, x = random.below(n), y = random.below(n);
-    if (level < deepest && random.chance(0.5)) {
-        // A quarter: base on a side of the cell, apex at its centre; one level further down.
-        const LatticePoint c[4] = {{2 * x, 2 * y}, {2 * x + 2, 2 * y}, {2 * x + 2, 2 * y + 2}, {2 * x, 2 * y + 2}};
-        const std::uint32_t k = random.below(4);
-        return {root, static_cast<std::uint8_t>(level + 1), {c[k], c[(k + 1) % 4], {2 * x + 1, 2 * y + 1}}};
+inline CellTriangle random_quad_leaf(Random& random, const ControlMesh& mesh, HalfedgeId cell, int deepest) {
+    BisectionShape shape = BisectionShape::root();
+    const int depths = static_cast<int>(random.below(static_cast<std::uint32_t>(2 * deepest + 2)));
+    for (int depth = 0; depth < depths; ++depth) {
+        const int bit = static_cast<int>(random.below(2));
+        if (depth == 0 && bit == 1) cell = mesh.next(cell);
+        shape = shape.child(depth, bit);
     }
-    // A half: base on a diagonal, the right angle is corner 2.
-    const LatticePoint c[4] = {{x, y}, {x + 1, y}, {x + 1, y + 1}, {x, y + 1}};
-    const std::uint32_t k = random.below(4);
-    return {root, level, {c[(k + 1) % 4], c[(k + 3) % 4], c[k]}};
+    return shape.in(cell, depths);
 }
 
 /// A random red triangle of a root, or one of its green parts.
@@ -88,7 +84,7 @@ CellTriangle random_leaf(Random& random, const ControlMesh& mesh, int deepest) {
     if constexpr (std::is_same_v<Family, LoopFamily>)
         return random_loop_leaf(random, mesh.face_halfedge(FaceId(random.below(mesh.face_count()))), deepest);
     else
-        return random_quad_leaf(random, HalfedgeId(random.below(mesh.halfedge_count())), deepest);
+        return random_quad_leaf(random, mesh, HalfedgeId(random.below(mesh.halfedge_count())), deepest);
 }
 
 }  // namespace tetrakis::test

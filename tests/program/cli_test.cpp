@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <iterator>
 #include <set>
 #include <sstream>
 
@@ -41,6 +42,11 @@ void run_all(const std::vector<std::vector<std::string>>& lines, const std::stri
         CAPTURE(result.err);
         CHECK(result.code == 0);
     }
+}
+
+std::set<std::string> word_set(const std::string& text) {
+    std::istringstream in(text);
+    return {std::istream_iterator<std::string>(in), {}};
 }
 
 std::set<std::string> keys_of(const nlohmann::json& object) {
@@ -89,23 +95,9 @@ TEST_CASE("[slow] the command lines of the two READMEs run, in their order") {
 }
 
 TEST_CASE("reports have the keys that tools/tetrakis/README.md lists, and no others") {
-    const std::set<std::string> common = {"input",
-                                          "scheme",
-                                          "version",
-                                          "threads",
-                                          "faces",
-                                          "vertices",
-                                          "triangles",
-                                          "tolerance",
-                                          "tolerance_absolute",
-                                          "certified_error",
-                                          "measured_error",
-                                          "levels",
-                                          "seconds",
-                                          "peak_memory_bytes",
-                                          "warnings"};
-    const std::set<std::string> distances = {"forward", "backward", "hausdorff", "mean", "rms"};
-    const std::set<std::string> stages = {"load", "build", "refine", "estimate", "measure", "write"};
+    const auto common = word_set(
+        "input scheme version threads faces vertices triangles tolerance tolerance_absolute certified_error "
+        "measured_error levels seconds peak_memory_bytes warnings");
     struct Case {
         std::vector<std::string> words;
         std::set<std::string> more;
@@ -130,7 +122,7 @@ TEST_CASE("reports have the keys that tools/tetrakis/README.md lists, and no oth
         std::set<std::string> expected = common;
         expected.insert(c.more.begin(), c.more.end());
         CHECK(keys_of(report) == expected);
-        CHECK(keys_of(report.at("seconds")) == stages);
+        CHECK(keys_of(report.at("seconds")) == word_set("load build refine estimate measure write"));
         for (const std::string& key : expected) {
             CAPTURE(key);
             CHECK(readme.find("`" + key + "`") != std::string::npos);
@@ -150,7 +142,7 @@ TEST_CASE("reports have the keys that tools/tetrakis/README.md lists, and no oth
         const TriangleMesh mesh = read_triangle_mesh(scratch / "a.ply");
         CHECK(report.at("triangles") == mesh.triangles.size());
         CHECK(report.at("vertices") == mesh.positions.size());
-        CHECK(keys_of(report.at("measured_error")) == distances);
+        CHECK(keys_of(report.at("measured_error")) == word_set("forward backward hausdorff mean rms"));
         CHECK(report.at("measured_error").at("hausdorff") <= report.at("certified_error"));
         CHECK(report.at("tolerance") == 1e-2);
         CHECK(report.at("tolerance_reached") == true);

@@ -129,28 +129,30 @@ std::optional<Vec2d> part_within(Vec2d from, Vec2d to, double half) {
     return part;
 }
 
-/// Labels for dots of which many have the same weight: each weight once, the heaviest first, at the first dot where
+/// The weights beside their dots. Where these are crowded each weight once, the heaviest first, at the first dot where
 /// there is room for it; none for very light ones.
-void label_once(Canvas& canvas, LabelPlaces& labels, const SchemePicture::Mask& mask, const std::vector<Vec2d>& dots,
-                const std::vector<double>& radius, double height) {
+void label_weights(Canvas& canvas, LabelPlaces& labels, const SchemePicture::Mask& mask, const std::vector<Vec2d>& dots,
+                   const std::vector<double>& radius, bool crowded) {
     constexpr double k_light = 0.01;  // of the heaviest
-    constexpr double k_gap = 6;
+    const double height = crowded ? 8 : 11, gap = crowded ? 6 : 4;
     std::vector<int> order;
     double heaviest = 0;
     for (std::size_t i = 0; i < dots.size(); ++i) {
         if (radius[i] != 0) order.push_back(static_cast<int>(i));
         heaviest = std::max(heaviest, std::abs(mask.weights[i]));
     }
-    std::erase_if(order, [&](int i) { return std::abs(mask.weights[i]) < k_light * heaviest; });
-    std::stable_sort(order.begin(), order.end(),
-                     [&](int a, int b) { return std::abs(mask.weights[a]) > std::abs(mask.weights[b]) + 1e-12; });
+    if (crowded) {
+        std::erase_if(order, [&](int i) { return std::abs(mask.weights[i]) < k_light * heaviest; });
+        std::stable_sort(order.begin(), order.end(),
+                         [&](int a, int b) { return std::abs(mask.weights[a]) > std::abs(mask.weights[b]) + 1e-12; });
+    }
     std::set<std::string> written;
     for (const int i : order) {
         const double w = mask.weights[i];
         const std::string text = weight_text(w);
-        if (written.contains(text)) continue;
-        const Vec2d size(Canvas::text_width(text, height) + k_gap, height + k_gap);
-        const auto at = labels.find(dots[i], radius[i], size, false);
+        if (crowded && written.contains(text)) continue;
+        const Vec2d size(Canvas::text_width(text, height) + gap, height + gap);
+        const auto at = labels.find(dots[i], radius[i], size, !crowded);
         if (!at) continue;
         canvas.label(*at, height, text, w > 0 ? k_ink : k_orange);
         written.insert(text);
@@ -205,22 +207,10 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
         canvas.circle(at, k_ring, k_ring_width, k_red);
         labels.keep_free(at, k_ring + k_ring_width);
     }
-    if (crowded) {
-        std::vector<Vec2d> dots;
-        for (const Vec2d& p : places) dots.push_back(window.at(p));
-        label_once(canvas, labels, mask, dots, radius, 8);
-        canvas.text(corner + Vec2d(14, 31), 8, "each weight once, none below 1 % of the largest", k_grey);
-    } else {
-        constexpr double k_height = 11;
-        for (std::size_t i = 0; i < places.size(); ++i) {
-            if (radius[i] == 0) continue;
-            const double w = mask.weights[i];
-            const std::string text = weight_text(w);
-            const Vec2d size(Canvas::text_width(text, k_height) + 4, k_height + 4);
-            canvas.label(*labels.find(window.at(places[i]), radius[i], size, true), k_height, text,
-                         w > 0 ? k_ink : k_orange);
-        }
-    }
+    std::vector<Vec2d> dots;
+    for (const Vec2d& p : places) dots.push_back(window.at(p));
+    label_weights(canvas, labels, mask, dots, radius, crowded);
+    if (crowded) canvas.text(corner + Vec2d(14, 31), 8, "each weight once, none below 1 % of the largest", k_grey);
     canvas.text(corner + Vec2d(14, 10), 13, mask.title, k_ink);
 }
 
