@@ -4,11 +4,14 @@
 #include "random_mesh.hpp"
 
 #include "../../refine/factored/factored_mesh.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -69,6 +72,32 @@ inline double disagreement(const std::vector<Vec3d>& a, const std::vector<Vec3d>
     for (std::size_t i = 0; i < a.size(); ++i)
         worst = std::max({worst, glm::length(a[i] - b[in_b.nearest(a[i])]), glm::length(b[i] - a[in_a.nearest(b[i])])});
     return worst / bounding_box(b).diagonal();
+}
+
+/// The points of a mesh, and the means of its faces' corners.
+inline std::vector<Vec3d> points_and_means(const PolygonMesh& mesh) {
+    std::vector<Vec3d> result = mesh.positions;
+    for (const auto& face : faces_of(mesh)) {
+        Vec3d sum(0);
+        for (const std::uint32_t v : face) sum += mesh.positions[v];
+        result.push_back(sum / double(face.size()));
+    }
+    return result;
+}
+
+/// Of points and faces after some steps of the scheme from those by its rules. Of 4-8 on other faces than quads the
+/// first step is half of one.
+inline double disagreement_with_rules(const ControlMesh& mesh, FactoredScheme scheme, int steps,
+                                      const RuleOptions& rules = {}) {
+    FactoredMesh ours(mesh, scheme, 0, rules);
+    int half_steps = steps * ours.half_steps_per_level();
+    if (scheme == FactoredScheme::four_eight)
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+            if (mesh.face_size(FaceId(f)) != 4) half_steps = steps * ours.half_steps_per_level() - 1;
+    for (int i = 0; i < half_steps; ++i) ours.half_step();
+    return disagreement(
+        points_and_means(ours.active_mesh()),
+        points_and_means(refine_stencils(mesh, scheme_named(name(scheme)), steps, {.rules = rules}).mesh));
 }
 
 /// Without holes, which the schemes treat differently; without tags, inner vertices between two faces are rare as well

@@ -3,12 +3,14 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 
+#include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
 
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::test {
@@ -74,5 +76,38 @@ inline std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> osd_refiner(const Contr
     const auto type = scheme == SchemeKind::loop ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK;
     return std::unique_ptr<Far::TopologyRefiner>(Factory::Create(d, Factory::Options(type, options)));
 }
+
+struct FarPoint {
+    Vec3d p{0};
+    void Clear(void* = nullptr) { p = Vec3d(0); }
+    void AddWithWeight(const FarPoint& other, double w) { p += w * other.p; }
+};
+
+/// What OpenSubdiv makes of a mesh on some level, texture coordinates included.
+struct FarLevel {
+    std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> refiner;
+    std::vector<FarPoint> points, uvs;
+
+    FarLevel(const ControlMeshData& data, SchemeKind scheme, int levels, bool full_topology = true)
+        : refiner(osd_refiner(data, scheme, true)) {
+        OpenSubdiv::Far::TopologyRefiner::UniformOptions uniform(levels);
+        uniform.fullTopologyInLastLevel = full_topology;
+        refiner->RefineUniform(uniform);
+        const OpenSubdiv::Far::PrimvarRefinerReal<double> primvars(*refiner);
+        for (const Vec3d& p : data.positions) points.push_back({p});
+        for (const Vec2d& uv : data.uvs) uvs.push_back({Vec3d(uv, 0)});
+        std::vector<FarPoint> finer;
+        for (int l = 1; l <= levels; ++l) {
+            finer.resize(static_cast<std::size_t>(refiner->GetLevel(l).GetNumVertices()));
+            primvars.Interpolate(l, points, finer);
+            std::swap(points, finer);
+            if (uvs.empty()) continue;
+            finer.resize(static_cast<std::size_t>(refiner->GetLevel(l).GetNumFVarValues()));
+            primvars.InterpolateFaceVarying(l, uvs, finer);
+            std::swap(uvs, finer);
+        }
+    }
+    const OpenSubdiv::Far::TopologyLevel& topology() const { return refiner->GetLevel(refiner->GetMaxLevel()); }
+};
 
 }  // namespace tetrakis::test

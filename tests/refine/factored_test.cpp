@@ -16,6 +16,7 @@
 
 using namespace tetrakis;
 using test::disagreement;
+using test::disagreement_with_rules;
 using test::double_fan;
 using test::factored;
 using test::k_agreement;
@@ -23,18 +24,6 @@ using test::prism;
 using test::random_surface;
 
 namespace {
-
-/// Steps of the scheme with its rules: of 4-8 on other faces than quads the first one is half of one.
-double disagreement_with_rules(const ControlMesh& mesh, FactoredScheme scheme, int steps) {
-    bool half_first = false;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        half_first |= scheme == FactoredScheme::four_eight && mesh.face_size(FaceId(f)) != 4;
-    const int half_steps = steps * FactoredMesh(mesh, scheme).half_steps_per_level();
-    const PolygonMesh ours = factored(mesh, scheme, half_steps - (half_first ? 1 : 0)).active_mesh();
-    const PolygonMesh rules = refine_stencils(mesh, scheme_named(name(scheme)), steps).mesh;
-    CHECK(ours.face_count() == rules.face_count());
-    return disagreement(ours.positions, rules.positions);
-}
 
 /// Creases, darts and corners at random, infinitely sharp or not, with both boundary rules, and in every other mesh
 /// without its last face.

@@ -9,7 +9,6 @@
 #include <doctest/doctest.h>
 #include <zlib.h>
 
-#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <iterator>
@@ -392,26 +391,6 @@ TEST_CASE("[bad-input] schemes without hierarchy, meshes and choices that a sche
     options.rules.averaging_boundary = AveragingBoundary::recede;
     const ControlMesh open = test::random_mesh(1, {.removed_faces = 2});
     CHECK(code([&] { make_hierarchy(open, "averaging", options); }) == ErrorCode::unsupported);
-}
-
-TEST_CASE("coarsening by errors merges what stays within the tolerance, and nothing else") {
-    class ByLevel final : public ErrorEstimator {
-      public:
-        using ErrorEstimator::estimate;
-        void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
-            for (std::size_t i = 0; i < triangles.size(); ++i) errors[i] = std::ldexp(1.0, -triangles[i].level);
-        }
-    };
-    for (const std::string_view scheme : {"catmull-clark", "loop"}) {
-        CAPTURE(scheme);
-        const ControlMesh mesh = test::hierarchy_mesh(scheme, 1);
-        Hierarchy fine = make_hierarchy(mesh, scheme), coarse = make_hierarchy(mesh, scheme);
-        fine.refine_where(ByLevel(), 0.06, 10);
-        coarse.refine_where(ByLevel(), 0.3, 10);  // a quarter is within it, a half is not
-        CHECK(fine.leaf_count() > 4 * coarse.leaf_count());
-        fine.coarsen_where(ByLevel(), 0.3);
-        CHECK(fine.saved() == coarse.saved());
-    }
 }
 
 TEST_SUITE_END();

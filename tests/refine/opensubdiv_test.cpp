@@ -7,58 +7,21 @@
 #include "../../schemes/core/scheme_table.hpp"
 
 #include <doctest/doctest.h>
-#include <opensubdiv/far/primvarRefiner.h>
 
-#include <memory>
 #include <string>
 #include <utility>
 
 using namespace tetrakis;
 namespace Far = OpenSubdiv::Far;
-namespace Sdc = OpenSubdiv::Sdc;
 
 namespace {
-
-struct FarPoint {
-    Vec3d p{0};
-    void Clear(void* = nullptr) { p = Vec3d(0); }
-    void AddWithWeight(const FarPoint& other, double w) { p += w * other.p; }
-};
 
 // The figure of the issue, relative to the bounding box; measured: 1e-15.
 constexpr double k_tolerance = 1e-13;
 
-/// What OpenSubdiv makes of a mesh.
-struct FarLevel {
-    std::unique_ptr<Far::TopologyRefiner> refiner;
-    std::vector<FarPoint> points, uvs;
-
-    FarLevel(const ControlMesh& mesh, SchemeKind scheme, int levels)
-        : refiner(test::osd_refiner(mesh.data(), scheme, true)) {
-        REQUIRE(refiner != nullptr);
-        Far::TopologyRefiner::UniformOptions uniform(levels);
-        uniform.fullTopologyInLastLevel = true;
-        refiner->RefineUniform(uniform);
-        const Far::PrimvarRefinerReal<double> primvars(*refiner);
-        points.assign(mesh.positions().size(), {});
-        for (std::size_t v = 0; v < points.size(); ++v) points[v].p = mesh.positions()[v];
-        for (const Vec2d& uv : mesh.data().uvs) uvs.push_back({Vec3d(uv, 0)});
-        for (int l = 1; l <= levels; ++l) {
-            std::vector<FarPoint> finer(static_cast<std::size_t>(refiner->GetLevel(l).GetNumVertices()));
-            primvars.Interpolate(l, points, finer);
-            points = std::move(finer);
-            if (uvs.empty()) continue;
-            std::vector<FarPoint> finer_uvs(static_cast<std::size_t>(refiner->GetLevel(l).GetNumFVarValues()));
-            primvars.InterpolateFaceVarying(l, uvs, finer_uvs);
-            uvs = std::move(finer_uvs);
-        }
-    }
-    const Far::TopologyLevel& topology() const { return refiner->GetLevel(refiner->GetMaxLevel()); }
-};
-
 /// Largest distance of the points of both libraries on one level; points of holes are no part of ours.
 double compare(const ControlMesh& mesh, SchemeKind scheme, int levels) {
-    const FarLevel theirs(mesh, scheme, levels);
+    const test::FarLevel theirs(mesh.data(), scheme, levels);
     std::vector<char> used(theirs.points.size(), 0);
     for (int f = 0; f < theirs.topology().GetNumFaces(); ++f) {
         if (theirs.topology().IsFaceHole(f)) continue;
@@ -87,7 +50,7 @@ void add_corner_places(const Corners& corners, int size, const At& at, std::vect
 
 /// Largest distance of the UVs of both libraries at the corners of one level.
 double compare_uvs(const ControlMesh& mesh, SchemeKind scheme, int levels) {
-    const FarLevel theirs(mesh, scheme, levels);
+    const test::FarLevel theirs(mesh.data(), scheme, levels);
     const PolygonMesh ours = refine(mesh, name(scheme), levels);
     std::vector<Vec3d> our_places;
     for (std::uint32_t f = 0; f < ours.face_count(); ++f)

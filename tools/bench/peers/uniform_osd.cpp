@@ -2,7 +2,6 @@
 #include "../../../tests/kit/osd_refiner.hpp"
 #include "uniform_peers.hpp"
 
-#include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/stencilTableFactory.h>
 #include <opensubdiv/osd/cpuEvaluator.h>
 
@@ -12,40 +11,12 @@ namespace tetrakis::bench {
 
 namespace osd = OpenSubdiv;
 
-namespace {
-
-struct Point {
-    double x = 0, y = 0, z = 0;
-    void Clear(void* = nullptr) { x = y = z = 0; }
-    void AddWithWeight(const Point& other, double w) {
-        x += w * other.x;
-        y += w * other.y;
-        z += w * other.z;
-    }
-};
-
-}  // namespace
-
 std::function<std::uint64_t()> far_uniform(const UniformTask& task) {
     return [task]() -> std::uint64_t {
-        const auto refiner = test::osd_refiner(task.data, *scheme_from_name(task.scheme), false);
-        osd::Far::TopologyRefiner::UniformOptions options(task.levels);
-        options.fullTopologyInLastLevel = task.limit;
-        refiner->RefineUniform(options);
-        const osd::Far::PrimvarRefinerReal<double> primvars(*refiner);
-        std::vector<Point> points(task.data.positions.size()), finer;
-        for (std::size_t v = 0; v < points.size(); ++v) {
-            const Vec3d& p = task.data.positions[v];
-            points[v] = {p.x, p.y, p.z};
-        }
-        for (int level = 1; level <= task.levels; ++level) {
-            finer.resize(static_cast<std::size_t>(refiner->GetLevel(level).GetNumVertices()));
-            primvars.Interpolate(level, points, finer);
-            std::swap(points, finer);
-        }
-        if (!task.limit) return points.size();
-        std::vector<Point> limits(points.size()), du(points.size()), dv(points.size());
-        primvars.Limit(points, limits, du, dv);
+        const test::FarLevel level(task.data, *scheme_from_name(task.scheme), task.levels, task.limit);
+        if (!task.limit) return level.points.size();
+        std::vector<test::FarPoint> limits(level.points.size()), du(limits.size()), dv(limits.size());
+        osd::Far::PrimvarRefinerReal<double>(*level.refiner).Limit(level.points, limits, du, dv);
         return limits.size();
     };
 }
