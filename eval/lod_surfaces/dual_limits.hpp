@@ -9,7 +9,6 @@
 
 #include <memory>
 #include <span>
-#include <vector>
 
 namespace tetrakis::detail {
 

@@ -17,10 +17,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
-#include <utility>
 
 namespace tetrakis::lod {
 

@@ -3,7 +3,6 @@
 #include "../surface/scheme_choice.hpp"
 #include "sampled_surface.hpp"
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>

@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <limits>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace tetrakis::detail {

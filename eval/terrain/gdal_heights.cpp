@@ -12,7 +12,6 @@
 #    include <algorithm>
 #    include <cctype>
 #    include <cmath>
-#    include <cstdlib>
 #    include <limits>
 #    include <memory>
 #    include <numbers>

@@ -20,7 +20,6 @@
 #include <string_view>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 using namespace tetrakis;
 using namespace tetrakis::test;

@@ -19,7 +19,6 @@
 #include <random>
 #include <set>
 #include <string>
-#include <vector>
 
 using namespace tetrakis;
 using contract::LimitJudge;

@@ -27,10 +27,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <random>
-#include <string>
 #include <thread>
 #include <vector>
 

@@ -8,7 +8,6 @@
 #include <doctest/doctest.h>
 
 #include <cstdint>
-#include <vector>
 
 // What tests/contract/hierarchy_test.cpp does not see of the forests with children of one level.
 

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,15 +60,12 @@ SurfaceTopology topology(const Faces& faces) {
     for (const auto& [a, b] : open) boundary.insert(boundary.end(), {a, b});
     std::sort(boundary.begin(), boundary.end());
     boundary.erase(std::unique(boundary.begin(), boundary.end()), boundary.end());
-    std::vector<std::size_t> parent(boundary.size());
-    std::iota(parent.begin(), parent.end(), std::size_t{0});
-    const auto find = [&](std::uint32_t v) {
-        auto i = static_cast<std::size_t>(std::lower_bound(boundary.begin(), boundary.end(), v) - boundary.begin());
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
+    tetrakis::detail::DisjointSets loops(boundary.size());
+    const auto number = [&](std::uint32_t v) {
+        return static_cast<std::uint32_t>(std::ranges::lower_bound(boundary, v) - boundary.begin());
     };
-    for (const auto& [a, b] : open) parent[find(a)] = find(b);
-    for (std::size_t i = 0; i < parent.size(); ++i) result.boundary_loops += parent[i] == i;
+    for (const auto& [a, b] : open) loops.unite(number(a), number(b));
+    for (std::uint32_t i = 0; i < boundary.size(); ++i) result.boundary_loops += loops.find(i) == i;
     return result;
 }
 

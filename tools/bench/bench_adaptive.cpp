@@ -7,10 +7,8 @@
 #include <benchmark/benchmark.h>
 
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 // Adaptive refinement of triangles: from the control mesh with its data structure to the refined mesh with positions.

@@ -17,7 +17,6 @@
 #include <span>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 // View-dependent LOD: a fractal terrain, mirrored to any size, and cameras that fly over it, stand still and jump. One

@@ -21,7 +21,6 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <map>

@@ -14,7 +14,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <string>
 
 namespace tetrakis::cli {
 namespace {
