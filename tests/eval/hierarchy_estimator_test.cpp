@@ -7,7 +7,8 @@
 #include "../../eval/estimate/hierarchy_estimator.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/base/error.hpp"
-#include "../../hier/trees/vertex_roots.hpp"
+#include "../../hier/trees/vertex_forest.hpp"
+#include "../../refine/points/vertex_links.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
