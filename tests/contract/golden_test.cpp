@@ -62,30 +62,14 @@ std::string unzip(const std::filesystem::path& path) {
     return text;
 }
 
-struct Mesh {
-    std::vector<Vec3d> points;
-    std::vector<std::vector<std::uint32_t>> faces;
-};
-
 /// "<mesh>.<scheme>.<library>.L<level>.obj.gz"
-Mesh read_mesh(const std::filesystem::path& path) {
-    Mesh mesh;
-    std::istringstream lines(unzip(path));
-    for (std::string line; std::getline(lines, line);) {
-        std::istringstream words(line);
-        std::string kind;
-        words >> kind;
-        if (kind == "v") {
-            Vec3d p;
-            words >> p.x >> p.y >> p.z;
-            REQUIRE(!words.fail());
-            mesh.points.push_back(p);
-        } else if (kind == "f") {
-            auto& face = mesh.faces.emplace_back();
-            for (std::uint32_t v; words >> v;) face.push_back(v - 1);
-        }
-    }
-    REQUIRE(!mesh.faces.empty());
+PolygonMesh read_mesh(const std::filesystem::path& path) {
+    ControlMeshData data = parse_obj(unzip(path), path.string());
+    REQUIRE(!data.face_vertices.empty());
+    PolygonMesh mesh;
+    mesh.positions = std::move(data.positions);
+    mesh.face_offsets = std::move(data.face_offsets);
+    mesh.face_vertices = std::move(data.face_vertices);
     return mesh;
 }
 
@@ -132,21 +116,21 @@ std::vector<std::uint32_t> from_least(std::vector<std::uint32_t> face) {
 }
 
 /// The same points, one for one, and the same faces with the same side up. What no face of theirs uses is left out.
-void check_same(const PolygonMesh& ours, const golden::Mesh& theirs) {
-    const double diagonal = bounding_box(theirs.points).diagonal();
+void check_same(const PolygonMesh& ours, const PolygonMesh& theirs) {
+    const double diagonal = bounding_box(theirs.positions).diagonal();
     const PointMatch match(ours.positions);
     std::multiset<std::vector<std::uint32_t>> faces, expected;
     std::map<std::uint32_t, std::uint32_t> ours_of;
     std::set<std::uint32_t> taken;
     double worst = 0;
-    for (const auto& face : theirs.faces) {
+    for (const auto& face : test::faces_of(theirs)) {
         std::vector<std::uint32_t> numbers;
         for (const std::uint32_t v : face) {
             const auto [known, is_new] = ours_of.try_emplace(v, 0);
             if (is_new) {
-                known->second = match.nearest(theirs.points[v]);
+                known->second = match.nearest(theirs.positions[v]);
                 taken.insert(known->second);
-                worst = std::max(worst, glm::length(ours.positions[known->second] - theirs.points[v]));
+                worst = std::max(worst, glm::length(ours.positions[known->second] - theirs.positions[v]));
             }
             numbers.push_back(known->second);
         }
@@ -243,8 +227,9 @@ bool is_closed(const ControlMesh& mesh) { return !mesh.has_boundary(); }
 
 /// The new point of each edge of an interpolating scheme's level 1: the vertex beside both of its ends. Vertices are
 /// numbered as in the control mesh, by their places.
-std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(
-    const ControlMesh& mesh, const std::vector<Vec3d>& points, const std::vector<std::vector<std::uint32_t>>& faces) {
+std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(const ControlMesh& mesh,
+                                                                     const PolygonMesh& level) {
+    const std::vector<Vec3d>& points = level.positions;
     const PointMatch match(points);
     std::vector<std::uint32_t> old_vertex(points.size(), mesh.vertex_count());
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
@@ -253,7 +238,7 @@ std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(
         old_vertex[at] = v;
     }
     std::map<std::uint32_t, std::set<std::uint32_t>> ends;
-    for (const auto& face : faces)
+    for (const auto& face : test::faces_of(level))
         for (const std::uint32_t v : face)
             for (const std::uint32_t w : face)
                 if (old_vertex[v] == mesh.vertex_count() && old_vertex[w] < mesh.vertex_count())
@@ -265,11 +250,6 @@ std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(
     }
     REQUIRE(result.size() == mesh.edge_count());
     return result;
-}
-
-std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(const ControlMesh& mesh, const char* scheme) {
-    const PolygonMesh refined = refine(mesh, scheme, 1);
-    return edge_points(mesh, refined.positions, test::faces_of(refined));
 }
 
 }  // namespace
@@ -327,9 +307,9 @@ TEST_CASE("golden: Butterfly beside boundaries is that of OpenMesh by reflection
         CAPTURE(name);
         const ControlMesh mesh =
             load(*folder / "meshes" / (name + ".obj"), {"modified-butterfly", "butterfly.openmesh", 1});
-        const golden::Mesh level = golden::read_mesh(*folder / (name + ".butterfly.openmesh.L1.obj.gz"));
-        const auto theirs = edge_points(mesh, level.points, level.faces),
-                   zorin = edge_points(mesh, "modified-butterfly"), reflected = edge_points(mesh, "butterfly");
+        const auto theirs = edge_points(mesh, golden::read_mesh(*folder / (name + ".butterfly.openmesh.L1.obj.gz"))),
+                   zorin = edge_points(mesh, refine(mesh, "modified-butterfly", 1)),
+                   reflected = edge_points(mesh, refine(mesh, "butterfly", 1));
         for (const auto& [ends, point] : theirs) {
             const VertexId u(ends.first), v(ends.second);
             bool boundary_edge = false;
