@@ -285,7 +285,7 @@ class LimitSearch::Finder {
         if (!m.any()) return std::nullopt;
         const std::optional<std::vector<int>> fan = find(mesh, shape, start, m.rings);
         if (!fan) return std::nullopt;
-        const FanLabels& labels = labels_of(shape, m.rings);
+        const FanLabels& labels = search_of(shape, m.rings).labels;
         const auto row = [&](const Mask& mask, double total) {
             StencilRow result;
             double sum = 0;
@@ -299,10 +299,11 @@ class LimitSearch::Finder {
         return rows;
     }
 
-    const FanLabels& labels_of(const FanShape& shape, int rings) {
-        return labels_
-            .try_emplace(std::tuple(shape.faces, shape.boundary, shape.corner, rings), lattice(shape), shape, rings)
-            .first->second;
+    const FanSearch& search_of(const FanShape& shape, int rings) {
+        const auto key = std::tuple(shape.faces, shape.boundary, shape.corner, rings);
+        const auto at = searches_.find(key);
+        if (at != searches_.end()) return at->second;
+        return searches_.try_emplace(key, FanLabels(lattice(shape), shape, rings)).first->second;
     }
 
     /// Whether a corner among the vertices has an angle, and so rules of its own for the edges there.
@@ -319,7 +320,8 @@ class LimitSearch::Finder {
     /// The vertices of the fan, where the mesh is there as the masks take it.
     std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanShape& shape, std::span<const int> start,
                                          int rings) {
-        const FanLabels& labels = labels_of(shape, rings);
+        const FanSearch& search = search_of(shape, rings);
+        const FanLabels& labels = search.labels;
         const int size = lattice_ == FanLattice::triangles ? 3 : 4;
         const bool dual = lattice(shape) == FanLattice::dual, dual_face = dual && !shape.boundary;
         if (!dual_face)
@@ -327,7 +329,7 @@ class LimitSearch::Finder {
                 if (mesh.face_size(mesh.face(h)) != size) return std::nullopt;
         std::vector<int> fan;
         try {
-            fan = find_fan(mesh, start, labels);
+            fan = search.find(mesh, start);
         } catch (const std::logic_error&) {
             return std::nullopt;  // it meets another extraordinary point or the boundary
         }
@@ -410,7 +412,7 @@ class LimitSearch::Finder {
     MeshPartFinder parts_;
     std::map<int, std::vector<double>> honeycomb_;
     std::map<std::tuple<int, bool, bool, bool, double>, Masks> masks_;
-    std::map<std::tuple<int, bool, bool, int>, FanLabels> labels_;
+    std::map<std::tuple<int, bool, bool, int>, FanSearch> searches_;
 };
 
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {

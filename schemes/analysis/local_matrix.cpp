@@ -52,21 +52,11 @@ Point place(const FanLabels& labels, FanLabel label) {
     return {label.a * std::cos(p) + label.b * std::cos(q), label.a * std::sin(p) + label.b * std::sin(q)};
 }
 
-struct RegularStep {
-    SectorFan fan;
-    FanLabels inner;
-    RuleStep step;
-    std::vector<int> found;
-};
-
-RegularStep regular_step(const SchemeInfo& scheme, const RuleOptions& options, int rings) {
+/// The regular mesh, with much more around the middle than the rules there look at.
+SectorFan regular_fan(const SchemeInfo& scheme, const RuleOptions& options) {
     const FanLattice lattice = fan_lattice(scheme, options);
-    const FanShape shape{.faces = lattice == FanLattice::triangles ? 6 : 4};
-    SectorFan fan(lattice, shape, 2 * rings);
-    RuleStep step = scheme.step(fan.mesh, options);
-    FanLabels inner(lattice, shape, rings);
-    std::vector<int> found = find_fan(step.mesh, child_start(fan, step), inner);
-    return {std::move(fan), std::move(inner), std::move(step), std::move(found)};
+    const int rings = fan_rings(scheme, {.faces = 4}, options) + margin(scheme, options);
+    return {lattice, {.faces = lattice == FanLattice::triangles ? 6 : 4}, 2 * rings};
 }
 
 double scale(const SchemeInfo& scheme) { return scheme.refinement == Refinement::sqrt3 ? 3 : 2; }
@@ -90,7 +80,6 @@ LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& of, const Rul
     LocalMatrix matrix{FanLabels(lattice, shape, rings), {}};
     const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), matrix.labels);
     for (int i = 0; i < matrix.size(); ++i) {
-        if (matrix.turns() && matrix.labels.all()[i].sector != 0) continue;
         const auto points = step.stencils.points(rows[i]);
         const auto weights = step.stencils.weights(rows[i]);
         StencilRow row;
@@ -106,73 +95,29 @@ LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& of, const Rul
     return matrix;
 }
 
-namespace {
-
-/// Where a label is among those that a fan turns into: each place has one of every sector, after the centre.
-struct Turned {
-    int place, sector;
-
-    Turned(const FanLabels& labels, int i) {
-        const int n = labels.shape().faces, centre = labels.lattice() == FanLattice::dual ? 0 : 1;
-        place = i < centre ? 0 : centre + (i - centre) / n;
-        sector = i < centre ? 0 : (i - centre) % n;
-    }
-};
-
-/// The label that this one becomes by a turn of so many sectors.
-int turned(const FanLabels& labels, int i, int sectors) {
-    const int n = labels.shape().faces, centre = labels.lattice() == FanLattice::dual ? 0 : 1;
-    if (i < centre) return i;
-    const int s = (i - centre) % n;
-    return i - s + (s + sectors) % n;
-}
-
-}  // namespace
-
-StencilRow LocalMatrix::row(int i) const {
-    if (!turns()) return rows.row(i);
-    const Turned of(labels, i);
-    StencilRow result;
-    rows.add_row(of.place, 1, result);
-    if (of.sector == 0) return result;
-    for (auto& [column, weight] : result.terms) column = turned(labels, column, of.sector);
-    result.gather();
-    return result;
-}
-
 double LocalMatrix::at(int row, int column) const {
-    if (turns()) {
-        const Turned of(labels, row);
-        column = turned(labels, column, labels.shape().faces - of.sector);
-        row = of.place;
-    }
     const auto points = rows.points(row);
     const auto found = std::lower_bound(points.begin(), points.end(), column);
     return found != points.end() && *found == column ? rows.weights(row)[found - points.begin()] : 0;
 }
 
-std::size_t LocalMatrix::weight_count() const {
-    if (!turns()) return rows.points().size();
-    const std::size_t centre = labels.lattice() == FanLattice::dual ? 0 : rows.points(0).size();
-    return centre + (rows.points().size() - centre) * static_cast<std::size_t>(labels.shape().faces);
-}
-
 int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options) {
     if (scheme.family == MeshFamily::hexagons) return scheme.reproduction;
-    const RegularStep s =
-        regular_step(scheme, options, fan_rings(scheme, {.faces = 4}, options) + margin(scheme, options));
+    const SectorFan fan = regular_fan(scheme, options);
+    const RuleStep step = scheme.step(fan.mesh, options);
     // Only as far out as the rim is not felt.
-    const FanLabels near(s.inner.lattice(), s.inner.shape(), 2);
+    const FanLabels near(fan.labels.lattice(), fan.labels.shape(), 2);
+    const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), near);
     constexpr int k_most = 6;
     for (int degree = 0; degree <= k_most; ++degree)
         for (int i = 0; i <= degree; ++i)
-            for (const FanLabel label : near.all()) {
-                const Point fine = place(s.inner, label);
-                const int row = s.found[s.inner.find(label)];
+            for (int k = 0; k < near.size(); ++k) {
+                const Point fine = place(near, near.all()[k]);
+                const auto points = step.stencils.points(rows[k]);
                 double sum = 0;
-                for (std::size_t t = 0; t < s.step.stencils.points(row).size(); ++t) {
-                    const Point p = place(s.fan.labels, s.fan.labels.all()[s.step.stencils.points(row)[t]]);
-                    sum += s.step.stencils.weights(row)[t] * std::pow(p.x, i) * std::pow(p.y, degree - i);
+                for (std::size_t t = 0; t < points.size(); ++t) {
+                    const Point p = place(fan.labels, fan.labels.all()[points[t]]);
+                    sum += step.stencils.weights(rows[k])[t] * std::pow(p.x, i) * std::pow(p.y, degree - i);
                 }
                 const double exact = std::pow(fine.x / scale(scheme), i) * std::pow(fine.y / scale(scheme), degree - i);
                 if (std::abs(sum - exact) > 1e-9) return degree - 1;
@@ -194,13 +139,23 @@ RuleMesh bricks(int size) {
     return RuleMesh(across * size, std::move(faces));
 }
 
-/// How far one step carries a point of a regular mesh of hexagons, in the finer mesh's rings of faces around it.
-int hexagon_rings(const SchemeInfo& scheme, const RuleOptions& options) {
+}  // namespace
+
+double support_radius(const SchemeInfo& scheme, const RuleOptions& options) {
     constexpr int k_size = 12;
-    const int middle = k_size / 2 * 2 * k_size + k_size;
-    const RuleStep step = scheme.step(bricks(k_size), options);  // old vertices keep their numbers
-    std::vector<int> ring(static_cast<std::size_t>(step.mesh.vertex_count()), -1), now{middle};
-    ring[static_cast<std::size_t>(middle)] = 0;
+    const bool hexagons = scheme.family == MeshFamily::hexagons;
+    const bool dual = !hexagons && fan_lattice(scheme, options) == FanLattice::dual;
+    const RuleMesh mesh = hexagons ? bricks(k_size) : regular_fan(scheme, options).mesh;
+    const int middle = hexagons ? k_size / 2 * 2 * k_size + k_size : 0;
+    const RuleStep step = scheme.step(mesh, options);
+    // How far that step carries the point in the middle, in the finer mesh's rings of faces: around the vertex, which
+    // keeps its number, or the face that it becomes, from whose middle its corners are half a ring.
+    std::vector<int> ring(static_cast<std::size_t>(step.mesh.vertex_count()), -1), now;
+    if (dual)
+        for (const int h : mesh.ring(middle).halfedge) now.push_back(step.mesh.origin(step.child_halfedge[h]));
+    else
+        now.push_back(middle);
+    for (const int v : now) ring[static_cast<std::size_t>(v)] = 0;
     for (int r = 1; !now.empty(); ++r) {
         std::vector<int> next;
         for (const int v : now)
@@ -215,32 +170,11 @@ int hexagon_rings(const SchemeInfo& scheme, const RuleOptions& options) {
     int most = 0;
     for (int v = 0; v < step.mesh.vertex_count(); ++v) {
         const auto points = step.stencils.points(v);
-        if (std::find(points.begin(), points.end(), middle) != points.end())
+        if (std::binary_search(points.begin(), points.end(), middle))
             most = std::max(most, ring[static_cast<std::size_t>(v)]);
     }
-    return most;
-}
-
-}  // namespace
-
-double support_radius(const SchemeInfo& scheme, const RuleOptions& options) {
-    if (scheme.family == MeshFamily::hexagons) return hexagon_rings(scheme, options) / (scale(scheme) - 1);
-    const RegularStep s =
-        regular_step(scheme, options, fan_rings(scheme, {.faces = 4}, options) + margin(scheme, options));
-    const FanLabels& inner = s.inner;
-    const bool dual = inner.lattice() == FanLattice::dual;
-    // One point of the middle: how far its fine children are from it, in fine rings (dual: along one axis, from its own
-    // place at (1/2, 1/2), i.e. (1, 1) among the fine points).
-    const int middle = s.fan.labels.find({});
-    double most = 0;
-    for (const FanLabel label : inner.all()) {
-        const auto points = s.step.stencils.points(s.found[inner.find(label)]);
-        if (!std::binary_search(points.begin(), points.end(), middle)) continue;
-        const Point p = place(inner, label);
-        most = std::max(most, dual ? std::max(std::abs(p.x - 1), std::abs(p.y - 1)) : double(inner.ring_of(label)));
-    }
     // r, then r / scale, and so on, in fine rings of the first step.
-    return most / (scale(scheme) - 1);
+    return (most + (dual ? 0.5 : 0.0)) / (scale(scheme) - 1);
 }
 
 SchemeMasks scheme_masks(const SchemeInfo& scheme, const SpectralAnalysis& analysis, const RuleOptions& options) {

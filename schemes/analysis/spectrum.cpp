@@ -93,49 +93,100 @@ void finish(SpectralAnalysis& analysis, bool interior, const std::vector<double>
                                                             : CurvatureClass::bounded;
 }
 
-/// Two sectors: what changes its sign from one to the other is one mode for both tangents, which the mirror image tells
-/// apart: the same on both sides of the line along the two edges (tangent 1), or of opposite sign (tangent 2). A
-/// block's rows are the places of sector 0.
-void analyse_two_sectors(SpectralAnalysis& analysis, const DenseMatrix<Complex>& block) {
-    const FanLabels& labels = analysis.matrix.labels;
-    const int places = (analysis.matrix.size() - 1) / 2;
-    const auto index = [](int place, int sector) { return 1 + place * 2 + sector; };
-    for (const double sign : {1.0, -1.0}) {
-        // Of each place its mirror image in the same sector, and whether that is so only with the other sign.
-        std::vector<int> rows, image(places);
-        std::vector<double> turned(places);
-        for (int p = 0; p < places; ++p) {
-            const int i = labels.find(labels.mirrored(labels.all()[index(p, 0)])) - 1;
-            image[p] = i / 2;
-            turned[p] = i % 2 == 0 ? sign : -sign;
-            if (image[p] > p || (image[p] == p && turned[p] > 0)) rows.push_back(p);
-        }
-        DenseMatrix<double> part(static_cast<int>(rows.size()));
-        for (std::size_t a = 0; a < rows.size(); ++a)
-            for (std::size_t b = 0; b < rows.size(); ++b) {
-                const int q = rows[b];
-                part(a, b) =
-                    block(rows[a], q).real() + (image[q] == q ? 0 : turned[q] * block(rows[a], image[q]).real());
-            }
-        const std::vector<Complex> values = eigenvalues(part);
-        const Complex lambda = largest(values, false);
-        const double real = std::abs(lambda.imag()) < k_same ? lambda.real() : 0;
-        (sign > 0 ? analysis.lambda1 : analysis.lambda2) = real;
-        if (count_same(values, lambda) != 1 || real <= k_same) continue;
-        const std::vector<double> y = left_eigenvector(part, real);
-        std::vector<double>& mask = sign > 0 ? analysis.tangent1 : analysis.tangent2;
-        mask.assign(analysis.matrix.size(), 0.0);
-        for (std::size_t a = 0; a < rows.size(); ++a)
-            for (int t = 0; t < 2; ++t) {
-                const int p = rows[a];
-                const double w = (t == 0 ? 1 : -1) * y[a];
-                if (image[p] == p) {
-                    mask[index(p, t)] = w;
-                } else {
-                    mask[index(p, t)] = w / 2;
-                    mask[index(image[p], t)] = turned[p] * w / 2;
+/// What some symmetries of the matrix, each of which is its own inverse, take to itself or change the sign of.
+class SymmetricPart {
+  public:
+    struct Symmetry {
+        std::vector<int> image;  ///< of each point
+        double sign;
+    };
+    SymmetricPart(int size, const std::vector<Symmetry>& symmetries) : row_(size, -1), sign_(size, 0), orbit_(size, 1) {
+        for (int i = 0; i < size; ++i) {
+            if (sign_[i] != 0) continue;
+            std::vector<int> orbit{i};
+            sign_[i] = 1;
+            bool vanishes = false;
+            for (std::size_t k = 0; k < orbit.size(); ++k)
+                for (const auto& [image, sign] : symmetries) {
+                    const int from = orbit[k], to = image[from];
+                    if (sign_[to] == 0) {
+                        sign_[to] = sign * sign_[from];
+                        orbit.push_back(to);
+                    }
+                    vanishes = vanishes || sign_[to] != sign * sign_[from];
                 }
-            }
+            if (vanishes) continue;
+            for (const int j : orbit) row_[j] = row_count_, orbit_[j] = static_cast<int>(orbit.size());
+            ++row_count_;
+        }
+    }
+    /// Those points alone for which keep(point) is true, and it is so for all that symmetries make of it.
+    template <class Keep>
+    SymmetricPart only(Keep&& keep) const {
+        SymmetricPart result = *this;
+        std::vector<int> number(row_count_, -1);
+        result.row_count_ = 0;
+        for (std::size_t i = 0; i < row_.size(); ++i) {
+            int& row = result.row_[i];
+            if (row < 0) continue;
+            if (!keep(static_cast<int>(i)))
+                row = -1;
+            else
+                row = number[row] < 0 ? number[row] = result.row_count_++ : number[row];
+        }
+        return result;
+    }
+    /// Of a matrix of the points.
+    StencilTable block(const StencilTable& weights) const {
+        StencilTable m;
+        for (int i = 0; i < weights.row_count(); ++i) {
+            if (row_[i] != m.row_count()) continue;  // another point of the orbit has been there
+            StencilRow row;
+            for (std::size_t t = 0; t < weights.points(i).size(); ++t)
+                if (const int j = weights.points(i)[t]; row_[j] >= 0)
+                    row.add(row_[j], sign_[j] * weights.weights(i)[t]);
+            m.push(std::move(row));
+        }
+        return m;
+    }
+    /// The mask of all points that a block's left eigenvector is.
+    std::vector<double> spread(const std::vector<double>& y) const {
+        std::vector<double> weights(row_.size(), 0.0);
+        for (std::size_t i = 0; i < weights.size(); ++i)
+            if (row_[i] >= 0) weights[i] = sign_[i] * y[row_[i]] / orbit_[i];
+        return weights;
+    }
+
+  private:
+    int row_count_ = 0;
+    std::vector<int> row_;      ///< of a block, per point; -1: none
+    std::vector<double> sign_;  ///< against the first point of its orbit
+    std::vector<int> orbit_;    ///< its size
+};
+
+std::vector<int> mirror_images(const FanLabels& labels) {
+    std::vector<int> image;
+    for (const FanLabel label : labels.all()) image.push_back(labels.find(labels.mirrored(label)));
+    return image;
+}
+
+double real_or_zero(Complex z) { return std::abs(z.imag()) < k_same ? z.real() : 0; }
+
+/// Two sectors: what changes its sign from one to the other is one mode for both tangents, which the mirror image tells
+/// apart: the same on both sides of the line along the two edges (tangent 1), or of opposite sign (tangent 2).
+void analyse_two_sectors(SpectralAnalysis& analysis) {
+    const int size = analysis.matrix.size();
+    std::vector<int> turned(size, 0);  // the centre stays, and each place has a point in either sector
+    for (int i = 1; i < size; ++i) turned[i] = i % 2 != 0 ? i + 1 : i - 1;
+    for (const double sign : {1.0, -1.0}) {
+        const SymmetricPart part(size, {{turned, -1}, {mirror_images(analysis.matrix.labels), sign}});
+        const StencilTable block = part.block(analysis.matrix.rows);
+        const std::vector<Complex> values = eigenvalues(block);
+        const Complex lambda = largest(values, false);
+        const double real = real_or_zero(lambda);
+        (sign > 0 ? analysis.lambda1 : analysis.lambda2) = real;
+        if (count_same(values, lambda) == 1 && real > k_same)
+            (sign > 0 ? analysis.tangent1 : analysis.tangent2) = part.spread(left_eigenvector(block, real));
     }
 }
 
@@ -151,16 +202,18 @@ void analyse_rotation(SpectralAnalysis& analysis) {
         double weight;
     };
     std::vector<Term> terms;
-    DenseMatrix<double> zero(places + centre);
+    StencilTable zero;
     for (int p = -centre; p < places; ++p) {
-        const auto points = s.rows.points(centre + p);
-        const auto weights = s.rows.weights(centre + p);
+        const auto points = s.rows.points(p < 0 ? 0 : index(p, 0));
+        const auto weights = s.rows.weights(p < 0 ? 0 : index(p, 0));
+        StencilRow row;
         for (std::size_t k = 0; k < points.size(); ++k) {
             const bool to_centre = points[k] < centre;
             const int q = to_centre ? -1 : (points[k] - centre) / n;
-            zero(centre + p, centre + q) += weights[k];
+            row.add(centre + q, weights[k]);
             if (p >= 0 && !to_centre) terms.push_back({p, q, (points[k] - centre) % n, weights[k]});
         }
+        zero.push(std::move(row));
     }
     add(analysis, eigenvalues(zero), 0, 1);
     const std::vector<double> limit = left_eigenvector(zero, 1.0);
@@ -173,13 +226,13 @@ void analyse_rotation(SpectralAnalysis& analysis) {
     std::vector<Complex> wave(n);
     for (int t = 0; t < n; ++t) wave[t] = std::polar(1.0, 2 * std::numbers::pi * t / n);
     for (int j = 1; 2 * j <= n; ++j) {
-        DenseMatrix<Complex> block(places);
+        DenseMatrix block(places);
         for (const Term& term : terms)
             block(term.row, term.column) +=
                 wave[static_cast<std::size_t>(std::int64_t{j} * term.sector % n)] * term.weight;
         const std::vector<Complex> values = eigenvalues(block);
         add(analysis, values, j, 2 * j < n ? 2 : 1);
-        if (j == 1 && n == 2) analyse_two_sectors(analysis, block);
+        if (j == 1 && n == 2) analyse_two_sectors(analysis);
         if (j != 1 || n == 2) continue;
         const Complex lambda = largest(values, false);
         analysis.lambda1 = analysis.lambda2 = std::abs(lambda.imag()) < k_same ? lambda.real() : 0;
@@ -254,104 +307,57 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
     const LocalMatrix& s = analysis.matrix;
     const int size = s.size();
     const bool boundary = s.labels.shape().boundary;
-    std::vector<int> mirror(size), fixed_or_first, first;
-    for (int i = 0; i < size; ++i) {
-        mirror[i] = s.labels.find(s.labels.mirrored(s.labels.all()[i]));
-        if (mirror[i] >= i) fixed_or_first.push_back(i);
-        if (mirror[i] > i) first.push_back(i);
-    }
-    /// Some rows, and their columns, of the even (sign 1) or odd part.
-    const auto block_of = [&](const StencilTable& weights, const std::vector<int>& rows, double sign) {
-        std::vector<int> place(size, -1);
-        for (std::size_t b = 0; b < rows.size(); ++b) place[rows[b]] = static_cast<int>(b);
-        StencilTable m;
-        for (const int i : rows) {
-            StencilRow row;
-            for (std::size_t t = 0; t < weights.points(i).size(); ++t) {
-                const int j = weights.points(i)[t];
-                const double w = weights.weights(i)[t];
-                if (place[j] >= 0)
-                    row.add(place[j], w);
-                else if (place[mirror[j]] >= 0)
-                    row.add(place[mirror[j]], sign * w);
-            }
-            m.push(std::move(row));
-        }
-        return m;
-    };
-    const auto block = [&](const std::vector<int>& rows, double sign) { return block_of(s.rows, rows, sign); };
-    const auto spread = [&](const std::vector<int>& rows, const std::vector<double>& y, double sign) {
-        std::vector<double> weights(size, 0.0);
-        for (std::size_t a = 0; a < rows.size(); ++a) {
-            if (mirror[rows[a]] == rows[a]) {
-                weights[rows[a]] = y[a];
-            } else {
-                weights[rows[a]] = y[a] / 2;
-                weights[mirror[rows[a]]] = sign * y[a] / 2;
-            }
-        }
-        return weights;
-    };
+    const std::vector<int> mirror = mirror_images(s.labels);
+    const SymmetricPart even(size, {{mirror, 1}}), odd(size, {{mirror, -1}});
     // Where the boundary depends on itself alone, its modes are apart from those of the inside.
     const bool apart = boundary && depends_on_itself(s);
-    const auto on_its_own = [&](std::vector<int> rows, bool on) {
-        std::erase_if(rows, [&](int i) { return on_boundary(s.labels, i) != on; });
-        return rows;
-    };
-    const auto even_eigenvector = [&](double lambda) {
-        return spread(fixed_or_first, left_eigenvector(block(fixed_or_first, 1), lambda), 1);
-    };
-    const std::vector<Complex> even_values = eigenvalues(block(fixed_or_first, 1)),
-                               odd_values = eigenvalues(block(first, -1));
+    const StencilTable even_block = even.block(s.rows), odd_block = odd.block(s.rows);
+    const std::vector<Complex> even_values = eigenvalues(even_block), odd_values = eigenvalues(odd_block);
     add(analysis, even_values, 0, 1);
     add(analysis, odd_values, 1, 1);
-    analysis.limit = even_eigenvector(1.0);
+    analysis.limit = even.spread(left_eigenvector(even_block, 1.0));
     const double total = std::accumulate(analysis.limit.begin(), analysis.limit.end(), 0.0);
     for (double& w : analysis.limit) w /= total;
 
     Complex e = largest(even_values, true);
-    const auto real = [](Complex z) { return std::abs(z.imag()) < k_same ? z.real() : 0; };
     std::vector<double> even_mask, odd_mask;
-    if (real(e) > 0 && count_same(even_values, e) == 1) even_mask = even_eigenvector(e.real());
+    if (real_or_zero(e) > 0 && count_same(even_values, e) == 1)
+        even_mask = even.spread(left_eigenvector(even_block, e.real()));
     // A boundary runs from one side of the mirror to the other, a dart's crease along it. Where the boundary has rules
     // of its own, the mode along it is the largest odd one of these alone, whatever the inside does.
-    const std::vector<int> along = apart ? on_its_own(first, true) : first;
-    const StencilTable odd_part = block(along, -1);
-    const std::vector<Complex> along_values = apart ? eigenvalues(odd_part) : odd_values;
+    const SymmetricPart along = apart ? odd.only([&](int i) { return on_boundary(s.labels, i); }) : odd;
+    const StencilTable along_block = apart ? along.block(s.rows) : odd_block;
+    const std::vector<Complex> along_values = apart ? eigenvalues(along_block) : odd_values;
     const Complex o = largest(along_values, false);
-    if (real(o) > 0 && count_same(along_values, o) == 1)
-        odd_mask = spread(along, left_eigenvector(odd_part, o.real()), -1);
+    if (real_or_zero(o) > 0 && count_same(along_values, o) == 1)
+        odd_mask = along.spread(left_eigenvector(along_block, o.real()));
     // What varies along the boundary alone is no tangent across it, even where its eigenvalue is as large (u^2 beside
     // v^2, where the surface ends as an even function): that is the largest one of the differences across.
     std::vector<double> bends;
     if (const std::optional<Rows> inwards = rows_inwards(s)) {
-        const auto on = [&](std::vector<int> rows, bool outermost) {
-            std::erase_if(rows, [&](int i) { return (inwards->before[i] < 0) != outermost; });
-            return rows;
-        };
-        const std::vector<int> inner = on(fixed_or_first, false);
-        const StencilTable across = block_of(inwards->differences, inner, 1);
+        const auto is_outermost = [&](int i) { return inwards->before[i] < 0; };
+        const SymmetricPart inner = even.only([&](int i) { return !is_outermost(i); });
+        const StencilTable across = inner.block(inwards->differences);
         const std::vector<Complex> across_values = eigenvalues(across);
         e = largest(across_values, false);
         even_mask.clear();
-        if (real(e) > 0 && count_same(across_values, e) == 1) {
+        if (real_or_zero(e) > 0 && count_same(across_values, e) == 1) {
             even_mask.assign(size, 0.0);
-            const std::vector<double> weights = spread(inner, left_eigenvector(across, e.real()), 1);
+            const std::vector<double> weights = inner.spread(left_eigenvector(across, e.real()));
             for (int i = 0; i < size; ++i) {
                 if (inwards->before[i] < 0) continue;
                 even_mask[i] += weights[i];
                 even_mask[inwards->before[i]] -= weights[i];
             }
         }
-        for (const double sign : {1.0, -1.0})
-            for (const Complex z :
-                 eigenvalues(block_of(inwards->columns, on(sign > 0 ? fixed_or_first : first, true), sign)))
+        for (const SymmetricPart* part : {&even, &odd})
+            for (const Complex z : eigenvalues(part->only(is_outermost).block(inwards->columns)))
                 bends.push_back(std::abs(z));
         take_out(bends, 1);
-        take_out(bends, real(o));
+        take_out(bends, real_or_zero(o));
     }
-    analysis.lambda1 = real(boundary ? o : e);
-    analysis.lambda2 = real(boundary ? e : o);
+    analysis.lambda1 = real_or_zero(boundary ? o : e);
+    analysis.lambda2 = real_or_zero(boundary ? e : o);
     analysis.tangent1 = boundary ? odd_mask : even_mask;
     analysis.tangent2 = boundary ? even_mask : odd_mask;
     return bends;
@@ -373,9 +379,8 @@ std::string_view name(CurvatureClass curvature) {
 
 SpectralAnalysis analyse(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
     SpectralAnalysis analysis{.matrix = local_matrix(scheme, shape, options)};
-    const bool rotates = !shape.boundary && !shape.dart;
     std::vector<double> bends;
-    if (rotates)
+    if (analysis.matrix.turns())
         analyse_rotation(analysis);
     else
         bends = analyse_mirror(analysis);

@@ -18,17 +18,16 @@ std::string_view name(CurvatureClass curvature);
 /// the same rings. Rows and columns are in the order of the labels.
 struct LocalMatrix {
     FanLabels labels;
-    /// Its rows without what is zero. Where the fan turns into itself, those of the centre (if it has one) and of
-    /// sector 0 alone, in their order: the others are the same, turned.
-    StencilTable rows;
+    StencilTable rows;  ///< without what is zero
 
     int size() const { return labels.size(); }
+    /// Whether the fan turns into itself.
     bool turns() const { return !labels.shape().boundary && !labels.shape().dart; }
     /// A row, whose points are columns in increasing order.
-    StencilRow row(int i) const;
+    StencilRow row(int i) const { return rows.row(i); }
     double at(int row, int column) const;
     /// The number of weights that are not zero.
-    std::size_t weight_count() const;
+    std::size_t weight_count() const { return rows.points().size(); }
 };
 /// @throws std::invalid_argument  the shape is not one of the scheme: fewer than 2 faces (interior) or 1 (boundary)
 ///                                at a vertex, fewer than 3 corners of a face, a corner or dart where it has none

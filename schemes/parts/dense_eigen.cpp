@@ -18,8 +18,7 @@ using Eigen::MatrixXcd;
 using Eigen::VectorXcd;
 
 // Real matrices, too, are complex ones here: a second kind of solver would take a third of the compile time.
-template <class T>
-MatrixXcd to_eigen(const DenseMatrix<T>& m) {
+MatrixXcd to_eigen(const DenseMatrix& m) {
     MatrixXcd out(m.size(), m.size());
     for (int i = 0; i < m.size(); ++i)
         for (int j = 0; j < m.size(); ++j) out(i, j) = m(i, j);
@@ -167,26 +166,20 @@ VectorXcd left_eigenvector_of(const MatrixXcd& m, Complex lambda) {
     }
     return x;
 }
-template <class Matrix>
-std::vector<double> real_left_eigenvector(const Matrix& m, double lambda) {
+
+}  // namespace
+
+std::vector<Complex> eigenvalues(const DenseMatrix& m) { return eigenvalues_of(to_eigen(m), false); }
+std::vector<Complex> eigenvalues(const StencilTable& m) { return eigenvalues_of(to_eigen(m), true); }
+
+std::vector<Complex> left_eigenvector(const DenseMatrix& m, Complex lambda) {
+    const VectorXcd x = left_eigenvector_of(to_eigen(m), lambda);
+    return {x.begin(), x.end()};
+}
+std::vector<double> left_eigenvector(const StencilTable& m, double lambda) {
     std::vector<double> out;
     for (const Complex& z : left_eigenvector_of(to_eigen(m), lambda)) out.push_back(z.real());
     return out;
 }
-
-}  // namespace
-
-std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m) { return eigenvalues_of(to_eigen(m), false); }
-std::vector<Complex> eigenvalues(const DenseMatrix<double>& m) { return eigenvalues_of(to_eigen(m), true); }
-std::vector<Complex> eigenvalues(const StencilTable& m) { return eigenvalues_of(to_eigen(m), true); }
-
-std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda) {
-    const VectorXcd x = left_eigenvector_of(to_eigen(m), lambda);
-    return {x.begin(), x.end()};
-}
-std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda) {
-    return real_left_eigenvector(m, lambda);
-}
-std::vector<double> left_eigenvector(const StencilTable& m, double lambda) { return real_left_eigenvector(m, lambda); }
 
 }  // namespace tetrakis::detail

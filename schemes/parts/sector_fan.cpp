@@ -198,24 +198,14 @@ RuleMesh fan_mesh(const FanLabels& labels) {
     return RuleMesh(labels.size(), std::move(faces), std::move(sharpness));
 }
 
-/// Walks a mesh from half-edge to half-edge; leaving it is an error.
-struct Walk {
-    const RuleMesh& mesh;
-
-    int across(int h) const {
-        if (mesh.twin(h) == RuleMesh::none) throw std::logic_error("the fan is larger than the mesh");
-        return mesh.twin(h);
-    }
-    int next(int h) const { return mesh.next(h); }
-    int prev(int h) const { return mesh.prev(h); }
-};
-
 }  // namespace
 
 SectorFan::SectorFan(FanLattice lattice, const FanShape& shape, int rings)
     : labels(lattice, shape, rings), mesh(fan_mesh(labels)) {
-    std::vector<std::pair<int, int>> edges;  // to start from: their ends
-    const auto add = [&](FanLabel from, FanLabel to) { edges.emplace_back(labels.find(from), labels.find(to)); };
+    const auto add = [&](FanLabel from, FanLabel to) {
+        const RuleMesh::Ring ring = mesh.ring(labels.find(from));
+        start.push_back(ring.halfedge[ring.position(labels.find(to))]);
+    };
     const int n = shape.faces;
     if (lattice == FanLattice::dual && shape.boundary)
         add({1, 0, 0}, {0, 0, 0});
@@ -224,121 +214,60 @@ SectorFan::SectorFan(FanLattice lattice, const FanShape& shape, int rings)
     else
         for (int s = 0; s < n; ++s)
             lattice == FanLattice::dual ? add({s, 0, 0}, {(s + 1) % n, 0, 0}) : add({}, {s, 1, 0});
-    std::map<std::pair<int, int>, std::size_t> number;
-    for (std::size_t i = 0; i < edges.size(); ++i) number[edges[i]] = i;
-    start.assign(edges.size(), RuleMesh::none);
-    for (int h = 0; h < mesh.halfedge_count(); ++h)
-        if (const auto at = number.find({mesh.origin(h), mesh.target(h)});
-            at != number.end() && start[at->second] == RuleMesh::none)
-            start[at->second] = h;
-    if (std::find(start.begin(), start.end(), RuleMesh::none) != start.end())
-        throw std::logic_error("a fan without one of its edges");
 }
 
-std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, const FanLabels& labels) {
-    const Walk walk{mesh};
-    std::vector<int> found(labels.size(), -1);
-    const auto see = [&](FanLabel label, int v) {
-        const int i = labels.find(label);
-        if (i < 0) return;
-        if (found[i] >= 0 && found[i] != v) throw std::logic_error("the mesh around the vertex is no lattice");
-        found[i] = v;
+namespace {
+
+/// Of the half-edges that leave a vertex on the boundary, the last one counter-clockwise.
+int last_leaving(const RuleMesh& mesh, int h) {
+    while (mesh.twin(mesh.prev(h)) != RuleMesh::none) h = mesh.twin(mesh.prev(h));
+    return h;
+}
+
+// The two pentagons along a boundary know what lies between them only where there are two rings.
+int least_rings(FanLattice lattice) {
+    return lattice == FanLattice::pentagons ? 2 : lattice == FanLattice::dual ? 0 : 1;
+}
+
+}  // namespace
+
+FanSearch::FanSearch(const FanLabels& of)
+    : labels(of), fan_(of.lattice(), of.shape(), std::max(of.rings(), least_rings(of.lattice()))) {
+    for (const FanLabel label : fan_.labels.all()) number_.push_back(labels.find(label));
+    if (labels.lattice() == FanLattice::pentagons) fan_.start.push_back(last_leaving(fan_.mesh, fan_.start[0]));
+    std::vector<char> seen(fan_.mesh.face_count(), 0);
+    const auto add = [&](int from, int to) {
+        const auto corners = fan_.mesh.corners(fan_.mesh.face(to));
+        if (std::exchange(seen[fan_.mesh.face(to)], 1) != 0) return;
+        if (std::ranges::none_of(corners, [&](int v) { return number_[v] < 0; })) faces_.push_back({from, to});
     };
-    const int R = labels.rings(), n = labels.shape().faces;
-    const bool dual = labels.lattice() == FanLattice::dual;
-    if (labels.lattice() == FanLattice::pentagons) {
-        const int ahead = start[0];
-        int behind = ahead;
-        while (mesh.twin(mesh.prev(behind)) != RuleMesh::none) behind = mesh.twin(mesh.prev(behind));
-        if (mesh.face_size(mesh.face(ahead)) != 5 || mesh.face_size(mesh.face(behind)) != 5)
-            throw std::logic_error("the faces along the boundary are no pentagons");
-        see({}, mesh.origin(ahead));
-        constexpr std::pair<int, int> corners[] = {{1, 0}, {2, 0}, {2, 1}, {0, 1}};
-        int h = ahead, back = behind;
-        for (const auto& [a, b] : corners) {
-            see({0, a, b}, mesh.target(h));
-            back = mesh.prev(back);
-            see({1, a, b}, mesh.origin(back));
-            h = mesh.next(h);
-        }
-    } else if (dual && labels.shape().boundary) {
-        for (const bool ahead : {true, false}) {
-            int column = start[0];
-            for (int a = 0; a <= R; ++a) {
-                int h = column;  // the bottom of a quad of this column
-                for (int b = 0; b <= R; ++b) {
-                    const int top = walk.next(walk.next(h));
-                    see({ahead ? 0 : 1, a, b}, ahead ? mesh.target(h) : mesh.origin(h));
-                    see({ahead ? 0 : 1, a, b + 1}, ahead ? mesh.origin(top) : mesh.target(top));
-                    if (b < R) h = walk.across(top);
-                }
-                if (a < R)
-                    column =
-                        ahead ? walk.next(walk.across(walk.next(column))) : walk.prev(walk.across(walk.prev(column)));
-            }
-        }
-    } else if (labels.shape().hexagons) {
-        for (int s = 0; s < n; ++s) {
-            see({s, 0, 0}, mesh.origin(start[s]));
-            int h = walk.across(start[s]);
-            if (mesh.face_size(mesh.face(h)) != 6) throw std::logic_error("the faces around a face are no hexagons");
-            for (const FanLabel label : {FanLabel{s, 1, 1}, {s, 0, 1}, {(s + 1) % n, 1, 0}}) {
-                h = walk.next(h);
-                see(label, mesh.target(h));
-            }
-        }
-    } else if (dual) {
-        for (int s = 0; s < n; ++s) {
-            const int side = start[(s + n - 1) % n];  // from corner s - 1 to corner s
-            see({s, 0, 0}, mesh.target(side));
-            if (R == 0) continue;
-            int x = walk.across(mesh.prev(walk.across(side)));  // from (s, 0, 0) to (s, 1, 0)
-            for (int a = 0; a <= R; ++a) {
-                see({s, a, 0}, mesh.origin(x));
-                int y = walk.across(walk.prev(x));  // from (s, a, 0) to (s, a, 1)
-                for (int b = 1; b <= R; ++b) {
-                    see({s, a, b}, mesh.target(y));
-                    if (b < R) y = walk.next(walk.across(walk.next(y)));
-                }
-                if (a < R) x = walk.next(walk.across(walk.next(x)));
-            }
-        }
-    } else if (labels.lattice() == FanLattice::quads) {
-        see({}, mesh.origin(start[0]));
-        for (int s = 0; s < n; ++s) {
-            int row = start[s];  // from (s, 0, b) to (s, 1, b), faces on the left
-            for (int b = 0; b < R; ++b) {
-                int h = row;
-                for (int a = 0; a < R; ++a) {
-                    see({s, a, b}, mesh.origin(h));
-                    see({s, a + 1, b}, mesh.target(h));
-                    const int top = walk.next(walk.next(h));
-                    see({s, a + 1, b + 1}, mesh.origin(top));
-                    see({s, a, b + 1}, mesh.target(top));
-                    if (a + 1 < R) h = walk.next(walk.across(walk.next(h)));
-                }
-                if (b + 1 < R) row = walk.across(walk.next(walk.next(row)));
-            }
-        }
-    } else {
-        see({}, mesh.origin(start[0]));
-        for (int s = 0; s < n; ++s) {
-            int row = start[s];
-            for (int b = 0; b < R; ++b) {
-                int h = row;
-                for (int a = 0; a + b < R; ++a) {
-                    see({s, a, b}, mesh.origin(h));
-                    see({s, a + 1, b}, mesh.target(h));
-                    see({s, a, b + 1}, mesh.origin(mesh.prev(h)));
-                    // The triangle across the third side, upside down, leads on along the row.
-                    if (a + b + 1 < R) h = walk.next(walk.across(walk.next(walk.across(walk.next(h)))));
-                }
-                if (b + 1 < R) row = walk.across(walk.next(walk.next(walk.across(walk.next(row)))));
-            }
-        }
+    for (std::size_t s = 0; s < fan_.start.size(); ++s) add(-1 - static_cast<int>(s), fan_.start[s]);
+    for (std::size_t i = 0; i < faces_.size(); ++i)
+        for (int h = fan_.mesh.next(faces_[i].to); h != faces_[i].to; h = fan_.mesh.next(h))
+            if (fan_.mesh.twin(h) != RuleMesh::none) add(h, fan_.mesh.twin(h));
+}
+
+std::vector<int> FanSearch::find(const RuleMesh& mesh, std::span<const int> start) const {
+    std::vector<int> found(labels.size(), -1), at(fan_.mesh.halfedge_count());
+    const auto see = [&](int label, int v) {
+        if (found[label] >= 0 && found[label] != v) throw std::logic_error("the mesh around the vertex is no lattice");
+        found[label] = v;
+    };
+    if (labels.lattice() != FanLattice::dual) see(0, mesh.origin(start[0]));
+    for (const auto& [from, to] : faces_) {
+        const std::size_t s = from < 0 ? static_cast<std::size_t>(-1 - from) : 0;
+        int there = from >= 0 ? mesh.twin(at[from]) : s < start.size() ? start[s] : last_leaving(mesh, start[0]);
+        if (there == RuleMesh::none) throw std::logic_error("the fan is larger than the mesh");
+        if (mesh.face_size(mesh.face(there)) != fan_.mesh.face_size(fan_.mesh.face(to)))
+            throw std::logic_error("the faces around the vertex are not those of the lattice");
+        int h = to;
+        do {
+            at[h] = there;
+            see(number_[fan_.mesh.origin(h)], mesh.origin(there));
+            h = fan_.mesh.next(h);
+            there = mesh.next(there);
+        } while (h != to);
     }
-    if (std::find(found.begin(), found.end(), -1) != found.end())
-        throw std::logic_error("the fan is larger than the mesh");
     return found;
 }
 

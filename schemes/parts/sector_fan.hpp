@@ -19,9 +19,29 @@ struct SectorFan {
     SectorFan(FanLattice lattice, const FanShape& shape, int rings);
 };
 
-/// The vertices of any mesh around such starting half-edges, in the order of the labels: a walk over faces.
-/// @throws std::logic_error  the mesh ends, or its faces are no lattice
-std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, const FanLabels& labels);
+/// Finds the vertices that have a fan's labels in other meshes, face by face.
+class FanSearch {
+  public:
+    explicit FanSearch(const FanLabels& labels);
+    /// In the order of the labels.
+    /// @param start  half-edges as those of SectorFan
+    /// @throws std::logic_error  the mesh ends, or its faces are no lattice
+    std::vector<int> find(const RuleMesh& mesh, std::span<const int> start) const;
+
+    const FanLabels labels;
+
+  private:
+    /// A face, entered by a half-edge `to`: the twin of `from` in a face before it; below 0: a start, the first is -1.
+    struct Face {
+        int from, to;
+    };
+    SectorFan fan_;
+    std::vector<int> number_;  ///< of the fan's vertices: by the labels
+    std::vector<Face> faces_;
+};
+inline std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, const FanLabels& labels) {
+    return FanSearch(labels).find(mesh, start);
+}
 
 /// What a dual step makes of the vertex that a crease's half-edge leaves: of the finer half-edge along that crease
 /// (RuleStep::child_crease), the one before it. At a boundary corner it leaves the corner's own point, elsewhere the

@@ -30,7 +30,7 @@ TEST_CASE("a defective eigenvalue comes out as often as it counts, and others th
             return basis[a][c] * basis[b][d] - basis[a][d] * basis[b][c];
         };
         const double determinant = basis[0][0] * minor(0, 0) + basis[0][1] * minor(0, 1) + basis[0][2] * minor(0, 2);
-        detail::DenseMatrix<double> m(3);
+        detail::DenseMatrix m(3);
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 for (int k = 0; k < 3; ++k) {
@@ -71,7 +71,7 @@ TEST_CASE("the eigenvalues at boundaries of many edges, part by part, are those 
             CAPTURE(name);
             CAPTURE(faces);
             const SpectralAnalysis a = analyse(*find_scheme(name), {.faces = faces, .boundary = true}, {});
-            detail::DenseMatrix<double> whole(a.matrix.size());
+            detail::DenseMatrix whole(a.matrix.size());
             for (int i = 0; i < a.matrix.size(); ++i)
                 for (const auto& [j, weight] : a.matrix.row(i).terms) whole(i, j) = weight;
             std::vector<detail::Complex> values;
