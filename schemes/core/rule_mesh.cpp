@@ -71,25 +71,18 @@ void RuleMesh::match_twins() {
     std::vector<int> end(begin.begin(), begin.end() - 1);
     for (int h = 0; h < halfedges; ++h) at_lower[end[lower(h)]++] = h;
     twin_.assign(halfedges, none);
-    constexpr int k_few = 16;
     for (int v = 0; v < vertex_count; ++v) {
-        // Of many, those with the same other end come one after another.
-        const bool many = begin[v + 1] - begin[v] > k_few;
-        if (many)
-            std::sort(at_lower.begin() + begin[v], at_lower.begin() + begin[v + 1],
-                      [&](int a, int b) { return std::pair(upper(a), a) < std::pair(upper(b), b); });
-        for (int i = begin[v]; i < begin[v + 1]; ++i)
-            for (int j = i + 1, h = at_lower[i]; j < begin[v + 1]; ++j) {
-                const int other = at_lower[j];
-                if (upper(h) != upper(other)) {
-                    if (many) break;
-                    continue;
-                }
-                if (twin_[h] != none || twin_[other] != none) refuse("more than two faces at the edge of half-edge", h);
-                if (origin_[h] == origin_[other]) refuse("two faces of opposite sense at half-edge", h);
-                twin_[h] = other;
-                twin_[other] = h;
-            }
+        // Those with the same other end come one after another.
+        std::sort(at_lower.begin() + begin[v], at_lower.begin() + begin[v + 1],
+                  [&](int a, int b) { return std::pair(upper(a), a) < std::pair(upper(b), b); });
+        for (int i = begin[v]; i + 1 < begin[v + 1]; ++i) {
+            const int h = at_lower[i], other = at_lower[i + 1];
+            if (upper(h) != upper(other)) continue;
+            if (twin_[h] != none) refuse("more than two faces at the edge of half-edge", h);
+            if (origin_[h] == origin_[other]) refuse("two faces of opposite sense at half-edge", h);
+            twin_[h] = other;
+            twin_[other] = h;
+        }
     }
 }
 
