@@ -7,12 +7,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <numbers>
-#include <shared_mutex>
 #include <stdexcept>
 
 namespace tetrakis {
@@ -136,48 +133,17 @@ RingLimit compute(SchemeKind scheme, const RingShape& shape) {
     return limit;
 }
 
-class Cache {
-  public:
-    const RingLimit& find(SchemeKind scheme, const RingShape& shape) {
-        const bool plain = !shape.corner && shape.faces < k_small &&
-                           std::none_of(shape.sharp.begin() + (shape.boundary && !shape.sharp.empty()),
-                                        shape.sharp.end() - (shape.boundary && !shape.sharp.empty()),
-                                        [](std::uint8_t s) { return s != 0; });
-        if (!plain) return general(scheme, shape);
-        auto& slot = small_[static_cast<int>(scheme)][shape.boundary][shape.faces];
-        if (const RingLimit* found = slot.load(std::memory_order_acquire)) return *found;
-        const RingLimit& made = general(scheme, {.faces = shape.faces, .boundary = shape.boundary});
-        slot.store(&made, std::memory_order_release);
-        return made;
-    }
-
-  private:
-    static constexpr int k_small = 256;  // plain rings of fewer faces are found without a lock
-
-    const RingLimit& general(SchemeKind scheme, const RingShape& shape) {
-        std::map<RingShape, RingLimit>& map = map_[static_cast<int>(scheme)];
-        {
-            std::shared_lock lock(mutex_);
-            if (const auto it = map.find(shape); it != map.end()) return it->second;
-        }
-        RingLimit made = compute(scheme, shape);
-        std::unique_lock lock(mutex_);
-        return map.try_emplace(shape, std::move(made)).first->second;
-    }
-
-    std::array<std::array<std::array<std::atomic<const RingLimit*>, k_small>, 2>, 2> small_{};
-    std::shared_mutex mutex_;
-    std::array<std::map<RingShape, RingLimit>, 2> map_;
-};
-
 }  // namespace
 
 const RingLimit& ring_limit(SchemeKind scheme, const RingShape& shape) {
-    static Cache cache;
     if (shape.faces < 1) throw std::invalid_argument("a ring has at least one face");
     if (!shape.sharp.empty() && static_cast<int>(shape.sharp.size()) != shape.edge_count())
         throw std::invalid_argument("a ring has one sharpness flag per edge");
-    return cache.find(scheme, shape);
+    // One for each thread: nobody waits.
+    thread_local std::array<std::map<RingShape, RingLimit>, 2> cache;
+    std::map<RingShape, RingLimit>& known = cache[static_cast<std::size_t>(scheme)];
+    const auto at = known.find(shape);
+    return at != known.end() ? at->second : known.try_emplace(shape, compute(scheme, shape)).first->second;
 }
 
 glm::dvec3 limit_normal(SchemeKind scheme, const RingShape& shape, const RingLimit& limit,

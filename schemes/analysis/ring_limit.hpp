@@ -43,7 +43,7 @@ struct RingLimit {
     const std::vector<double>& tangent2() const { return sectors.front().tangent2; }
 };
 
-/// Limit data of a vertex, computed once per shape; the reference stays valid until the program ends. Any thread.
+/// Limit data of a vertex, computed once per shape and thread; the reference stays valid until the thread ends.
 ///
 /// Smooth vertices, creases and boundaries have closed forms, those of the scheme's plain rules; darts take the left
 /// eigenvectors of their ring matrix. A crease or boundary: tangent1 along it, tangent2 across (the sine mode of the
