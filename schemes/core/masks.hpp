@@ -83,17 +83,23 @@ struct AcrossMask {
     }
 };
 
-/// Of a vertex of n triangles: by its neighbours, with the cosines and sines of their angles as tangents.
-/// @param lambda  eigenvalue of both
-inline ClosedMasks ring_closed_masks(int n, const RingMask& limit, double lambda) {
+/// Of a vertex of n triangles or quads: by its neighbours and opposite corners, with the cosines and sines of their
+/// angles as tangents.
+/// @param lambda      eigenvalue of both
+/// @param edge, face  their weights in the tangents; face: of both edges beside it. Triangles have none
+inline ClosedMasks ring_closed_masks(int n, const RingMask& limit, double lambda, double edge = 1, double face = 0) {
     ClosedMasks masks{.limit = {{{}, limit.vertex}}, .lambda1 = lambda, .lambda2 = lambda};
     for (int i = 0; i < n; ++i) {
-        const FanLabel edge{i, 1, 0};
-        const double angle = 2 * std::numbers::pi * i / n;
-        masks.limit.emplace_back(edge, limit.edge);
-        if (n < 3) continue;
-        masks.tangent1.emplace_back(edge, std::cos(angle));
-        masks.tangent2.emplace_back(edge, std::sin(angle));
+        const double angle = 2 * std::numbers::pi * i / n, next = 2 * std::numbers::pi * (i + 1) / n;
+        const auto add = [&](int b, double position, double x, double y) {
+            masks.limit.emplace_back(FanLabel{i, 1, b}, position);
+            if (n < 3) return;
+            masks.tangent1.emplace_back(FanLabel{i, 1, b}, x);
+            masks.tangent2.emplace_back(FanLabel{i, 1, b}, y);
+        };
+        add(0, limit.edge, edge * std::cos(angle), edge * std::sin(angle));
+        if (face != 0)
+            add(1, limit.face, face * (std::cos(angle) + std::cos(next)), face * (std::sin(angle) + std::sin(next)));
     }
     return masks;
 }

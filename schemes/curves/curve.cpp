@@ -135,16 +135,11 @@ CurvePoints bspline_step(std::span<const glm::dvec3> control, int degree, CurveT
     if (closed) {
         need_points(control, 1, "a closed B-spline");
     } else if (ends == CurveEnds::fixed) {
-        if (degree != 1 && degree != 3)
-            throw std::invalid_argument("fixed ends have rules for degrees 1 and 3 only; clamp the curve");
-        need_points(control, 2, "a curve with fixed ends");
-        CurvePoints fine{control[0]};
-        for (std::size_t i = 1; i < control.size(); ++i) {
-            fine.push_back(0.5 * (control[i - 1] + control[i]));
-            const bool last = i + 1 == control.size();
-            fine.push_back(last || degree == 1 ? control[i]
-                                               : 0.125 * (control[i - 1] + 6.0 * control[i] + control[i + 1]));
-        }
+        CurvePoints fine = bspline_step(with_plain_ends(control, degree, ends), degree, topology);
+        // What the points beyond the ends have led to: edge points beyond them, and the ends with rounding errors.
+        if (degree == 3) fine = {fine.begin() + 1, fine.end() - 1};
+        fine.front() = control.front();
+        fine.back() = control.back();
         return fine;
     } else {
         need_points(control, degree + 1, "a B-spline of this degree");

@@ -37,19 +37,8 @@ double CatmullClark::tangent_edge_factor(double angle) {
 }
 
 ClosedMasks CatmullClark::ring_closed_masks(int n, const RingMask& limit) {
-    const double angle = 2 * std::numbers::pi / n, A = tangent_edge_factor(angle), lambda = mode_eigenvalue(angle);
-    ClosedMasks masks{.limit = {{{}, limit.vertex}}, .lambda1 = lambda, .lambda2 = lambda};
-    for (int i = 0; i < n; ++i) {
-        const FanLabel edge{i, 1, 0}, face{i, 1, 1};
-        masks.limit.emplace_back(edge, limit.edge);
-        masks.limit.emplace_back(face, limit.face);
-        if (n < 3) continue;
-        masks.tangent1.emplace_back(edge, A * std::cos(i * angle));
-        masks.tangent1.emplace_back(face, std::cos(i * angle) + std::cos((i + 1) * angle));
-        masks.tangent2.emplace_back(edge, A * std::sin(i * angle));
-        masks.tangent2.emplace_back(face, std::sin(i * angle) + std::sin((i + 1) * angle));
-    }
-    return masks;
+    const double angle = 2 * std::numbers::pi / n;
+    return tetrakis::ring_closed_masks(n, limit, mode_eigenvalue(angle), tangent_edge_factor(angle), 1);
 }
 
 namespace {

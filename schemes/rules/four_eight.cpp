@@ -8,28 +8,41 @@ namespace tetrakis {
 
 namespace {
 
-/// From any polygons to quads: the one bisection of the tetrakis mesh, whose blocks lie across the edges (an edge's two
-/// ends and the centroids of its faces). New points as for `bilinear`: vertices, edges, faces; a vertex takes 1/2 of
-/// the mean of its faces' centroids, a face its centroid, an edge the mean of its ends and of both centroids.
-RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options) {
+/// A bisection of blocks of two triangles, which lie across the edges of a mesh of any polygons and faces' centres: an
+/// edge's two ends and the centroids of its faces. New points as for `bilinear`: vertices, edges, faces; a vertex takes
+/// 1/2 of the mean of its faces' centroids, a face its centroid and the mean of its corners, an edge the mean of its
+/// ends and of both centroids.
+/// @param corner  corner(vertex): where the bisection finds it, as a row
+template <class Corner>
+RuleStep bisected_step(const RuleMesh& mesh, const BlockRunner* runner, Corner&& corner) {
     return detail::split_polygons(
-        mesh, detail::HalfSharpness(mesh), options.runner,
+        mesh, detail::HalfSharpness(mesh), runner,
         [&](int v) {
             const RuleMesh::Ring ring = mesh.ring(v);
             StencilRow row = detail::crease_vertex_row(mesh, v, ring);
             if (!row.terms.empty()) return row;
-            row.add(v, 0.5);
+            row.add(corner(v), 0.5);
             for (const int h : ring.halfedge) row.add(detail::face_mean(mesh, mesh.face(h)), 0.5 / ring.faces());
             return row;
         },
         [&](int h) {
             if (mesh.sharp(h)) return detail::edge_midpoint(mesh, h);
-            StencilRow row{{mesh.origin(h), 0.25}, {mesh.target(h), 0.25}};
+            StencilRow row;
+            for (const int v : {mesh.origin(h), mesh.target(h)}) row.add(corner(v), 0.25);
             for (const int side : {h, mesh.twin(h)}) row.add(detail::face_mean(mesh, mesh.face(side)), 0.25);
             return row;
         },
-        // The centroid of its corners' mean and itself, which is that mean.
-        [&](int f) { return detail::face_mean(mesh, f); });
+        [&](int f) {
+            StencilRow row;
+            row.add(detail::face_mean(mesh, f), 0.5);
+            for (const int v : mesh.corners(f)) row.add(corner(v), 0.5 / mesh.face_size(f));
+            return row;
+        });
+}
+
+/// From any polygons to quads: the one bisection of the tetrakis mesh.
+RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return bisected_step(mesh, options.runner, detail::vertex_itself);
 }
 
 /// The 4-8 scheme of Velho, Zorin 2001, on quads as blocks of two triangles: two bisection steps at once, each quad in
@@ -42,45 +55,16 @@ RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options)
 /// spectral analysis, not against the paper. A mesh with other faces than quads takes four_eight_first_step() first.
 RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions& options) {
     if (!mesh.all_faces_have(4)) return four_eight_first_step(mesh, options);
-    const BlockRunner* runner = options.runner;
-    // After the first bisection: old vertices (a crease's own rule is for the second one), and the blocks' points.
-    StencilTable vertex, crease;
-    crease.push_rows(runner, mesh.vertex_count(),
-                     [&](int v) { return detail::crease_vertex_row(mesh, v, mesh.ring(v)); });
-    vertex.push_rows(runner, mesh.vertex_count(), [&](int v) -> StencilRow {
-        if (!crease.points(v).empty()) return detail::vertex_itself(v);
+    // Old vertices after the first bisection, in which creases wait; the blocks' points are the centroids of quads.
+    StencilTable corners;
+    corners.push_rows(options.runner, mesh.vertex_count(), [&](int v) {
         const RuleMesh::Ring ring = mesh.ring(v);
+        if (!detail::crease_vertex_row(mesh, v, ring).terms.empty()) return detail::vertex_itself(v);
         return detail::ring_row(v, ring, {.vertex = 0.5, .edge = 0.5 / ring.edges()});
     });
-    const auto add_block = [&](int f, double weight, StencilRow& row) {
-        for (const int v : mesh.corners(f)) row.add(v, weight / 4);
-    };
-    return detail::split_polygons(
-        mesh, detail::HalfSharpness(mesh), runner,
-        [&](int v) {
-            if (!crease.points(v).empty()) return crease.row(v);
-            const RuleMesh::Ring ring = mesh.ring(v);
-            StencilRow row;
-            vertex.add_row(v, 0.5, row);
-            for (const int h : ring.halfedge) add_block(mesh.face(h), 0.5 / ring.faces(), row);
-            return row;
-        },
-        [&](int h) {
-            if (mesh.sharp(h)) return detail::edge_midpoint(mesh, h);
-            StencilRow row;
-            for (const int v : {mesh.origin(h), mesh.target(h)}) vertex.add_row(v, 0.25, row);
-            for (const int side : {h, mesh.twin(h)}) add_block(mesh.face(side), 0.25, row);
-            return row;
-        },
-        [&](int f) {
-            StencilRow row;
-            add_block(f, 0.5, row);
-            for (const int v : mesh.corners(f)) vertex.add_row(v, 0.125, row);
-            return row;
-        });
+    return bisected_step(mesh, options.runner, [&](int v) { return corners.row(v); });
 }
 
-/// Masks of four_eight_step(). Limits for every valence; tangents in the regular case and along boundaries.
 ClosedMasks four_eight_closed_masks(const FanShape& shape, const RuleOptions&) {
     ClosedMasks masks;
     const int n = shape.faces;

@@ -42,16 +42,16 @@ bool is_regular_crease(const RuleMesh& mesh, int v) {
     return ring.faces() == 6 && sharp[1] - sharp[0] == 3;
 }
 
-}  // namespace
-
-StencilRow detail::loop_crease_edge_row(const RuleMesh& mesh, int h, const RuleOptions& options) {
+StencilRow crease_edge_row(const RuleMesh& mesh, int h, const RuleOptions& options) {
     const int u = mesh.origin(h), v = mesh.target(h);
     if (options.hoppe_crease && mesh.rule(u) == VertexRule::crease && mesh.rule(v) == VertexRule::crease) {
         const bool ru = is_regular_crease(mesh, u), rv = is_regular_crease(mesh, v);
         if (ru != rv) return {{u, ru ? 5.0 / 8 : 3.0 / 8}, {v, rv ? 5.0 / 8 : 3.0 / 8}};
     }
-    return edge_midpoint(mesh, h);
+    return detail::edge_midpoint(mesh, h);
 }
+
+}  // namespace
 
 StencilRow detail::loop_smooth_edge_row(const RuleMesh& mesh, int h, const RuleOptions& options) {
     const int t = mesh.twin(h);
@@ -68,22 +68,30 @@ StencilRow detail::loop_smooth_edge_row(const RuleMesh& mesh, int h, const RuleO
     return row;
 }
 
-RuleStep loop_step(const RuleMesh& mesh, const RuleOptions& options) {
-    detail::need_triangles(mesh, "loop");
-    detail::check_corner_angle(options);
-    const detail::HalfSharpness halves(mesh, options.chaikin_creases);
-    const auto vertex_row = [&](int v) {
-        return detail::blended_vertex_row(mesh, v, halves, [&](const RuleMesh::Ring& ring) {
-            const int n = ring.edges();
-            const double beta = options.loop_weights == LoopWeights::warren ? Loop::beta_warren(n) : Loop::beta(n);
-            return detail::ring_row(v, ring, Loop::vertex_mask(n, beta));
+RuleStep detail::loop_like_step(const RuleMesh& mesh, const RuleOptions& options, const char* name, bool chaikin,
+                                const std::function<double(int)>& beta,
+                                const std::function<StencilRow(int)>& smooth_edge) {
+    need_triangles(mesh, name);
+    check_corner_angle(options);
+    const HalfSharpness halves(mesh, chaikin);
+    return split_triangles(
+        mesh, halves, options.runner,
+        [&](int v) {
+            return blended_vertex_row(mesh, v, halves, [&](const RuleMesh::Ring& ring) {
+                const int n = ring.edges();
+                return ring_row(v, ring, Loop::vertex_mask(n, beta(n)));
+            });
+        },
+        [&](int h) {
+            return blended_edge_row(halves.crease_weight(h), crease_edge_row(mesh, h, options),
+                                    [&] { return smooth_edge(h); });
         });
-    };
-    const auto edge_row = [&](int h) {
-        return detail::blended_edge_row(halves.crease_weight(h), detail::loop_crease_edge_row(mesh, h, options),
-                                        [&] { return detail::loop_smooth_edge_row(mesh, h, options); });
-    };
-    return detail::split_triangles(mesh, halves, options.runner, vertex_row, edge_row);
+}
+
+RuleStep loop_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return detail::loop_like_step(mesh, options, "loop", options.chaikin_creases,
+                                  options.loop_weights == LoopWeights::warren ? Loop::beta_warren : Loop::beta,
+                                  [&](int h) { return detail::loop_smooth_edge_row(mesh, h, options); });
 }
 
 ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options) {

@@ -3,6 +3,7 @@
 #include "../core/masks.hpp"
 #include "../core/rule_step.hpp"
 
+#include <functional>
 #include <string_view>
 
 namespace tetrakis {
@@ -48,8 +49,11 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
 
 namespace detail {
 
-/// Loop's edge rules, which its relatives share: a crease edge, a smooth edge.
-StencilRow loop_crease_edge_row(const RuleMesh& mesh, int halfedge, const RuleOptions& options);
+/// A step of Loop's scheme or a relative of it, which has the same rules at creases.
+/// @param beta         weight of each neighbour by the valence
+/// @param smooth_edge  (half-edge) to the row of a smooth edge; called by many threads at once
+RuleStep loop_like_step(const RuleMesh& mesh, const RuleOptions& options, const char* name, bool chaikin,
+                        const std::function<double(int)>& beta, const std::function<StencilRow(int)>& smooth_edge);
 StencilRow loop_smooth_edge_row(const RuleMesh& mesh, int halfedge, const RuleOptions& options);
 
 }  // namespace detail

@@ -25,76 +25,25 @@ RingMask Sqrt3::limit_mask(int n) {
 
 namespace {
 
-bool smooth(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) {
-    return ring.closed && mesh.rule(v) != VertexRule::crease && mesh.rule(v) != VertexRule::corner;
-}
-
-StencilRow smooth_vertex_row(const RuleMesh::Ring& ring, int v) {
-    return detail::ring_row(v, ring, Sqrt3::vertex_mask(ring.edges()));
-}
-
-/// The twins of the step that makes a triangle [origin, centre beyond, centre] of each half-edge, of a sharp one
-/// [origin, target, centre].
-std::vector<int> flipped_twins(const RuleMesh& mesh) {
-    std::vector<int> twin(3 * static_cast<std::size_t>(mesh.halfedge_count()));
-    for (int h = 0; h < mesh.halfedge_count(); ++h) {
-        const int t = mesh.twin(h), before = mesh.prev(h);
-        if (mesh.sharp(h)) {
-            twin[3 * h] = t == RuleMesh::none ? t : 3 * t;
-            twin[3 * h + 1] = 3 * mesh.next(h) + 2;
-        } else {
-            twin[3 * h] = 3 * mesh.next(t) + 2;
-            twin[3 * h + 1] = 3 * t + 1;
-        }
-        twin[3 * h + 2] = mesh.sharp(before) ? 3 * before + 1 : 3 * mesh.twin(before);
-    }
-    return twin;
-}
-
-/// The step that leaves sharp edges alone. Triangle h belongs to half-edge h; its first corner is h's origin.
-RuleStep odd_step(const RuleMesh& mesh, const BlockRunner* runner) {
-    RuleStep step;
-    const int V = mesh.vertex_count();
-    step.stencils.push_rows(runner, V, [&](int v) {
-        const RuleMesh::Ring ring = mesh.ring(v);
-        return ring.faces() > 0 && smooth(mesh, v, ring) ? smooth_vertex_row(ring, v) : StencilRow{{v, 1}};
-    });
-    RuleMesh::Builder faces;
-    faces.reserve(mesh.halfedge_count(), 3 * std::size_t(mesh.halfedge_count()));
-    step.stencils.push_rows(runner, mesh.face_count(), [&](int f) { return detail::face_mean(mesh, f); });
-    for (int h = 0; h < mesh.halfedge_count(); ++h) {
-        const int centre = V + mesh.face(h);
-        step.parent_face.push_back(mesh.face(h));
-        if (!mesh.sharp(h)) {
-            faces.face({mesh.origin(h), V + mesh.face(mesh.twin(h)), centre});
-            continue;
-        }
-        faces.face({mesh.origin(h), mesh.target(h), centre}, mesh.sharpness(h));
-    }
-    faces.set_twins(flipped_twins(mesh));
-    step.mesh = RuleMesh(V + mesh.face_count(), std::move(faces), [&] {
-        std::vector<float> sharpness = mesh.vertex_sharpness();
-        if (!sharpness.empty()) sharpness.resize(V + mesh.face_count(), 0.0f);
-        return sharpness;
-    }());
-    return step;
-}
-
-/// The step that cuts sharp edges in three; every triangle of the mesh has at most one.
-class EvenStep {
+/// One of the two steps. Triangle h belongs to half-edge h, and lies across its edge where that is smooth; its first
+/// corner is then h's origin. The first step leaves sharp edges alone, the second cuts them in three; by then every
+/// triangle has at most one.
+class SimpleStep {
   public:
-    EvenStep(const RuleMesh& mesh, const BlockRunner* runner)
-        : mesh_(mesh), centre_(mesh.face_count(), RuleMesh::none) {
-        const int V = mesh.vertex_count();
-        step_.stencils.push_rows(runner, V, [&](int v) { return vertex_row(v); });
-        int count = V;
+    SimpleStep(const RuleMesh& mesh, const BlockRunner* runner, bool cuts)
+        : mesh_(mesh), cuts_(cuts), centre_(mesh.face_count(), RuleMesh::none) {
+        int count = mesh.vertex_count();
+        step_.stencils.push_rows(runner, count, [&](int v) { return vertex_row(v); });
+        std::vector<int> whole;
         for (int f = 0; f < mesh.face_count(); ++f) {
             if (sharp_side(f) != RuleMesh::none) continue;
             centre_[f] = count++;
-            step_.stencils.push(detail::face_mean(mesh, f));
+            whole.push_back(f);
         }
+        step_.stencils.push_rows(runner, static_cast<int>(whole.size()),
+                                 [&](int i) { return detail::face_mean(mesh, whole[i]); });
         cut_.assign(mesh.edge_count(), RuleMesh::none);
-        for (int e = 0; e < mesh.edge_count(); ++e) {
+        for (int e = 0; e < mesh.edge_count() && cuts; ++e) {
             const int h = mesh.edge_halfedge(e);
             if (!mesh.sharp(h)) continue;
             cut_[e] = count;
@@ -103,21 +52,28 @@ class EvenStep {
             step_.stencils.push(crease_row(mesh.target(h), mesh.origin(h)));
         }
         RuleMesh::Builder faces;
+        faces.reserve(mesh.halfedge_count(), 3 * std::size_t(mesh.halfedge_count()));
         for (int h = 0; h < mesh.halfedge_count(); ++h) {
             step_.parent_face.push_back(mesh.face(h));
+            const int v = mesh.origin(h);
             if (!mesh.sharp(h)) {
-                const int v = mesh.origin(h), beyond = beside(mesh.twin(h)), here = beside(h);
+                const int beyond = beside(mesh.twin(h)), here = beside(h);
                 faces.corner(v, crease_between(v, beyond, mesh.twin(h)));
                 faces.corner(beyond);
                 faces.corner(here, crease_between(v, here, h));
                 faces.end_face();
-            } else {
+            } else if (cuts) {
                 const float s = child_sharpness(mesh.sharpness(h));
-                faces.face({on_edge(h, mesh.origin(h)), on_edge(h, mesh.target(h)), detail::opposite(mesh, h)}, s);
+                faces.face({on_edge(h, v), on_edge(h, mesh.target(h)), detail::opposite(mesh, h)}, s);
+            } else {
+                faces.face({v, mesh.target(h), centre_[mesh.face(h)]}, mesh.sharpness(h));
             }
         }
         faces.set_twins(twins());
-        step_.mesh = RuleMesh(count, std::move(faces), detail::child_vertex_sharpness(mesh, count));
+        std::vector<float> sharpness = mesh.vertex_sharpness();
+        if (!sharpness.empty()) sharpness.resize(count, 0.0f);
+        step_.mesh = RuleMesh(count, std::move(faces),
+                              cuts ? detail::child_vertex_sharpness(mesh, count) : std::move(sharpness));
     }
 
     RuleStep take() { return std::move(step_); }
@@ -127,36 +83,37 @@ class EvenStep {
     std::vector<int> twins() const {
         std::vector<int> twin(3 * static_cast<std::size_t>(mesh_.halfedge_count()));
         for (int h = 0; h < mesh_.halfedge_count(); ++h) {
-            const int t = mesh_.twin(h);
-            if (mesh_.sharp(h)) {  // along the crease, then to and from the opposite corner
-                twin[3 * h] = t == RuleMesh::none ? t : 3 * t;
-                twin[3 * h + 1] = 3 * mesh_.twin(mesh_.next(h));
-                twin[3 * h + 2] = 3 * mesh_.prev(h) + 2;
-                continue;
-            }
-            const int beyond = sharp_side(mesh_.face(t)), here = sharp_side(mesh_.face(h));
-            // From h's origin into the face beyond: inside it, or along the crease that leaves the origin there.
-            if (beyond == RuleMesh::none)
-                twin[3 * h] = 3 * mesh_.next(t) + 2;
-            else if (beyond != mesh_.next(t))
-                twin[3 * h] = 3 * beyond + 1;
-            else
-                twin[3 * h] =
-                    mesh_.twin(beyond) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.next(mesh_.twin(beyond)) + 2;
-            twin[3 * h + 1] = 3 * t + 1;
+            const int t = mesh_.twin(h), before = mesh_.prev(h), here = sharp_side(mesh_.face(h));
+            int* const of = &twin[3 * static_cast<std::size_t>(h)];
             // Back to the origin in its own face.
             if (here == RuleMesh::none)
-                twin[3 * h + 2] = 3 * mesh_.twin(mesh_.prev(h));
-            else if (here != mesh_.prev(h))
-                twin[3 * h + 2] = 3 * here + 2;
+                of[2] = mesh_.sharp(before) ? 3 * before + 1 : 3 * mesh_.twin(before);
+            else if (here != before)
+                of[2] = 3 * here + 2;
             else
-                twin[3 * h + 2] =
+                of[2] =
                     mesh_.twin(here) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.twin(mesh_.prev(mesh_.twin(here)));
+            if (mesh_.sharp(h)) {  // along the crease; where it is cut, then to and from the opposite corner
+                of[0] = t == RuleMesh::none ? t : 3 * t;
+                of[1] = cuts_ ? 3 * mesh_.twin(mesh_.next(h)) : 3 * mesh_.next(h) + 2;
+                if (cuts_) of[2] = 3 * before + 2;
+                continue;
+            }
+            // From h's origin into the face beyond: inside it, or along the crease that leaves the origin there.
+            const int beyond = sharp_side(mesh_.face(t));
+            if (beyond == RuleMesh::none)
+                of[0] = 3 * mesh_.next(t) + 2;
+            else if (beyond != mesh_.next(t))
+                of[0] = 3 * beyond + 1;
+            else
+                of[0] = mesh_.twin(beyond) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.next(mesh_.twin(beyond)) + 2;
+            of[1] = 3 * t + 1;
         }
         return twin;
     }
+    /// The edge of a face that is cut.
     int sharp_side(int f) const {
-        for (int h = mesh_.face_begin(f); h < mesh_.face_begin(f) + 3; ++h)
+        for (int h = mesh_.face_begin(f); cuts_ && h < mesh_.face_begin(f) + 3; ++h)
             if (mesh_.sharp(h)) return h;
         return RuleMesh::none;
     }
@@ -181,9 +138,11 @@ class EvenStep {
     }
     StencilRow vertex_row(int v) const {
         const RuleMesh::Ring ring = mesh_.ring(v);
-        if (ring.faces() == 0) return {{v, 1}};
-        if (smooth(mesh_, v, ring)) return smooth_vertex_row(ring, v);
-        if (mesh_.rule(v) == VertexRule::corner) return {{v, 1}};
+        if (ring.faces() == 0) return detail::vertex_itself(v);
+        const VertexRule rule = mesh_.rule(v);
+        if (ring.closed && rule != VertexRule::crease && rule != VertexRule::corner)
+            return detail::ring_row(v, ring, Sqrt3::vertex_mask(ring.edges()));
+        if (!cuts_ || rule == VertexRule::corner) return detail::vertex_itself(v);
         StencilRow row{{v, Sqrt3::crease_vertex}};
         for (const int e : mesh_.sharp_neighbours(v)) row.add(e, Sqrt3::crease_neighbour);
         return row;
@@ -202,6 +161,7 @@ class EvenStep {
     }
 
     const RuleMesh& mesh_;
+    bool cuts_;
     std::vector<int> centre_, cut_;
     RuleStep step_;
 };
@@ -210,8 +170,8 @@ class EvenStep {
 
 RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "sqrt3");
-    const RuleStep odd = odd_step(mesh, options.runner);
-    RuleStep step = EvenStep(odd.mesh, options.runner).take();
+    const RuleStep odd = SimpleStep(mesh, options.runner, false).take();
+    RuleStep step = SimpleStep(odd.mesh, options.runner, true).take();
     step.stencils = odd.stencils.then(step.stencils, options.runner);
     // Triangle g comes from the first step's half-edge g. Of the three of a smooth edge's triangle, which lies across
     // it, the first two are on the other side.

@@ -61,7 +61,6 @@ double vertex_beta(int n, double tuning) {
 /// their rules. @throws std::invalid_argument  a face is no triangle
 RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "tuned-loop");
-    detail::check_corner_angle(options);
     if (!(std::abs(options.tuning) <= 1e6)) throw std::invalid_argument("the tuning must be a number from -1e6 to 1e6");
     std::map<int, std::vector<double>> rings;  // by valence
     for (int v = 0; v < mesh.vertex_count(); ++v) {
@@ -70,13 +69,6 @@ RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
         std::vector<double>& b = rings[ring.edges()];
         if (b.empty()) b = edge_ring(ring.edges(), options.tuning);
     }
-    const detail::HalfSharpness halves(mesh);
-    const auto vertex_row = [&](int v) {
-        return detail::blended_vertex_row(mesh, v, halves, [&](const RuleMesh::Ring& ring) {
-            const int n = ring.edges();
-            return detail::ring_row(v, ring, Loop::vertex_mask(n, vertex_beta(n, options.tuning)));
-        });
-    };
     const auto smooth_edge_row = [&](int h) {
         StencilRow sum, row;
         int ends = 0;
@@ -93,10 +85,8 @@ RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
         row.add(sum, 1.0 / ends);
         return row;
     };
-    return detail::split_triangles(mesh, halves, options.runner, vertex_row, [&](int h) {
-        return detail::blended_edge_row(halves.crease_weight(h), detail::loop_crease_edge_row(mesh, h, options),
-                                        [&] { return smooth_edge_row(h); });
-    });
+    return detail::loop_like_step(
+        mesh, options, "tuned-loop", false, [&](int n) { return vertex_beta(n, options.tuning); }, smooth_edge_row);
 }
 
 ClosedMasks tuned_loop_closed_masks(const FanShape& shape, const RuleOptions& options) {
