@@ -1,6 +1,6 @@
 #include "control_mesh.hpp"
 
-#include "../base/error.hpp"
+#include "../base/memory.hpp"
 #include "../base/parallel.hpp"
 #include "corner_tags.hpp"
 #include "mesh_check.hpp"
@@ -30,12 +30,9 @@ class ControlMeshBuilder {
         check_memory();
         context_.report("build", 0.0);
         detail::MeshLinks links;
-        detail::TaggedAngles angles;
-        detail::throw_faults(data, detail::find_faults(data, context_, uses_, links, angles));
+        detail::throw_faults(data, detail::find_faults(data, context_, uses_, links));
         mesh_.warnings_ = data.warnings;
-        for (std::string& oddity : detail::find_oddities(data, links, angles))
-            mesh_.warnings_.push_back(std::move(oddity));
-        mesh_.corner_angle_ = std::move(angles.angle);
+        for (std::string& oddity : detail::find_oddities(data, links)) mesh_.warnings_.push_back(std::move(oddity));
         context_.report("build", 0.7);
         mesh_.halfedge_face_ = std::move(links.face);
         mesh_.twin_ = std::move(links.twin);
@@ -44,6 +41,10 @@ class ControlMeshBuilder {
         number_edges();
         apply_tags();
         apply_boundary_rule();
+        detail::TaggedAngles angles = detail::tagged_angles(mesh_, data);
+        detail::throw_faults(data, angles.faults);
+        if (const auto oddity = detail::idle_angles(data, angles)) mesh_.warnings_.push_back(*oddity);
+        mesh_.corner_angle_ = std::move(angles.angle);
         mesh_.all_triangles_ = std::ranges::adjacent_find(data.face_offsets, [](std::uint32_t a, std::uint32_t b) {
                                    return b - a != 3;
                                }) == data.face_offsets.end();
@@ -55,10 +56,8 @@ class ControlMeshBuilder {
     void check_memory() const {
         const std::uint64_t bytes =
             mesh_.data_.face_vertices.size() * k_bytes_per_halfedge + mesh_.data_.positions.size() * 12;
-        if (context_.max_memory_bytes != 0 && bytes > context_.max_memory_bytes)
-            throw Error(ErrorCode::memory_limit, "building the control mesh needs " + std::to_string(bytes) +
-                                                     " bytes, the limit is " +
-                                                     std::to_string(context_.max_memory_bytes) + "; raise the limit");
+        detail::check_memory("building the control mesh needs", bytes, context_.max_memory_bytes, "raise the limit",
+                             mesh_.data_.source);
     }
 
     // An edge is numbered by its lower half-edge, in half-edge order.

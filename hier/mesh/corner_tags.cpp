@@ -5,94 +5,56 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <numbers>
 #include <unordered_map>
-#include <utility>
+#include <vector>
 
 namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_none = HalfedgeId::none;
-// Sharp edges from which a vertex is a corner.
-constexpr int k_corner_edges = 3;
+bool is_on_crease(const ControlMesh& mesh, HalfedgeId h) { return mesh.sharpness(mesh.edge(h)) > 0; }
 
-/// Sectors around the vertices that have tags.
-class Sectors {
-  public:
-    Sectors(const ControlMeshData& data, const MeshLinks& links) : data_(data), links_(links) {
-        for (const auto& tag : data.corner_angles) sharpness_.try_emplace(tag.vertex, 0.0f);
-        // Later tags replace earlier ones, as in the mesh.
-        for (const auto& tag : data.corners)
-            if (const auto at = sharpness_.find(tag.vertex); at != sharpness_.end()) at->second = tag.sharpness;
-        for (const auto& tag : data.creases)
-            if (sharpness_.contains(tag.a) || sharpness_.contains(tag.b))
-                creases_[std::minmax(tag.a, tag.b)] = tag.sharpness;
-    }
+bool is_corner_vertex(const ControlMesh& mesh, VertexId v) {
+    constexpr int k_corner_edges = 3;         // sharp ones, from which a vertex is a corner
+    int sharp = mesh.is_boundary(v) ? 1 : 0;  // the boundary edge that ends the fan
+    const HalfedgeId first = mesh.vertex_halfedge(v);
+    HalfedgeId h = first;
+    do {
+        sharp += is_on_crease(mesh, h) ? 1 : 0;
+        h = mesh.ccw_outgoing(h);
+    } while (h.valid() && h != first);
+    return mesh.sharpness(v) > 0 || sharp >= k_corner_edges;
+}
 
-    bool is_sharp(std::uint32_t h) const {
-        if (links_.twin[h] == k_none) return true;
-        const auto at = creases_.find(std::minmax(origin(h), origin(next(h))));
-        return at != creases_.end() && at->second > 0;
-    }
-    bool is_corner(std::uint32_t v) const {
-        if (sharpness_.at(v) > 0) return true;
-        const std::uint32_t first = links_.vertex_halfedge[v];
-        if (data_.boundary_rule == BoundaryRule::edge_and_corner && links_.twin[first] == k_none &&
-            links_.vertex_face_count[v] == 1)
-            return true;
-        int sharp = 0;
-        for (std::uint32_t h = first; h != k_none;) {
-            sharp += is_sharp(h) ? 1 : 0;
-            h = links_.twin[prev(h)];
-            if (h == first) break;
-            if (h == k_none) ++sharp;  // the boundary edge that ends the fan
-        }
-        return sharp >= k_corner_edges;
-    }
-    /// The half-edges of the sector around the one given, counter-clockwise; the same list from each of them.
-    std::vector<std::uint32_t> around(std::uint32_t h) const {
-        std::uint32_t start = h, lowest = h;
-        while (!is_sharp(start)) {
-            start = next(links_.twin[start]);
-            lowest = std::min(lowest, start);
-            if (start == h) {
-                start = lowest;
-                break;
-            }
-        }
-        std::vector<std::uint32_t> sector;
-        for (std::uint32_t at = start;;) {
-            sector.push_back(at);
-            if (is_sharp(prev(at))) return sector;
-            at = links_.twin[prev(at)];
-            if (at == start) return sector;
+/// The half-edges of the sector around the one given, counter-clockwise; the same list from each of them.
+std::vector<HalfedgeId> sector_around(const ControlMesh& mesh, HalfedgeId h) {
+    HalfedgeId start = h, lowest = h;
+    while (!is_on_crease(mesh, start)) {
+        start = mesh.cw_outgoing(start);
+        lowest = std::min(lowest, start);
+        if (start == h) {
+            start = lowest;
+            break;
         }
     }
-
-  private:
-    std::uint32_t origin(std::uint32_t h) const { return data_.face_vertices[h]; }
-    std::uint32_t next(std::uint32_t h) const { return next_corner(data_, links_.face[h], h); }
-    std::uint32_t prev(std::uint32_t h) const { return prev_corner(data_, links_.face[h], h); }
-
-    const ControlMeshData& data_;
-    const MeshLinks& links_;
-    std::unordered_map<std::uint32_t, float> sharpness_;  ///< of the vertices that have tags
-    std::map<std::pair<std::uint32_t, std::uint32_t>, float> creases_;
-};
+    std::vector<HalfedgeId> sector;
+    for (HalfedgeId at = start; sector.empty() || at != start; at = mesh.ccw_outgoing(at)) {
+        sector.push_back(at);
+        if (is_on_crease(mesh, mesh.prev(at))) break;
+    }
+    return sector;
+}
 
 }  // namespace
 
-TaggedAngles tagged_angles(const ControlMeshData& data, const MeshLinks& links) {
+TaggedAngles tagged_angles(const ControlMesh& mesh, const ControlMeshData& data) {
     TaggedAngles result;
-    if (data.corner_angles.empty()) return result;
-    const Sectors sectors(data, links);
     std::unordered_map<std::uint32_t, std::uint32_t> tag_of;  // by a sector's first half-edge
     for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
         const auto& tag = data.corner_angles[i];
-        const std::vector<std::uint32_t> sector = sectors.around(face_corner(data, tag.face, tag.vertex));
-        const auto [at, is_new] = tag_of.try_emplace(sector.front(), i);
+        const auto sector = sector_around(mesh, HalfedgeId(face_corner(data, tag.face, tag.vertex)));
+        const auto [at, is_new] = tag_of.try_emplace(sector.front().value, i);
         const auto& before = data.corner_angles[at->second];
         if (!is_new && before.angle != tag.angle)
             result.faults.push_back(make_fault(
@@ -102,13 +64,13 @@ TaggedAngles tagged_angles(const ControlMeshData& data, const MeshLinks& links) 
                             angle_tag_name(data, i), degrees(tag.angle), std::uint64_t{at->second} + data.first_number,
                             before.line == 0 ? "" : fmt::format(" (line {})", before.line), degrees(before.angle),
                             k_drop_tag)));
-        if (!sectors.is_corner(tag.vertex)) {
+        if (!is_corner_vertex(mesh, VertexId(tag.vertex))) {
             result.idle.push_back(i);
             continue;
         }
         result.angle.resize(data.face_vertices.size(), 0.0);
         if (is_new)
-            for (const std::uint32_t h : sector) result.angle[h] = tag.angle;
+            for (const HalfedgeId h : sector) result.angle[h.value] = tag.angle;
     }
     return result;
 }
@@ -140,7 +102,7 @@ std::string degrees(double radians) { return fmt::format("{:.9g}", radians * 180
 std::uint32_t face_corner(const ControlMeshData& data, std::uint32_t face, std::uint32_t vertex) {
     for (std::uint32_t h = data.face_offsets[face]; h < data.face_offsets[face + 1]; ++h)
         if (data.face_vertices[h] == vertex) return h;
-    return k_none;
+    return HalfedgeId::none;
 }
 
 }  // namespace tetrakis::detail

@@ -2,7 +2,6 @@
 
 #include "control_mesh.hpp"
 #include "mesh_check.hpp"
-#include "mesh_links.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -19,8 +18,8 @@ struct TaggedAngles {
     std::vector<std::uint32_t> idle;  ///< tags at vertices that are no corners, ascending
 };
 
-/// The data must be free of other faults. Cost: O(H) if there is any such tag.
-TaggedAngles tagged_angles(const ControlMeshData& data, const MeshLinks& links);
+/// @param mesh  made of the data, with or without these tags
+TaggedAngles tagged_angles(const ControlMesh& mesh, const ControlMeshData& data);
 /// A warning of those that have no effect, if there are any.
 std::optional<std::string> idle_angles(const ControlMeshData& data, const TaggedAngles& angles);
 

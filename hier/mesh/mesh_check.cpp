@@ -2,7 +2,6 @@
 
 #include "../base/error.hpp"
 #include "../base/ids.hpp"
-#include "../base/parallel.hpp"
 #include "corner_tags.hpp"
 #include "mesh_links.hpp"
 #include "mesh_numbering.hpp"
@@ -11,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
@@ -25,8 +23,6 @@ namespace {
 
 using Kind = MeshFaultKind;
 
-// Elements per block of a scan; fixed, so that the list of faults does not depend on the thread count.
-constexpr std::uint32_t k_scan_block = 16384;
 constexpr std::string_view k_repair_advice = "correct it in the modeller or use --repair";
 // Corner counts up to which comparing all pairs beats sorting.
 constexpr std::uint32_t k_small_face = 16;
@@ -35,21 +31,6 @@ constexpr std::uint32_t k_small_face = 16;
 constexpr double k_zero_area = 1e-14;
 
 std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
-
-// Runs scan(i, found) for each i and joins the lists in the order of i.
-template <class Item, class Scan>
-void scan_elements(std::uint32_t count, std::vector<Item>& items, Scan&& scan) {
-    const std::uint32_t blocks = count == 0 ? 0 : (count - 1) / k_scan_block + 1;
-    std::vector<std::vector<Item>> found(blocks);
-    for_each_index(
-        blocks,
-        [&](std::uint32_t b) {
-            const std::uint32_t end = std::min(count, (b + 1) * k_scan_block);
-            for (std::uint32_t i = b * k_scan_block; i < end; ++i) scan(i, found[b]);
-        },
-        1);
-    for (auto& block : found) std::move(block.begin(), block.end(), std::back_inserter(items));
-}
 
 void check_sizes(const ControlMeshData& data, std::vector<MeshFault>& faults) {
     const auto complain = [&](const char* what) {
@@ -132,10 +113,7 @@ void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<MeshFa
 
 void check_vertex(const ControlMeshData& data, std::uint32_t v, std::vector<MeshFault>& faults) {
     const Vec3d& p = data.positions[v];
-    // NaN fails a comparison.
-    const bool sound =
-        (std::abs(p.x) <= k_max_coordinate) & (std::abs(p.y) <= k_max_coordinate) & (std::abs(p.z) <= k_max_coordinate);
-    if (sound) return;
+    if (is_sound_position(p)) return;
     const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
     faults.push_back(make_fault(
         data, finite ? Kind::absurd_coordinate : Kind::non_finite_vertex, v,
@@ -244,10 +222,8 @@ std::vector<MeshFault> element_faults(const ControlMeshData& data) {
         for (const std::string& warning : data.warnings) text += "\n  " + warning;
         return {make_fault(data, Kind::no_faces, 0, text)};
     }
-    scan_elements(count_of(data.positions.size()), faults,
-                  [&](std::uint32_t v, auto& found) { check_vertex(data, v, found); });
-    scan_elements(count_of(data.face_offsets.size() - 1), faults,
-                  [&](std::uint32_t f, auto& found) { check_face(data, f, found); });
+    for (std::uint32_t v = 0; v < data.positions.size(); ++v) check_vertex(data, v, faults);
+    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) check_face(data, f, faults);
     for (std::uint32_t i = 0; i < data.uvs.size(); ++i)
         if (!is_sound_uv(data.uvs[i]))
             faults.push_back(make_fault(
@@ -264,30 +240,28 @@ std::vector<MeshFault> element_faults(const ControlMeshData& data) {
 std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
                                    const MeshLinks& links) {
     std::vector<MeshFault> faults;
-    const std::uint32_t uses = links.manifold_edges ? 0 : count_of(sorted_uses.size());
-    scan_elements(uses, faults, [&](std::uint32_t i, auto& found) {
-        const EdgeUse& use = sorted_uses[i];
-        if (i > 0 && use.same_edge(sorted_uses[i - 1])) return;  // the edge's first use speaks for it
-        std::uint32_t count = 1;
-        while (i + count < uses && use.same_edge(sorted_uses[i + count])) ++count;
-        const std::uint32_t face = links.face[use.halfedge];
-        const auto add = [&](Kind kind, fmt::format_string<std::string, std::string, std::uint64_t> text) {
-            found.push_back(make_fault(data, kind, face,
-                                       fmt::format(text, vertex_name(data, use.low), vertex_name(data, use.high),
-                                                   std::uint64_t{face} + data.first_number)));
-        };
-        if (count > 2)
-            add(Kind::non_manifold_edge,
-                "the edge between {} and {} of face {} has more than two faces; correct it in the modeller or use "
-                "--repair to split it into boundaries");
-        else if (count == 2 && data.face_vertices[use.halfedge] == data.face_vertices[sorted_uses[i + 1].halfedge])
-            add(Kind::opposite_orientation,
-                "the two faces at the edge between {} and {} (one is face {}) run along it in the same direction; "
-                "flip one, or use --repair to orient all faces alike");
-    });
     const auto add = [&](Kind kind, std::uint32_t element, std::string text) {
         faults.push_back(make_fault(data, kind, element, std::move(text)));
     };
+    const std::size_t uses = links.manifold_edges ? 0 : sorted_uses.size();
+    for (std::size_t i = 0, count = 1; i < uses; i += count) {
+        const EdgeUse& use = sorted_uses[i];
+        for (count = 1; i + count < uses && use.same_edge(sorted_uses[i + count]);) ++count;
+        const std::uint32_t face = links.face[use.halfedge];
+        const auto add_edge = [&](Kind kind, fmt::format_string<std::string, std::string, std::uint64_t> text) {
+            add(kind, face,
+                fmt::format(text, vertex_name(data, use.low), vertex_name(data, use.high),
+                            std::uint64_t{face} + data.first_number));
+        };
+        if (count > 2)
+            add_edge(Kind::non_manifold_edge,
+                     "the edge between {} and {} of face {} has more than two faces; correct it in the modeller or use "
+                     "--repair to split it into boundaries");
+        else if (count == 2 && data.face_vertices[use.halfedge] == data.face_vertices[sorted_uses[i + 1].halfedge])
+            add_edge(Kind::opposite_orientation,
+                     "the two faces at the edge between {} and {} (one is face {}) run along it in the same "
+                     "direction; flip one, or use --repair to orient all faces alike");
+    }
     // Two faces with one cycle run along the same edges in the same direction: no edge fault, no duplicate.
     if (!faults.empty())
         for (const auto& [face, first] : find_duplicates(data))
@@ -312,16 +286,16 @@ std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const 
 // Non-manifold vertices; asks for no faults of the other kinds.
 std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links) {
     std::vector<MeshFault> faults;
-    scan_elements(count_of(data.positions.size()), faults, [&](std::uint32_t v, auto& found) {
+    for (std::uint32_t v = 0; v < data.positions.size(); ++v) {
         const std::uint32_t fan = fan_size(data, links, v), all = links.vertex_face_count[v];
         if (fan != all)
-            found.push_back(make_fault(
+            faults.push_back(make_fault(
                 data, Kind::non_manifold_vertex, v,
                 fmt::format("the {} faces at vertex {} are not one fan, they only touch there (one is {}); {} to split "
                             "it",
                             all, std::uint64_t{v} + data.first_number,
                             face_name(data, links.face[links.vertex_halfedge[v]]), k_repair_advice)));
-    });
+    }
     return faults;
 }
 
@@ -334,7 +308,7 @@ std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data) {
 }
 
 std::vector<MeshFault> find_faults(const ControlMeshData& data, const RunContext& context,
-                                   std::vector<EdgeUse>& sorted_uses, MeshLinks& links, TaggedAngles& angles) {
+                                   std::vector<EdgeUse>& sorted_uses, MeshLinks& links) {
     std::vector<MeshFault> faults = element_faults(data);
     context.report("build", 0.2);
     if (!faults.empty()) return faults;
@@ -342,14 +316,10 @@ std::vector<MeshFault> find_faults(const ControlMeshData& data, const RunContext
     context.report("build", 0.5);
     links = link_mesh(data, sorted_uses);
     faults = edge_faults(data, sorted_uses, links);
-    if (faults.empty()) faults = vertex_faults(data, links);
-    if (!faults.empty()) return faults;
-    angles = tagged_angles(data, links);
-    return angles.faults;
+    return faults.empty() ? vertex_faults(data, links) : faults;
 }
 
-std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLinks& links,
-                                       const TaggedAngles& angles) {
+std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLinks& links) {
     const auto isolated_vertices = std::ranges::count(links.vertex_halfedge, HalfedgeId::none);
     std::vector<std::string> oddities;
     if (isolated_vertices != 0)
@@ -357,9 +327,8 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLi
                                        data.positions.size()));
     const std::uint32_t faces = count_of(data.face_offsets.size() - 1);
     std::vector<std::uint32_t> flat;
-    scan_elements(faces, flat, [&](std::uint32_t f, auto& found) {
-        if (is_flat(data, f)) found.push_back(f);
-    });
+    for (std::uint32_t f = 0; f < faces; ++f)
+        if (is_flat(data, f)) flat.push_back(f);
     if (!flat.empty())
         oddities.push_back(
             // Numbers are no longer the source's after a repair; lines are.
@@ -373,7 +342,6 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLi
     if (odd_normals != 0)
         oddities.push_back(fmt::format("{} normals are not finite; normals as read are not used", odd_normals));
     if (const auto oddity = unwelded_edges(data, links.twin)) oddities.push_back(*oddity);
-    if (const auto oddity = idle_angles(data, angles)) oddities.push_back(*oddity);
     return oddities;
 }
 
@@ -382,13 +350,17 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLi
 std::vector<MeshFault> find_faults(const ControlMeshData& data) {
     std::vector<detail::EdgeUse> uses;
     detail::MeshLinks links;
-    detail::TaggedAngles angles;
-    return detail::find_faults(data, {}, uses, links, angles);
+    std::vector<MeshFault> faults = detail::find_faults(data, {}, uses, links);
+    if (!faults.empty() || data.corner_angles.empty()) return faults;
+    ControlMeshData others = data;
+    others.corner_angles.clear();
+    return detail::tagged_angles(ControlMesh::build(std::move(others)), data).faults;
 }
 
 std::vector<std::string> find_oddities(const ControlMeshData& data) {
-    const detail::MeshLinks links = detail::link_mesh(data, detail::sorted_edge_uses(data));
-    return detail::find_oddities(data, links, detail::tagged_angles(data, links));
+    ControlMeshData without_warnings = data;
+    without_warnings.warnings.clear();
+    return ControlMesh::build(std::move(without_warnings)).warnings();
 }
 
 }  // namespace tetrakis

@@ -57,7 +57,7 @@ struct MeshFault {
 
 /// Everything that keeps the data from being an oriented 2-manifold with sound tags; empty when ControlMesh::build
 /// would succeed. By kind, then lowest element first. How faces hang together is looked at only when each face is sound
-/// by itself, and vertices only when all edges are. O(H), parallel; the same list for any number of threads.
+/// by itself, and vertices only when all edges are. O(H).
 std::vector<MeshFault> find_faults(const ControlMeshData& data);
 
 /// What is odd but harmless: isolated vertices, zero-area faces, normals that are not finite, angles at vertices that
@@ -69,13 +69,13 @@ namespace detail {
 
 struct EdgeUse;
 struct MeshLinks;
-struct TaggedAngles;
 
-/// find_faults() with what it finds out on the way: all of it where there are no faults. Progress of the stage "build"
-/// goes to 0.5.
+/// find_faults() but for angles that contradict each other, with what it finds out on the way: all of it where there
+/// are no faults. Progress of the stage "build" goes to 0.5.
 std::vector<MeshFault> find_faults(const ControlMeshData& data, const RunContext& context,
-                                   std::vector<EdgeUse>& sorted_uses, MeshLinks& links, TaggedAngles& angles);
-std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLinks& links, const TaggedAngles& angles);
+                                   std::vector<EdgeUse>& sorted_uses, MeshLinks& links);
+/// find_oddities() but for those of angles.
+std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLinks& links);
 /// Faces whose vertex cycle an earlier face has already, ascending. The faces must be sound.
 std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data);
 /// "vertex 5 (line 9)", "face 2", ...: numbered as the source numbers them, with the line where it is known.

@@ -2,6 +2,7 @@
 
 #include "control_mesh.hpp"
 
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,6 +15,7 @@ struct EdgeUse {
     std::uint32_t halfedge;
 
     bool same_edge(const EdgeUse& other) const { return low == other.low && high == other.high; }
+    friend auto operator<=>(const EdgeUse&, const EdgeUse&) = default;
 };
 static_assert(sizeof(EdgeUse) == 12);
 
@@ -47,7 +49,7 @@ struct MeshLinks {
     bool manifold_edges = true;                    ///< no edge has more than two uses, or two of one direction
 };
 
-/// O(H), parallel. @param sorted_uses  sorted_edge_uses() of the same faces
+/// O(H). @param sorted_uses  sorted_edge_uses() of the same faces
 MeshLinks link_mesh(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses);
 
 /// Number of corners met by walking counter-clockwise from the vertex's first half-edge; fewer than its face count

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -55,8 +56,9 @@ class Repair {
         drop_duplicates();
         make_manifold();
         mend_tags();
-        mend_angles();
+        const auto angles = std::exchange(data_.corner_angles, {});
         drop_isolated();
+        mend_angles(angles);
         return std::move(reports_);
     }
 
@@ -267,22 +269,20 @@ class Repair {
     }
 
     /// Gives tags of old edges or vertices to all their copies.
-    /// @param copies  (old, new) of each copy, in any order
+    /// @param copies  of each old one
     /// @param of      of(tag): its old edge or vertex
     /// @param put     put(tag, copy) makes the tag name the copy
     template <class Tag, class Key, class Of, class Put>
-    static Tally copy_tags(std::vector<Tag>& tags, std::vector<std::pair<Key, Key>> copies, Of&& of, Put&& put) {
-        std::sort(copies.begin(), copies.end());
+    static Tally copy_tags(std::vector<Tag>& tags, const std::multimap<Key, Key>& copies, Of&& of, Put&& put) {
         std::vector<Tag> result;
         Tally dropped;
         for (std::uint32_t i = 0; i < tags.size(); ++i) {
-            const Key old = of(tags[i]);
-            auto it = std::lower_bound(copies.begin(), copies.end(), std::pair(old, Key{}));
-            const bool is_sharpness = tags[i].sharpness >= 0.0f;
-            if (it == copies.end() || it->first != old || !is_sharpness) dropped.add(i, tags[i].line);
-            for (; is_sharpness && it != copies.end() && it->first == old; ++it) {
+            auto [copy, end] = copies.equal_range(of(tags[i]));
+            if (!(tags[i].sharpness >= 0.0f)) copy = end;
+            if (copy == end) dropped.add(i, tags[i].line);
+            for (; copy != end; ++copy) {
                 result.push_back(tags[i]);
-                put(result.back(), it->second);
+                put(result.back(), copy->second);
             }
         }
         tags = std::move(result);
@@ -293,24 +293,26 @@ class Repair {
     void mend_tags() {
         using Edge = std::array<std::uint32_t, 2>;  // the lower vertex first
         const auto edge = [](std::uint32_t a, std::uint32_t b) { return Edge{std::min(a, b), std::max(a, b)}; };
-        std::vector<std::pair<Edge, Edge>> edges;
-        if (!data_.creases.empty())
+        std::multimap<Edge, Edge> edges;
+        if (!data_.creases.empty()) {
+            Edge last{};
             for (const detail::EdgeUse& use : detail::sorted_edge_uses(data_))
-                if (const Edge now{use.low, use.high}; edges.empty() || edges.back().second != now)
-                    edges.emplace_back(edge(origin_[use.low], origin_[use.high]), now);
+                if (const Edge now{use.low, use.high}; std::exchange(last, now) != now)
+                    edges.emplace(edge(origin_[use.low], origin_[use.high]), now);
+        }
         const Tally no_crease = copy_tags(
-            data_.creases, std::move(edges), [&](const auto& tag) { return edge(tag.a, tag.b); },
+            data_.creases, edges, [&](const auto& tag) { return edge(tag.a, tag.b); },
             [](auto& tag, const Edge& now) { tag.a = now[0], tag.b = now[1]; });
 
-        std::vector<std::pair<std::uint32_t, std::uint32_t>> vertices;
+        std::multimap<std::uint32_t, std::uint32_t> vertices;
         if (!data_.corners.empty()) {
             std::vector<std::uint8_t> used(data_.positions.size(), 0);
             for (const std::uint32_t v : data_.face_vertices) used[v] = 1;
             for (std::uint32_t v = 0; v < origin_.size(); ++v)
-                if (used[v]) vertices.emplace_back(origin_[v], v);
+                if (used[v]) vertices.emplace(origin_[v], v);
         }
         const Tally no_corner = copy_tags(
-            data_.corners, std::move(vertices), [](const auto& tag) { return tag.vertex; },
+            data_.corners, vertices, [](const auto& tag) { return tag.vertex; },
             [](auto& tag, std::uint32_t now) { tag.vertex = now; });
         report_tags(no_crease, "dropped {} crease tags that name no edge or have no sharpness (the first is tag {})");
         report_tags(no_corner,
@@ -318,10 +320,9 @@ class Repair {
     }
 
     // They speak of the faces and vertices as they were at first: whatever is left of the two gets them.
-    void mend_angles() {
-        if (data_.corner_angles.empty()) return;
-        const std::vector<ControlMeshData::AngleTag> before = std::move(data_.corner_angles);
-        std::vector<ControlMeshData::AngleTag>& now = data_.corner_angles = {};
+    void mend_angles(const std::vector<ControlMeshData::AngleTag>& before) {
+        if (before.empty()) return;
+        std::vector<ControlMeshData::AngleTag> now, kept;
         std::vector<std::uint32_t> source;
         Tally lost, other;
         for (std::uint32_t i = 0; i < before.size(); ++i) {
@@ -337,9 +338,13 @@ class Repair {
             if (now.size() == size) lost.add(i, tag.line);
             source.resize(now.size(), i);
         }
-        const auto uses = detail::sorted_edge_uses(data_);
-        const auto faults = detail::tagged_angles(data_, detail::link_mesh(data_, uses)).faults;
-        std::vector<ControlMeshData::AngleTag> kept;
+        std::vector<MeshFault> faults;
+        if (!now.empty()) {
+            ControlMeshData data = data_;
+            const ControlMesh mesh = ControlMesh::build(data);
+            data.corner_angles = now;
+            faults = detail::tagged_angles(mesh, data).faults;
+        }
         for (std::uint32_t i = 0, next = 0; i < now.size(); ++i) {
             if (next == faults.size() || faults[next].element != i) {
                 kept.push_back(now[i]);
@@ -348,7 +353,7 @@ class Repair {
             ++next;
             other.add(source[i], now[i].line);
         }
-        now = std::move(kept);
+        data_.corner_angles = std::move(kept);
         report_tags(lost,
                     "dropped {} corner angle tags that name no corner of a face that is left, or no angle (the first "
                     "is tag {})");
@@ -370,6 +375,7 @@ class Repair {
     void renumber_vertices(const Numbering& now) {
         gather(data_.positions, now.kept);
         gather(data_.vertex_lines, now.kept);
+        gather(origin_, now.kept);
         for (std::uint32_t& v : data_.face_vertices) now.follow(v);
         for (auto& tag : data_.creases) now.follow(tag.a), now.follow(tag.b);
         for (auto& tag : data_.corners) now.follow(tag.vertex);
