@@ -18,7 +18,7 @@
 #    include <unistd.h>
 #endif
 
-// Under AddressSanitizer all memory comes from the system's allocator, which it watches.
+// Elsewhere, and under AddressSanitizer, which watches it, all memory comes from the system's allocator.
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
 #    define TETRAKIS_MAPS_PAGES
 #endif
@@ -138,9 +138,7 @@ FreedBlocks& freed_blocks() {
     static auto& blocks = *new FreedBlocks;
     return blocks;
 }
-#endif
 
-#if defined(TETRAKIS_MAPS_PAGES)
 /// oneTBB's allocator of small blocks, which takes its memory from mappings as those of large blocks: each 4 KiB page
 /// would be a page fault of its own. It outlives all static objects.
 rml::MemoryPool* small_blocks() {
@@ -161,44 +159,29 @@ rml::MemoryPool* small_blocks() {
     }();
     return pool;
 }
-#endif
-
-void* grow_small(void* data, std::size_t bytes) {
-#if defined(TETRAKIS_MAPS_PAGES)
-    return rml::pool_realloc(small_blocks(), data, bytes);
-#elif defined(__SANITIZE_ADDRESS__)
-    return std::realloc(data, bytes);
-#else
-    return scalable_realloc(data, bytes);
-#endif
-}
 
 /// grow_memory() without giving back freed blocks.
 void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
-#if defined(TETRAKIS_MAPS_PAGES)
-    if (bytes >= k_mapped) {
-        const std::size_t size = mapped_size(bytes), old_size = mapped_size(old_bytes);
-        if (old_bytes >= k_mapped && size == old_size) return data;
-        char* memory = freed_blocks().take(size);
-        if (memory == nullptr) {
+    if (bytes < k_mapped) return rml::pool_realloc(small_blocks(), data, bytes);
+    const std::size_t size = mapped_size(bytes), old_size = mapped_size(old_bytes);
+    if (old_bytes >= k_mapped && size == old_size) return data;
+    char* memory = freed_blocks().take(size);
+    if (memory == nullptr) {
+        memory = map_pages(size);
+        // The old block grows and moves there by its page tables, still one mapping. If the system refuses, it may have
+        // unmapped the target, which is not touched again then: the contents are copied elsewhere.
+        if (memory != nullptr && old_bytes >= k_large) {
+            if (mremap(data, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, memory) != MAP_FAILED) return memory;
             memory = map_pages(size);
-            // The old block grows and moves there by its page tables, still one mapping. If the system refuses, it may
-            // have unmapped the target, which is not touched again then: the contents are copied elsewhere.
-            if (memory != nullptr && old_bytes >= k_large) {
-                if (mremap(data, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, memory) != MAP_FAILED) return memory;
-                memory = map_pages(size);
-            }
         }
-        if (memory != nullptr && old_bytes > 0) {
-            std::memcpy(memory, data, old_bytes);
-            free_memory(data, old_bytes);
-        }
-        return memory;
     }
-#endif
-    (void)old_bytes;
-    return grow_small(data, bytes);
+    if (memory != nullptr && old_bytes > 0) {
+        std::memcpy(memory, data, old_bytes);
+        free_memory(data, old_bytes);
+    }
+    return memory;
 }
+#endif
 
 /// As messages have it: rounded down, in KiB below a MiB.
 std::string in_units(std::uint64_t bytes) {
@@ -218,27 +201,24 @@ void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limi
 
 void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
     assert(bytes >= old_bytes);
-    void* memory = grown(data, old_bytes, bytes);
 #if defined(TETRAKIS_MAPS_PAGES)
+    void* memory = grown(data, old_bytes, bytes);
     if (memory == nullptr && freed_blocks().give_back()) memory = grown(data, old_bytes, bytes);
-#endif
     return memory;
+#else
+    (void)old_bytes;
+    return std::realloc(data, bytes);
+#endif
 }
 
-void free_memory(void* data, std::size_t bytes) noexcept {
+void free_memory(void* data, [[maybe_unused]] std::size_t bytes) noexcept {
 #if defined(TETRAKIS_MAPS_PAGES)
-    if (bytes >= k_mapped) {
-        if (data != nullptr) freed_blocks().put(static_cast<char*>(data), mapped_size(bytes));
-        return;
-    }
-#endif
-    (void)bytes;
-#if defined(TETRAKIS_MAPS_PAGES)
-    rml::pool_free(small_blocks(), data);
-#elif defined(__SANITIZE_ADDRESS__)
-    std::free(data);
+    if (bytes < k_mapped)
+        rml::pool_free(small_blocks(), data);
+    else if (data != nullptr)
+        freed_blocks().put(static_cast<char*>(data), mapped_size(bytes));
 #else
-    scalable_free(data);
+    std::free(data);
 #endif
 }
 

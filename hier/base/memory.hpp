@@ -17,7 +17,7 @@ namespace tetrakis {
 /// The first touch of fresh memory costs as much as most work on it, so the process keeps large blocks that its runs
 /// (tessellations, refinements, hierarchies) have freed, for the runs to come. They count for its resident memory.
 /// @param bytes  how many are kept at most, the latest first; 0: none. What is above is given back at once
-/// Any thread may call it at any time. Linux only; elsewhere oneTBB's allocator decides.
+/// Any thread may call it at any time. Linux only; elsewhere the system's allocator decides.
 void keep_freed_memory(std::size_t bytes);
 
 /// The limit unless it is set, in bytes: a 64th of the machine's memory, 512 MiB at most.

@@ -1,6 +1,7 @@
 #include "obj_lines.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -25,22 +26,17 @@ bool is_comment(std::string_view line) {
 
 // Length of the UTF-8 sequence at the front, 0 if there is none. Overlong forms and surrogates do not count.
 std::size_t utf8_length(std::string_view s) {
-    const auto byte = [&](std::size_t i) { return i < s.size() ? static_cast<unsigned char>(s[i]) : 0u; };
-    const auto tail = [&](std::size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
-    const unsigned lead = byte(0);
+    constexpr std::uint32_t k_least[] = {0, 0, 0x80, 0x800, 0x10000}, k_end = 0x110000;
+    const auto lead = static_cast<unsigned char>(s[0]);
     if (lead < 0x80) return 1;
-    if (lead >= 0xC2 && lead <= 0xDF) return tail(1) ? 2 : 0;
-    if (lead >= 0xE0 && lead <= 0xEF) {
-        if (lead == 0xE0 && byte(1) < 0xA0) return 0;
-        if (lead == 0xED && byte(1) > 0x9F) return 0;
-        return tail(1) && tail(2) ? 3 : 0;
+    const auto length = static_cast<std::size_t>(std::countl_one(lead));
+    if (length < 2 || length > 4 || length > s.size()) return 0;
+    std::uint32_t code = lead & (0x7Fu >> length);
+    for (const char c : s.substr(1, length - 1)) {
+        if ((c & 0xC0) != 0x80) return 0;
+        code = code << 6 | (c & 0x3Fu);
     }
-    if (lead >= 0xF0 && lead <= 0xF4) {
-        if (lead == 0xF0 && byte(1) < 0x90) return 0;
-        if (lead == 0xF4 && byte(1) > 0x8F) return 0;
-        return tail(1) && tail(2) && tail(3) ? 4 : 0;
-    }
-    return 0;
+    return code < k_least[length] || code >= k_end || (code >= 0xD800 && code < 0xE000) ? 0 : length;
 }
 
 }  // namespace

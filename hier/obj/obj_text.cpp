@@ -79,19 +79,18 @@ class TagReader {
                                  obj_quote(counts)));
             return next;
         };
+        const auto number = [&](const char* what, const char* one, auto parse) {
+            const std::string_view text = word(what);
+            const auto value = parse(text);
+            if (!value) fail(fmt::format("{} in tag '{}' is no {}", obj_quote(text), tag_.name, one));
+            return *value;
+        };
         for (std::int64_t i = 0; i < count[0]; ++i) {
-            const std::string_view text = word("integers");
-            const auto value = obj_integer(text);
-            if (!value) fail(fmt::format("{} in tag '{}' is no integer", obj_quote(text), tag_.name));
-            tag_.ints.push_back(*value < 0 || *value >= VertexId::none ? VertexId::none
-                                                                       : static_cast<std::uint32_t>(*value));
+            const std::int64_t value = number("integers", "integer", obj_integer);
+            tag_.ints.push_back(value < 0 || value >= VertexId::none ? VertexId::none
+                                                                     : static_cast<std::uint32_t>(value));
         }
-        for (std::int64_t i = 0; i < count[1]; ++i) {
-            const std::string_view text = word("reals");
-            const auto value = obj_number(text);
-            if (!value) fail(fmt::format("{} in tag '{}' is no number", obj_quote(text), tag_.name));
-            tag_.reals.push_back(*value);
-        }
+        for (std::int64_t i = 0; i < count[1]; ++i) tag_.reals.push_back(number("reals", "number", obj_number));
         for (std::int64_t i = 0; i < count[2]; ++i) tag_.strings.push_back(word("strings"));
         if (const std::string_view extra = words_.next(); !extra.empty())
             fail(fmt::format("tag '{}' goes on with {} after what its counts {} promise", tag_.name, obj_quote(extra),
