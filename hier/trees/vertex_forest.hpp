@@ -131,8 +131,6 @@ class VertexForest : public TreeForest<DualCells> {
         int coarse_side;       ///< that side
     };
     Turn turn(std::uint32_t slot, int corner) const;
-    struct FaceList;
-    class FaceFinder;
 };
 
 extern template class TreeForest<DualCells>;
