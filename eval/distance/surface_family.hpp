@@ -1,7 +1,6 @@
 #pragma once
 
 #include "../../hier/forest/corner_cell.hpp"
-#include "../../hier/trees/triangle_cell.hpp"
 #include "../../refine/adaptive/hierarchy_view.hpp"
 #include "../bounds/loop_bounder.hpp"
 #include "../bounds/quad_bounder.hpp"

@@ -625,8 +625,7 @@ TriangleMesh View::mesh() const {
         const auto& v = forest.leaf(LeafId(i)).vertex;
         out.triangles.push_back({v[0].value, v[1].value, v[2].value});
     }
-    detail::number_points(out, forest.point_slots(), out.triangles.size() / 2);
-    for (const PointId p : out.points) out.sites.push_back(forest.point_site(p));
+    detail::number_points(out, forest, out.triangles.size() / 2);
     TriangleMesh mesh;
     mesh.triangles = std::move(out.triangles);
     std::vector<Place> places(out.sites.size());

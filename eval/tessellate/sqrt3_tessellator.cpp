@@ -126,15 +126,8 @@ class Sqrt3Tessellator final : public TessellationRun {
 
     /// The leaves of a forest, with limit points for vertices.
     TriangleMesh triangle_mesh(const Sqrt3Forest& forest, std::vector<Site>& sites, const char* stage) const {
-        ExportedTriangles out;
-        forest.for_each_leaf([&](LeafId leaf, FaceId) {
-            const std::array<PointId, 3> corners = forest.points(leaf);
-            out.triangles.push_back({corners[0].value, corners[1].value, corners[2].value});
-        });
-        number_points(out, forest.point_slots(), out.triangles.size() / 2);
-        sites.resize(out.points.size());
-        for_each_index(static_cast<std::uint32_t>(sites.size()),
-                       [&](std::uint32_t v) { sites[v] = forest.site(out.points[v]); });
+        ExportedTriangles out = forest.exported();
+        sites = std::move(out.sites);
         TriangleMesh mesh;
         mesh.triangles = std::move(out.triangles);
         mesh.positions.resize(sites.size());

@@ -137,10 +137,7 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
             add(l.vertex[0].value, l.vertex[1].value, l.vertex[2].value, f, order[i]);
         }
     }
-    detail::number_points(out, sites_.size(), mesh.vertex_count() + mesh.face_count() + std::size_t{midpoint_count_});
-    detail::resize_large(out.sites, out.points.size());
-    for_each_index(static_cast<std::uint32_t>(out.points.size()),
-                   [&](std::uint32_t p) { out.sites[p] = sites_[out.points[p].value]; });
+    detail::number_points(out, *this, mesh.vertex_count() + mesh.face_count() + std::size_t{midpoint_count_});
     return out;
 }
 

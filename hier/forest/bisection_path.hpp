@@ -62,11 +62,6 @@ struct BisectionShape {
     }
 };
 
-/// The corner cell whose frame a leaf is written in: Q(root), or Q(next root) where the first split went to child 1.
-inline HalfedgeId bisection_cell(const ControlMesh& mesh, HalfedgeId root, int depth, std::uint64_t path) {
-    return depth > 0 && ((path >> (depth - 1)) & 1) != 0 ? mesh.next(root) : root;
-}
-
 /// A node of the bisection tree, written in the frame of a corner cell. The root h is the triangle (v, w, c) over the
 /// half-edge h: v -> w of a face with centre c; bisecting (a, b, apex) at the middle m of its base a-b gives child 0
 /// (apex, a, m) and child 1 (b, apex, m).

@@ -2,6 +2,7 @@
 
 #include "../base/ids.hpp"
 #include "../base/memory.hpp"
+#include "../base/parallel.hpp"
 #include "site.hpp"
 
 #include <array>
@@ -10,6 +11,12 @@
 #include <vector>
 
 namespace tetrakis {
+
+/// What a change of a forest did to its leaves.
+struct ForestChange {
+    std::vector<LeafId> created;   ///< new leaves: children of split ones, siblings together; parents of merged ones
+    std::vector<LeafId> reshaped;  ///< older leaves that remain, but whose part of the output is another than before
+};
 
 /// What a forest looks like from outside, in (root, path) order. All but `leaves` and `points` depends on the set of
 /// leaves alone, not on how it came about.
@@ -23,14 +30,14 @@ struct ExportedTriangles {
 
 namespace detail {
 
-/// Replaces the triangles' points by numbers in the order of first use, and lists the points by these.
-/// @param slots     points are below this
+/// Replaces the triangles' points by numbers in the order of first use, and lists the points and their sites by these.
 /// @param expected  how many there are, about
-/// O(slots + triangles), one thread.
-inline void number_points(ExportedTriangles& out, std::size_t slots, std::size_t expected) {
+/// O(points that there have been + triangles).
+template <class Forest>
+void number_points(ExportedTriangles& out, const Forest& forest, std::size_t expected) {
     constexpr std::size_t k_ahead =
         16;  // triangles whose points are asked for ahead of time: the loop waits for memory
-    PoolVector<std::uint32_t> numbers(slots, PointId::none);
+    PoolVector<std::uint32_t> numbers(forest.point_slots(), PointId::none);
     reserve_large(out.points, expected);
     const std::size_t count = out.triangles.size();
     for (std::size_t t = 0; t < count; ++t) {
@@ -45,6 +52,9 @@ inline void number_points(ExportedTriangles& out, std::size_t slots, std::size_t
             p = number;
         }
     }
+    resize_large(out.sites, out.points.size());
+    for_each_index(static_cast<std::uint32_t>(out.points.size()),
+                   [&](std::uint32_t i) { out.sites[i] = forest.point_site(out.points[i]); });
 }
 
 }  // namespace detail

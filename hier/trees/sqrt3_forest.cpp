@@ -2,11 +2,13 @@
 
 #include "../base/error.hpp"
 #include "../base/memory.hpp"
-#include "../base/radix_sort.hpp"
 #include "../base/spread_bits.hpp"
+
+#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cassert>
+#include <compare>
 #include <tuple>
 
 namespace tetrakis {
@@ -101,6 +103,18 @@ std::vector<Sqrt3Triangle> Sqrt3Forest::leaves() const {
     return leaves;
 }
 
+ExportedTriangles Sqrt3Forest::exported() const {
+    ExportedTriangles out;
+    for_each_leaf([&](LeafId leaf, FaceId control_face) {
+        out.leaves.push_back(leaf);
+        out.faces.push_back(control_face);
+        const auto [a, b, c] = points(leaf);
+        out.triangles.push_back({a.value, b.value, c.value});
+    });
+    detail::number_points(out, *this, leaf_count() / 2);
+    return out;
+}
+
 // The leaves along a curve through the mesh: by a point inside each, in the finest lattice of its control face.
 
 namespace {
@@ -125,18 +139,19 @@ Sqrt3Point point_inside(const Sqrt3Cell& cell) {
 
 std::vector<LeafId> Sqrt3Forest::leaves_on_curve() const {
     struct Marked {
-        std::uint64_t along;  // the curve in the control face
         std::uint32_t root;
+        std::uint64_t along;  // the curve in the control face
         LeafId leaf;
+        auto operator<=>(const Marked&) const = default;
     };
-    std::vector<Marked> marked, spare;
+    std::vector<Marked> marked;
     detail::reserve_large(marked, leaf_count());
     const auto mark = [&](std::uint32_t slot, const Sqrt3Cell& cell) {
         const Sqrt3Point p = point_inside(cell);
         assert(p[0] > 0 && p[1] > 0 && p[2] > 0 && p[0] + p[1] + p[2] == k_grid);
         const std::uint64_t along = detail::spread_bits(static_cast<std::uint64_t>(p[0])) |
                                     detail::spread_bits(static_cast<std::uint64_t>(p[1])) << 1;
-        marked.push_back({along, cell.root.value, LeafId(slot)});
+        marked.push_back({cell.root.value, along, LeafId(slot)});
     };
     const auto visit = [&](const auto& self, std::uint32_t slot, const Sqrt3Cell& cell) -> void {
         if (!is_split(slot)) return mark(slot, cell);
@@ -150,8 +165,7 @@ std::vector<LeafId> Sqrt3Forest::leaves_on_curve() const {
     };
     for (std::uint32_t root = 0; root < mesh().face_count(); ++root)
         if (child_[root] != k_dead) visit(visit, root, Sqrt3Lattice::cell(FaceId(root)));
-    radix_sort(marked, spare, [](const Marked& m) { return m.along; });
-    radix_sort(marked, spare, [](const Marked& m) { return std::uint64_t{m.root}; });
+    oneapi::tbb::parallel_sort(marked.begin(), marked.end());
     std::vector<LeafId> result;
     detail::reserve_large(result, marked.size());
     for (const Marked& m : marked) result.push_back(m.leaf);

@@ -2,7 +2,7 @@
 
 #include "../base/ids.hpp"
 #include "../base/memory.hpp"
-#include "../forest/forest_change.hpp"
+#include "../forest/exported_triangles.hpp"
 #include "sqrt3_lattice.hpp"
 
 #include <array>
@@ -79,6 +79,8 @@ class Sqrt3Forest {
             if (child_[root] != k_dead) visit_below(root, FaceId(root), visit);
     }
     std::vector<Sqrt3Triangle> leaves() const;
+    /// The output mesh: the leaves in this order. O(leaves level).
+    ExportedTriangles exported() const;
     /// By control face that they lie in (on an edge of two: whose number they have), there along a Z-order curve
     /// (Morton 1966) through the grid that the levels cut it into. Depends on the set of leaves alone. O(leaves).
     std::vector<LeafId> leaves_on_curve() const;

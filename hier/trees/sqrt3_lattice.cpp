@@ -109,11 +109,6 @@ const Sqrt3Lattice::Twins& Sqrt3Lattice::twins(int level, std::uint64_t f) {
     const std::size_t at = end - 1 - static_cast<std::size_t>(f * k_golden >> 59);
     if (twins_[at].face == f) return twins_[at];
     Twins found{f, {}};
-    if (smooth_) {
-        const std::uint64_t t = twin(level - 1, f), side = twin(level - 1, prev(f));
-        found.of = {3 * next(t) + 2, 3 * t + 1, 3 * side};
-        return twins_[at] = found;
-    }
     for (std::uint64_t j = 0; j < 3; ++j) {
         found.of[j] = find_twin(level, 3 * f + j);
         if (found.of[j] != none || level % 2 != 0) continue;

@@ -2,7 +2,7 @@
 
 #include "../base/ids.hpp"
 #include "../base/memory.hpp"
-#include "../forest/forest_change.hpp"
+#include "../forest/exported_triangles.hpp"
 #include "../forest/site.hpp"
 
 #include <array>

@@ -1,8 +1,6 @@
 #include "triangle_forest.hpp"
 
 #include "../base/memory.hpp"
-#include "../base/parallel.hpp"
-#include "../forest/exported_triangles.hpp"
 #include "../mesh/mesh_check.hpp"
 #include "tree_forest_change.hpp"
 
@@ -145,10 +143,7 @@ ExportedTriangles TriangleForest::exported() const {
             out.leaves.push_back(leaf);
         }
     }
-    detail::number_points(out, sites_.size(), point_count_);
-    detail::resize_large(out.sites, out.points.size());
-    for_each_index(static_cast<std::uint32_t>(out.points.size()),
-                   [&](std::uint32_t i) { out.sites[i] = sites_[out.points[i].value]; });
+    detail::number_points(out, *this, point_count_);
     return out;
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
 #include "../base/memory.hpp"
+#include "../forest/corner_cell.hpp"
 #include "../forest/exported_triangles.hpp"
 #include "../forest/site.hpp"
 #include "../mesh/control_mesh.hpp"
 #include "tree_forest.hpp"
-#include "triangle_cell.hpp"
 
 #include <array>
 #include <cstdint>

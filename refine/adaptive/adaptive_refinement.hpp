@@ -3,12 +3,14 @@
 #include "../../hier/base/ids.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/base/radix_sort.hpp"
 #include "../families/error_estimator.hpp"
 #include "triangle_memory.hpp"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -83,7 +85,7 @@ class AdaptiveRefinement {
         for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
             order_[i] = {hierarchy_.place(leaves[i]), leaves[i]};
         });
-        radix_sort(order_, order_spare_, [](const Place& p) { return p.place; });
+        oneapi::tbb::parallel_sort(order_.begin(), order_.end());
         for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) { leaves[i] = order_[i].leaf; });
     }
 
@@ -270,8 +272,9 @@ class AdaptiveRefinement {
     struct Place {
         std::uint64_t place;
         LeafId leaf;
+        friend auto operator<=>(const Place&, const Place&) = default;
     };
-    detail::PodArray<Place> order_, order_spare_;
+    detail::PodArray<Place> order_;
     detail::PodArray<double> values_;
     detail::PodArray<ErrorBasis> value_basis_;
     double progress_ = 0;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../hier/forest/forest_change.hpp"
+#include "../../hier/forest/exported_triangles.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../points/level_source.hpp"
 #include "../rules/polygon_mesh.hpp"

@@ -1,5 +1,3 @@
-#include "../../hier/base/memory.hpp"
-#include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
 #include "hierarchy_families.hpp"
 
@@ -113,18 +111,7 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
 
     // Leaves are the triangles, in their order.
     HierarchyFaces faces(bool with_levels) const override {
-        ExportedTriangles exported;
-        forest_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
-            exported.leaves.push_back(leaf);
-            exported.faces.push_back(control_face);
-            const auto [a, b, c] = forest_.points(leaf);
-            exported.triangles.push_back({a.value, b.value, c.value});
-        });
-        detail::number_points(exported, forest_.point_slots(), forest_.leaf_count() / 2);
-        detail::resize_large(exported.sites, exported.points.size());
-        for_each_index(static_cast<std::uint32_t>(exported.points.size()),
-                       [&](std::uint32_t i) { exported.sites[i] = forest_.site(exported.points[i]); });
-        return detail::faces_of(std::move(exported), with_levels,
+        return detail::faces_of(forest_.exported(), with_levels,
                                 [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
     }
 

@@ -1,5 +1,4 @@
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/trees/triangle_cell.hpp"
 #include "../../hier/trees/triangle_forest.hpp"
 #include "hierarchy_families.hpp"
 
