@@ -179,24 +179,6 @@ void sort_faults(std::vector<MeshFault>& faults) {
     });
 }
 
-struct Duplicate {
-    std::uint32_t face, first;  ///< and the first face with the same vertex cycle
-};
-
-// Faces whose vertex cycle an earlier face has already, ascending.
-std::vector<Duplicate> find_duplicates(const ControlMeshData& data) {
-    std::vector<Duplicate> duplicates;
-    std::unordered_map<std::u32string, std::uint32_t> first;  // by the cycle from its lowest vertex on
-    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
-        std::u32string cycle(data.face_vertices.begin() + data.face_offsets[f],
-                             data.face_vertices.begin() + data.face_offsets[f + 1]);
-        std::ranges::rotate(cycle, std::ranges::min_element(cycle));
-        if (const auto [at, is_new] = first.try_emplace(std::move(cycle), f); !is_new)
-            duplicates.push_back({f, at->second});
-    }
-    return duplicates;
-}
-
 // Whether a face is a line, or a point, as far as doubles can tell.
 bool is_flat(const ControlMeshData& data, std::uint32_t f) {
     const std::uint32_t first = data.face_offsets[f];
@@ -264,7 +246,7 @@ std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const 
     }
     // Two faces with one cycle run along the same edges in the same direction: no edge fault, no duplicate.
     if (!faults.empty())
-        for (const auto& [face, first] : find_duplicates(data))
+        for (const auto& [face, first] : duplicate_faces(data))
             add(Kind::duplicate_face, face,
                 fmt::format("face {} has the same vertices as {}; delete one, or use --repair",
                             std::uint64_t{face} + data.first_number, face_name(data, first)));
@@ -301,10 +283,17 @@ std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLink
 
 }  // namespace
 
-std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data) {
-    std::vector<std::uint32_t> faces;
-    for (const Duplicate& duplicate : find_duplicates(data)) faces.push_back(duplicate.face);
-    return faces;
+std::vector<DuplicateFace> duplicate_faces(const ControlMeshData& data) {
+    std::vector<DuplicateFace> duplicates;
+    std::unordered_map<std::u32string, std::uint32_t> first;  // by the cycle from its lowest vertex on
+    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+        std::u32string cycle(data.face_vertices.begin() + data.face_offsets[f],
+                             data.face_vertices.begin() + data.face_offsets[f + 1]);
+        std::ranges::rotate(cycle, std::ranges::min_element(cycle));
+        if (const auto [at, is_new] = first.try_emplace(std::move(cycle), f); !is_new)
+            duplicates.push_back({f, at->second});
+    }
+    return duplicates;
 }
 
 std::vector<MeshFault> find_faults(const ControlMeshData& data, const RunContext& context,

@@ -76,8 +76,11 @@ std::vector<MeshFault> find_faults(const ControlMeshData& data, const RunContext
                                    std::vector<EdgeUse>& sorted_uses, MeshLinks& links);
 /// find_oddities() but for those of angles.
 std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLinks& links);
+struct DuplicateFace {
+    std::uint32_t face, first;  ///< and the first face with the same vertex cycle
+};
 /// Faces whose vertex cycle an earlier face has already, ascending. The faces must be sound.
-std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data);
+std::vector<DuplicateFace> duplicate_faces(const ControlMeshData& data);
 /// "vertex 5 (line 9)", "face 2", ...: numbered as the source numbers them, with the line where it is known.
 std::string vertex_name(const ControlMeshData& data, std::uint32_t v);
 std::string face_name(const ControlMeshData& data, std::uint32_t f);

@@ -33,18 +33,12 @@ const EdgeUse* find_edge(std::span<const EdgeUse> sorted_uses, std::uint32_t a, 
     return it != sorted_uses.end() && it->low == low && it->high == high ? &*it : nullptr;
 }
 
-namespace {
-
-constexpr std::uint32_t k_no_face = HalfedgeId::none;
-
-}  // namespace
-
 MeshLinks link_mesh(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses) {
     const auto face_count = static_cast<std::uint32_t>(data.face_offsets.size() - 1);
     const auto use_count = static_cast<std::uint32_t>(sorted_uses.size());
     MeshLinks links;
     links.face.resize(use_count);
-    links.twin.assign(use_count, k_no_face);
+    links.twin.assign(use_count, HalfedgeId::none);
     for_each_index(face_count, [&](std::uint32_t f) {
         for (std::uint32_t h = data.face_offsets[f]; h < data.face_offsets[f + 1]; ++h) links.face[h] = f;
     });
@@ -56,25 +50,25 @@ MeshLinks link_mesh(const ControlMeshData& data, std::span<const EdgeUse> sorted
         links.manifold_edges = links.manifold_edges && next <= i + 2 &&
                                (next == i + 1 || data.face_vertices[use.halfedge] != data.face_vertices[other]);
     }
-    links.vertex_halfedge.assign(data.positions.size(), k_no_face);
+    links.vertex_halfedge.assign(data.positions.size(), HalfedgeId::none);
     links.vertex_face_count.assign(data.positions.size(), 0);
     for (std::uint32_t h = 0; h < use_count; ++h) {
         const std::uint32_t v = data.face_vertices[h];
         ++links.vertex_face_count[v];
         std::uint32_t& start = links.vertex_halfedge[v];
-        start = start == k_no_face || links.twin[h] == k_no_face ? h : start;
+        start = start == HalfedgeId::none || links.twin[h] == HalfedgeId::none ? h : start;
     }
     return links;
 }
 
 std::uint32_t fan_size(const ControlMeshData& data, const MeshLinks& links, std::uint32_t vertex) {
     const std::uint32_t start = links.vertex_halfedge[vertex];
-    if (start == k_no_face) return 0;
+    if (start == HalfedgeId::none) return 0;
     std::uint32_t size = 0, h = start;
     do {
         ++size;
         h = links.twin[prev_corner(data, links.face[h], h)];
-    } while (h != start && h != k_no_face);
+    } while (h != start && h != HalfedgeId::none);
     return size;
 }
 

@@ -228,7 +228,7 @@ class Repair {
             else if (repeats)
                 cut.add(f);
         }
-        const auto name_of_face = [&](std::uint32_t f) { return detail::face_name(data_, f); };
+        const auto name_of_face = [&](std::uint32_t f) { return original_face(f); };
         report_all(unsound, "dropped {} faces with a vertex that is not there or not finite (the first is {})",
                    name_of_face);
         report_all(small, "dropped {} faces with fewer than three distinct vertices (the first is {})", name_of_face);
@@ -238,11 +238,11 @@ class Repair {
     }
 
     void drop_duplicates() {
-        const std::vector<std::uint32_t> duplicates = detail::duplicate_faces(data_);
+        const auto duplicates = detail::duplicate_faces(data_);
         if (duplicates.empty()) return;
         NewFaces faces;
         for (std::uint32_t f = 0, next = 0; f < face_count(); ++f) {
-            if (next < duplicates.size() && duplicates[next] == f) {
+            if (next < duplicates.size() && duplicates[next].face == f) {
                 ++next;
                 continue;
             }
@@ -250,7 +250,8 @@ class Repair {
                 faces.corners.push_back(h);
             faces.end_face(f);
         }
-        report("dropped {} duplicate faces (the first is {})", duplicates.size(), original_face(duplicates.front()));
+        report("dropped {} duplicate faces (the first is {})", duplicates.size(),
+               original_face(duplicates.front().face));
         adopt(faces);
     }
 

@@ -361,27 +361,18 @@ class Reader {
     void finish() {
         for (auto* const layer : {&data_.face_uvs, &data_.face_normals})
             if (!layer->empty()) layer->resize(data_.face_vertices.size(), k_obj_absent);
-        if (!material_.given) {
-            data_.face_material.clear();
-            data_.materials.clear();
-        }
-        if (!group_.given) {
-            data_.face_group.clear();
-            data_.groups.clear();
-        }
-        if (weighted_.count != 0)
-            data_.warnings.push_back(
-                fmt::format("{} vertices have a weight other than 1 (the first is on line {}); weights are ignored",
-                            weighted_.count, weighted_.first));
-        if (surplus_.count != 0)
-            data_.warnings.push_back(
-                fmt::format("{} vertices have 5 or 8 numbers, one more than x y z with a weight or a colour or both "
-                            "(the first is on line {}); it is ignored",
-                            surplus_.count, surplus_.first));
-        if (coloured_.count != 0)
-            data_.warnings.push_back(
-                fmt::format("{}: vertex colours are not carried over ({} vertices have one, the first is on line {})",
-                            data_.source, coloured_.count, coloured_.first));
+        if (!material_.given) data_.face_material.clear(), data_.materials.clear();
+        if (!group_.given) data_.face_group.clear(), data_.groups.clear();
+        const auto warn = [&](const Tally& lines, std::string_view text) {
+            if (lines.count != 0)
+                data_.warnings.push_back(
+                    fmt::vformat(text, fmt::make_format_args(lines.count, lines.first, data_.source)));
+        };
+        warn(weighted_, "{} vertices have a weight other than 1 (the first is on line {}); weights are ignored");
+        warn(surplus_,
+             "{} vertices have 5 or 8 numbers, one more than x y z with a weight or a colour or both (the first is on "
+             "line {}); it is ignored");
+        warn(coloured_, "{2}: vertex colours are not carried over ({0} vertices have one, the first is on line {1})");
         std::uint64_t others = 0;
         for (std::size_t i = 0; i < ignored_list_.size(); ++i) {
             const auto& [keyword, lines] = ignored_list_[i];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../core/masks.hpp"
 #include "../core/rule_step.hpp"
 
 #include <vector>
@@ -24,6 +25,11 @@ inline StencilRow four_point_edge(const RuleMesh& mesh, int h) {
         }
     }
     return row;
+}
+
+/// Along a row of points: its tangent at a vertex, from which the row runs along two rays.
+inline ClosedMasks::Mask four_point_tangent(int ahead, int behind) {
+    return {{{ahead, 2, 0}, -1}, {{ahead, 1, 0}, 8}, {{behind, 1, 0}, -8}, {{behind, 2, 0}, 1}};
 }
 
 }  // namespace tetrakis::detail

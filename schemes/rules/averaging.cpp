@@ -6,23 +6,16 @@
 #include "dual_schemes.hpp"
 #include "linear.hpp"
 
-#include <utility>
-
 namespace tetrakis {
 
 namespace {
 
-StencilRow gathered(StencilRow row) {
-    row.gather();
-    return row;
-}
-
 /// Of the bilinear split, at a place of the level.
 StencilRow bilinear_row(const RuleMesh& mesh, int place) {
     const int edge = place - mesh.vertex_count(), face = edge - mesh.edge_count();
-    if (face >= 0) return gathered(detail::face_mean(mesh, face));
-    if (edge < 0) return {{place, 1}};
-    return gathered(detail::edge_midpoint(mesh, mesh.edge_halfedge(edge)));
+    if (face >= 0) return detail::face_mean(mesh, face);
+    if (edge < 0) return detail::vertex_itself(place);
+    return detail::edge_midpoint(mesh, mesh.edge_halfedge(edge));
 }
 
 /// Catmull-Clark's blend at a place of the level, of its sharp rules and of the averages.

@@ -138,16 +138,13 @@ ClosedMasks kobbelt_closed_masks(const FanShape& shape, const RuleOptions&) {
     masks.limit = {{{}, 1}};
     const int n = shape.faces;
     if (shape.corner) return masks;
-    const auto along = [](int ahead, int behind) {
-        return ClosedMasks::Mask{{{ahead, 2, 0}, -1}, {{ahead, 1, 0}, 8}, {{behind, 1, 0}, -8}, {{behind, 2, 0}, 1}};
-    };
     if (shape.boundary) {
         masks.lambda1 = 0.5;
-        masks.tangent1 = along(0, n);
+        masks.tangent1 = detail::four_point_tangent(0, n);
     } else if (n == 4 && !shape.dart) {
         masks.lambda1 = masks.lambda2 = 0.5;
-        masks.tangent1 = along(0, 2);
-        masks.tangent2 = along(1, 3);
+        masks.tangent1 = detail::four_point_tangent(0, 2);
+        masks.tangent2 = detail::four_point_tangent(1, 3);
     }
     return masks;
 }

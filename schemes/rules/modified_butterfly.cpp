@@ -188,7 +188,7 @@ ClosedMasks butterfly_closed_masks(const FanShape& shape, const RuleOptions& opt
     if (shape.corner) return masks;
     if (shape.boundary) {
         masks.lambda1 = 0.5;
-        masks.tangent1 = {{{0, 2, 0}, -1}, {{0, 1, 0}, 8}, {{n, 1, 0}, -8}, {{n, 2, 0}, 1}};
+        masks.tangent1 = detail::four_point_tangent(0, n);
         return masks;
     }
     if (n != 6 || shape.dart || options.butterfly_w != 0) return masks;
