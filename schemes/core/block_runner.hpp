@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <functional>
 
 namespace tetrakis {
@@ -17,20 +16,7 @@ class BlockRunner {
 };
 
 namespace detail {
-
 inline constexpr int k_rows_per_block = 512;
-
-/// Calls body(begin, end) for blocks that cover [0, count); without a runner one after the other.
-template <class Body>
-void for_row_blocks(const BlockRunner* runner, int count, Body&& body) {
-    const int blocks = (count + k_rows_per_block - 1) / k_rows_per_block;
-    const auto block = [&](int b) { body(b * k_rows_per_block, std::min(count, (b + 1) * k_rows_per_block)); };
-    if (runner != nullptr && blocks > 1)
-        runner->run(blocks, block);
-    else
-        for (int b = 0; b < blocks; ++b) block(b);
 }
-
-}  // namespace detail
 
 }  // namespace tetrakis

@@ -24,16 +24,15 @@ struct StencilRow {
     /// Puts points in increasing order, each once: its weights are summed in the order in which they were added, and it
     /// is left out where that gives 0.
     void gather() {
-        auto& t = terms;
-        const auto before = [](const auto& l, const auto& r) { return l.first < r.first; };
+        // Most rows are short, and sums of a few that are in order.
         constexpr std::size_t k_short = 64;
-        if (t.size() > k_short) std::stable_sort(t.begin(), t.end(), before);
-        for (std::size_t i = 1; i < t.size() && t.size() <= k_short; ++i) {
-            const auto term = t[i];
-            std::size_t at = i;
-            for (; at > 0 && before(term, t[at - 1]); --at) t[at] = t[at - 1];
-            t[at] = term;
-        }
+        auto& t = terms;
+        const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
+        if (t.size() > k_short)
+            std::stable_sort(t.begin(), t.end(), less);
+        else
+            for (auto at = t.begin(); at != t.end(); ++at)
+                std::rotate(std::upper_bound(t.begin(), at, *at, less), at, at + 1);
         std::size_t kept = 0;
         for (std::size_t i = 0; i < t.size();) {
             double weight = 0;
@@ -68,24 +67,24 @@ class StencilTable {
     /// Appends row(i) for i in [0, count).
     template <class Row>
     void push_rows(const BlockRunner* runner, int count, Row&& row) {
-        if (runner == nullptr || count <= detail::k_rows_per_block || !runner->is_parallel()) {
+        constexpr int k_rows = detail::k_rows_per_block;
+        if (runner == nullptr || count <= k_rows || !runner->is_parallel()) {
             begin_.reserve(begin_.size() + static_cast<std::size_t>(count));
             const std::size_t before = points_.size();
             for (int i = 0; i < count; ++i) {
                 push(row(i));
-                if (i != detail::k_rows_per_block) continue;
+                if (i != k_rows) continue;
                 // The others are like these.
                 const std::size_t each = (points_.size() - before) * 9 / 8;
-                const std::size_t all = before + each * static_cast<std::size_t>(count) / detail::k_rows_per_block;
+                const std::size_t all = before + each * static_cast<std::size_t>(count) / k_rows;
                 points_.reserve(all);
                 weights_.reserve(all);
             }
             return;
         }
-        std::vector<StencilTable> parts((count + detail::k_rows_per_block - 1) / detail::k_rows_per_block);
-        detail::for_row_blocks(runner, count, [&](int begin, int end) {
-            StencilTable& part = parts[begin / detail::k_rows_per_block];
-            for (int i = begin; i < end; ++i) part.push(row(i));
+        std::vector<StencilTable> parts((count + k_rows - 1) / k_rows);
+        runner->run(static_cast<int>(parts.size()), [&](int b) {
+            for (int i = b * k_rows; i < std::min(count, (b + 1) * k_rows); ++i) parts[b].push(row(i));
         });
         std::size_t terms = points_.size(), rows = begin_.size();
         for (const StencilTable& part : parts) {
