@@ -1,4 +1,3 @@
-#include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "hierarchy_families.hpp"
 
@@ -75,11 +74,13 @@ class BisectionFamily final : public detail::ForestFamily<BisectionFamily, Bisec
 
     void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
-        estimate(leaves.size(), estimator, errors, [&](std::size_t i) { return forest_.triangle(leaves[i]); });
+        detail::largest_errors<CellTriangle>(leaves, estimator, errors,
+                                             [&](LeafId leaf, auto& list) { list.push_back(forest_.triangle(leaf)); });
     }
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
-        estimate(nodes.size(), estimator, errors, [&](std::size_t i) { return triangle(nodes[i]); });
+        detail::largest_errors<CellTriangle>(
+            nodes, estimator, errors, [&](const HierarchyNode& node, auto& list) { list.push_back(triangle(node)); });
     }
 
     HierarchyFaces faces(bool with_levels) const override {
@@ -107,16 +108,6 @@ class BisectionFamily final : public detail::ForestFamily<BisectionFamily, Bisec
     CellTriangle triangle(const HierarchyNode& node) const {
         return cell_triangle(mesh(), HalfedgeId(node.root), node.depth,
                              node.depth == 0 ? 0 : node.path >> (64 - node.depth));
-    }
-    template <class Triangle>
-    static void estimate(std::size_t count, const ErrorEstimator& estimator, std::span<double> errors,
-                         Triangle&& triangle) {
-        constexpr std::uint32_t k_block = 1024;
-        for_each_block(static_cast<std::uint32_t>(count), k_block, [&](std::uint32_t begin, std::uint32_t end) {
-            std::vector<CellTriangle> triangles;
-            for (std::uint32_t i = begin; i < end; ++i) triangles.push_back(triangle(i));
-            estimator.estimate(triangles, errors.subspan(begin, end - begin));
-        });
     }
     // The leaves that a refinement splits: base by base from each marked one.
     void list_split(std::span<const LeafId> marked, FamilyUpdate& update) {

@@ -15,6 +15,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -45,24 +46,40 @@ int sqrt3_tree_levels(const ControlMesh& mesh);
 /// What families share.
 namespace detail {
 
-/// The largest of the values of each owner; not std::max: an error that is no number has to get through.
-inline void take_largest(std::span<const double> values, std::span<const std::uint32_t> owners,
-                         std::span<double> errors) {
-    std::ranges::fill(errors, 0.0);
-    for (std::size_t i = 0; i < values.size(); ++i)
-        if (!(values[i] <= errors[owners[i]])) errors[owners[i]] = values[i];
+/// The largest of the errors of each item's triangles.
+/// @param add  (item, list): adds its triangles to the list
+template <class Triangle, class Item, class Add>
+void largest_errors(std::span<const Item> items, const ErrorEstimator& estimator, std::span<double> errors,
+                    const Add& add) {
+    constexpr bool k_lattice = std::is_same_v<Triangle, CellTriangle>;
+    const auto count = static_cast<std::uint32_t>(items.size());
+    const std::uint32_t block = k_lattice ? 1024 : std::max(count, 1u);  // estimate_sqrt3() is to see all of them
+    for_each_block(count, block, [&](std::uint32_t begin, std::uint32_t end) {
+        std::vector<Triangle> triangles;
+        std::vector<std::size_t> ends;
+        for (std::uint32_t i = begin; i < end; ++i) {
+            add(items[i], triangles);
+            ends.push_back(triangles.size());
+        }
+        std::vector<double> values(triangles.size());
+        if constexpr (k_lattice)
+            estimator.estimate(triangles, values);
+        else
+            estimator.estimate_sqrt3(triangles, values);
+        std::size_t t = 0;
+        for (std::uint32_t i = begin; i < end; ++i)
+            // Not std::max: an error that is no number has to get through.
+            for (errors[i] = 0; t < ends[i - begin]; ++t)
+                if (!(values[t] <= errors[i])) errors[i] = values[t];
+    });
 }
 
-/// The part of a family that is the same for every forest: it holds forest, points and tree. A family has, beside what
+/// The part of a family that is the same for every forest: it holds the forest. A family has, beside what
 /// it overrides, describe(leaf, view), which fills all of a view but the handle's generation (a friend can be private).
 /// For many leaves it is not called by way of a table.
 template <class Family, class Forest>
 class ForestFamily : public HierarchyFamily {
   public:
-    const ControlMesh& mesh() const final { return mesh_; }
-    const LevelSource& source() const final { return *source_; }
-    const HierarchyTree& tree() const final { return tree_; }
-
     std::uint32_t leaf_slots() const final { return forest_.leaf_slots(); }
     std::uint32_t leaf_count() const final { return forest_.leaf_count(); }
     bool is_leaf(LeafId slot) const final { return forest_.is_leaf(slot); }
@@ -93,12 +110,9 @@ class ForestFamily : public HierarchyFamily {
   protected:
     ForestFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source, Forest forest,
                  const HierarchyTree& tree)
-        : mesh_(mesh), source_(std::move(source)), forest_(std::move(forest)), tree_(tree) {}
+        : HierarchyFamily(mesh, std::move(source), tree), forest_(std::move(forest)) {}
 
-    const ControlMesh& mesh_;
-    std::shared_ptr<const LevelSource> source_;
     Forest forest_;
-    HierarchyTree tree_;
 
   private:
     const Family& self() const { return static_cast<const Family&>(*this); }

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace tetrakis {
@@ -49,9 +50,9 @@ class HierarchyFamily {
 
     /// What roots, sites and children of a node are: one paragraph for users.
     virtual std::string_view name() const = 0;
-    virtual const ControlMesh& mesh() const = 0;
-    virtual const LevelSource& source() const = 0;
-    virtual const HierarchyTree& tree() const = 0;
+    const ControlMesh& mesh() const { return mesh_; }
+    const LevelSource& source() const { return *source_; }
+    const HierarchyTree& tree() const { return tree_; }
     /// The same family with its roots as leaves.
     virtual std::unique_ptr<HierarchyFamily> fresh() const = 0;
 
@@ -111,6 +112,14 @@ class HierarchyFamily {
     virtual void shrink() = 0;
     /// Whether there are slots or points that a fresh family with the same leaves would not have.
     virtual bool has_free_slots() const = 0;
+
+  protected:
+    HierarchyFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source, const HierarchyTree& tree)
+        : mesh_(mesh), source_(std::move(source)), tree_(tree) {}
+
+    const ControlMesh& mesh_;
+    std::shared_ptr<const LevelSource> source_;
+    HierarchyTree tree_;
 };
 
 }  // namespace tetrakis

@@ -77,36 +77,23 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
 
     void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
-        std::vector<Sqrt3Triangle> triangles;
-        triangles.reserve(leaves.size());
-        for (const LeafId leaf : leaves) triangles.push_back(forest_.triangle(leaf));
-        estimator.estimate_sqrt3(triangles, errors);
+        detail::largest_errors<Sqrt3Triangle>(leaves, estimator, errors,
+                                              [&](LeafId leaf, auto& list) { list.push_back(forest_.triangle(leaf)); });
     }
     // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
     // whole and the half one beyond.
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
         Sqrt3Lattice lattice = forest_.lattice();
-        std::vector<Sqrt3Triangle> triangles;
-        std::vector<std::uint32_t> owner;
-        for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-            const Sqrt3Triangle t = triangle_of(nodes[i]);
-            const auto add = [&](const Sqrt3Triangle& made) {
-                triangles.push_back(made);
-                owner.push_back(i);
-            };
-            if (!t.half) {
-                add(t);
-                continue;
-            }
-            const auto above = static_cast<std::uint8_t>(t.level - 1);
-            add({above, false, Sqrt3Lattice::face(t.face)});
-            if (const std::uint64_t twin = lattice.twin(above, t.face); twin != Sqrt3Lattice::none)
-                add({t.level, true, twin});
-        }
-        std::vector<double> found(triangles.size());
-        estimator.estimate_sqrt3(triangles, found);
-        detail::take_largest(found, owner, errors);
+        detail::largest_errors<Sqrt3Triangle>(
+            nodes, estimator, errors, [&](const HierarchyNode& node, std::vector<Sqrt3Triangle>& list) {
+                const Sqrt3Triangle t = triangle_of(node);
+                if (!t.half) return list.push_back(t);
+                const auto above = static_cast<std::uint8_t>(t.level - 1);
+                list.push_back({above, false, Sqrt3Lattice::face(t.face)});
+                if (const std::uint64_t twin = lattice.twin(above, t.face); twin != Sqrt3Lattice::none)
+                    list.push_back({t.level, true, twin});
+            });
     }
 
     // Leaves are the triangles, in their order.

@@ -1,4 +1,3 @@
-#include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/triangle_forest.hpp"
 #include "hierarchy_families.hpp"
 
@@ -62,27 +61,15 @@ class TriangleFamily final : public detail::ForestFamily<TriangleFamily, Triangl
 
     void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
-        constexpr std::uint32_t k_block = 1024;
-        for_each_block(static_cast<std::uint32_t>(leaves.size()), k_block, [&](std::uint32_t begin, std::uint32_t end) {
-            std::vector<CellTriangle> triangles;
-            std::vector<std::uint32_t> owner;
-            for (std::uint32_t i = begin; i < end; ++i) {
-                const GreenTriangles green = forest_.green_triangles(leaves[i]);
-                for (int t = 0; t < green.count; ++t) {
-                    triangles.push_back(green.cell[static_cast<std::size_t>(t)]);
-                    owner.push_back(i - begin);
-                }
-            }
-            std::vector<double> values(triangles.size());
-            estimator.estimate(triangles, values);
-            detail::take_largest(values, owner, errors.subspan(begin, end - begin));
+        detail::largest_errors<CellTriangle>(leaves, estimator, errors, [&](LeafId leaf, auto& list) {
+            const GreenTriangles green = forest_.green_triangles(leaf);
+            list.insert(list.end(), green.cell.begin(), green.cell.begin() + green.count);
         });
     }
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
-        std::vector<CellTriangle> triangles;
-        for (const HierarchyNode& node : nodes) triangles.push_back(triangle(node));
-        estimator.estimate(triangles, errors);
+        detail::largest_errors<CellTriangle>(
+            nodes, estimator, errors, [&](const HierarchyNode& node, auto& list) { list.push_back(triangle(node)); });
     }
 
     HierarchyFaces faces(bool with_levels) const override {
