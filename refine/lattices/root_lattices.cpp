@@ -1,5 +1,6 @@
 #include "root_lattices.hpp"
 
+#include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/most_frequent.hpp"
 #include "../../hier/base/parallel.hpp"
@@ -185,9 +186,8 @@ std::optional<RootLattices> RootLattices::of_faces(const RuleMesh& mesh, std::ve
     return net;
 }
 
-RootLattices RootLattices::of_template(const RuleMesh& mesh, bool in_cells) {
+RootLattices RootLattices::of_faces(const RuleMesh& mesh) {
     RootLattices net;
-    net.in_cells_ = in_cells;
     net.set_base(mesh);
     net.own_roots_ = net.base_.face_count;
     net.base_face_.resize(net.base_.face_count);
@@ -220,25 +220,14 @@ std::optional<RootLattices> RootLattices::of_corners(const RuleMesh& mesh, std::
 RootLattices::Numbers RootLattices::point_numbers(const RootLayout& at) const {
     const std::uint32_t places = place_count(at);
     if (glued_.empty()) return {places, places, {}};
-    // The first of the places of each point, found from any of them.
-    const std::uint32_t begin = number_at(at, own_roots_, {0, 0});
-    std::vector<std::uint32_t> number(places - begin);
-    std::iota(number.begin(), number.end(), begin);
-    const auto first_of = [&](std::uint32_t place) {
-        while (number[place - begin] != place) place = number[place - begin];
-        return place;
-    };
-    const std::uint32_t last = at.segments() - 1;
+    const std::uint32_t begin = number_at(at, own_roots_, {0, 0}), last = at.segments() - 1;
+    DisjointSets same(places - begin);
     for (const auto& [g, h] : glued_)
-        for (std::uint32_t a = 0; a <= last; ++a) {
-            const std::uint32_t s = first_of(this->number(at, g, a, 0)), t = first_of(this->number(at, h, last - a, 0));
-            number[std::max(s, t) - begin] = std::min(s, t);
-        }
+        for (std::uint32_t a = 0; a <= last; ++a)
+            same.unite(this->number(at, g, a, 0) - begin, this->number(at, h, last - a, 0) - begin);
+    std::vector<std::uint32_t> number(places - begin);
     std::uint32_t count = begin;
-    for (std::uint32_t place = begin; place < places; ++place) {
-        std::uint32_t& of = number[place - begin];
-        of = of == place ? count++ : number[of - begin];
-    }
+    for (std::uint32_t i = 0; i < number.size(); ++i) number[i] = same.find(i) == i ? count++ : number[same.find(i)];
     return {count, begin, std::move(number)};
 }
 

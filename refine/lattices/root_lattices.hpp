@@ -62,8 +62,8 @@ class RootLattices {
     static std::optional<RootLattices> of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
                                                   bool creases);
 
-    /// The faces of a mesh of quads or triangles, as lattices or in cells, with nothing beyond its boundary.
-    static RootLattices of_template(const RuleMesh& mesh, bool in_cells);
+    /// The faces of a mesh of quads or triangles, whatever they lie between.
+    static RootLattices of_faces(const RuleMesh& mesh);
 
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }

@@ -138,7 +138,7 @@ void WholeLevels::find_lattice(int level, const Level* above, Level& next) {
         root_halfedge_ = root_halfedges(roots_, *net_, mesh_.halfedge_count());
         next.corner = next.step.child_halfedge;
     } else {
-        net_ = RootLattices::of_template(mesh, false);
+        net_ = RootLattices::of_faces(mesh);
         next.corner.resize(static_cast<std::size_t>(mesh.halfedge_count()));
         std::iota(next.corner.begin(), next.corner.end(), 0);
     }

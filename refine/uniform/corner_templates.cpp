@@ -35,6 +35,33 @@ RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     return RuleMesh(1 + spokes + (sides == 4 ? roots : 0), std::move(faces));
 }
 
+/// A mesh whose cells make such a corner.
+RuleMesh cage_of(const CornerKind& kind) {
+    RuleMesh::Builder faces;
+    if (!kind.crease_end) {
+        // The middle of a face; or on the boundary, at a sharp vertex where there is one root alone.
+        const int n = kind.closed ? static_cast<int>(kind.roots()) : 4;
+        for (int v = 0; v < n; ++v) faces.corner(v);
+        faces.end_face();
+        std::vector<float> sharpness(static_cast<std::size_t>(n), 0.0f);
+        if (kind.roots() == 1) sharpness[0] = k_sharpness_infinity;
+        return RuleMesh(n, std::move(faces), std::move(sharpness));
+    }
+    // Two rows of quads, with a crease of one edge between them: from one dart to another, or to the boundary.
+    const int columns = kind.closed ? 3 : 2, line = columns + 1;
+    for (int y = 0; y < 2; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const int v = y * line + x;
+            const float sharpness = x == 1 ? k_sharpness_infinity : 0.0f;
+            faces.corner(v, y == 1 ? sharpness : 0.0f);
+            faces.corner(v + 1);
+            faces.corner(v + line + 1, y == 0 ? sharpness : 0.0f);
+            faces.corner(v + line);
+            faces.end_face();
+        }
+    return RuleMesh(3 * line, std::move(faces));
+}
+
 /// Twins of the half-edges of faces in two roots: an edge of each may lie between the same vertices.
 std::vector<int> twins_of_two_roots(const RootLattices::Faces& faces) {
     struct Edge {
@@ -140,15 +167,48 @@ CornerKinds::CornerKinds(const RootLattices& net, const RuleMesh& mesh, std::spa
     }
 }
 
-CornerTemplate::CornerTemplate(const CornerKind& kind, std::uint32_t sides, bool in_cells, std::uint32_t segments)
-    : kind_(kind), segments_(segments), net_(RootLattices::of_template(base_of(kind, sides), in_cells)) {
-    if (in_cells)
-        make_cells();
+CornerTemplate::CornerTemplate(const CornerKind& kind, const RootLattices& like, std::uint32_t segments,
+                               const SchemeInfo& scheme, const RuleOptions& rules)
+    : kind_(kind),
+      segments_(segments),
+      mesh_(like.in_cells() ? cage_of(kind) : base_of(kind, like.side_count())),
+      net_(like.in_cells()
+               ? RootLattices::of_corners(mesh_, std::vector<std::uint32_t>(mesh_.halfedge_count()), kind.crease_end)
+                     .value()
+               : RootLattices::of_faces(mesh_)) {
+    if (like.in_cells())
+        refine_cage(scheme, rules);
     else
         make_lattice();
+    if (const auto numbers = net_.vertices(net_.layout(segments_), mesh_, first_)) number_ = *numbers;
+}
+
+/// The rules' own level: cells begin with one a root.
+void CornerTemplate::refine_cage(const SchemeInfo& scheme, const RuleOptions& rules) {
+    const CornerKinds found(net_, mesh_, {}, CornerKinds::Sees::one_step, false);
+    corner_.resize(kind_.roots());
+    std::uint32_t corner = RootLattices::none;
+    for (std::uint32_t h = 0; h < found.kind.size(); ++h) {
+        const std::uint32_t v = net_.base().origin[h];
+        if (found.kinds[found.kind[h]] != kind_ || (corner != RootLattices::none && corner != v)) continue;
+        corner = v;
+        corner_[found.root[h]] = h;
+    }
+    for (std::uint32_t n = 0; n < segments_; n = n == 0 ? 1 : 2 * n) {
+        RuleStep step = scheme.step(mesh_, rules);
+        first_ = n == 0 ? std::move(step.child_halfedge) : children(step);
+        mesh_ = std::move(step.mesh);
+    }
+}
+
+std::vector<int> CornerTemplate::children(const RuleStep& step) const {
+    std::vector<int> result = first_;
+    for (int& h : result) h = h < 0 ? h : step.child_halfedge[static_cast<std::size_t>(h)];
+    return result;
 }
 
 void CornerTemplate::make_lattice() {
+    for (std::uint32_t i = 0; i < kind_.roots(); ++i) corner_.push_back(net_.side_count() * i);
     const RootLayout at = net_.layout(segments_);
     const RootLattices::Faces faces = net_.faces(segments_, {});
     // Which of the sides that leave the corner a place is on.
@@ -195,163 +255,14 @@ void CornerTemplate::make_lattice() {
     }
 }
 
-/// Faces around the points between cells, each corner with the place of its cell's quarter there.
-void CornerTemplate::make_cells() {
-    const MeshLevel& base = net_.base();
-    const std::uint32_t n = segments_;
-    const RootLayout coarse = net_.layout(n), fine = net_.layout(2 * n);
-    RuleMesh::Builder builder;
-    std::vector<std::uint32_t> corners;
-    // The quarter of cell (a, b) seen from half-edge h that lies up or down along a and b.
-    const auto corner = [&](std::uint32_t h, std::uint32_t a, std::uint32_t b, std::uint32_t up_a, std::uint32_t up_b) {
-        corners.push_back(first_place(net_.number(coarse, h, a, b)));
-        child_place_.push_back(net_.number(fine, h, 2 * a + up_a, 2 * b + up_b));
-    };
-    // A crease that ends inside: the first cells of the first root, and the corner of that between both sides.
-    const auto on_crease = [&](std::uint32_t place) {
-        const bool along = kind_.roots() == 3 && place < n;
-        return kind_.crease_end && (along || place == net_.number_at(coarse, 1, {0, 0}) ||
-                                    (kind_.closed && place == net_.number_at(coarse, 0, {0, 0})));
-    };
-    const auto end_face = [&] {
-        for (std::size_t i = 0; i < corners.size(); ++i) {
-            const bool sharp = on_crease(corners[i]) && on_crease(corners[(i + 1) % corners.size()]);
-            builder.corner(static_cast<int>(corners[i]), sharp ? k_sharpness_infinity : 0.0f);
-        }
-        builder.end_face();
-        corners.clear();
-    };
-    for (std::uint32_t i = 0; i < kind_.roots(); ++i)
-        for (std::uint32_t y = 0; y + 1 < n; ++y)
-            for (std::uint32_t x = 0; x + 1 < n; ++x) {
-                corner(halfedge(i), x, y, 1, 1);
-                corner(halfedge(i), x + 1, y, 0, 1);
-                corner(halfedge(i), x + 1, y + 1, 0, 0);
-                corner(halfedge(i), x, y + 1, 1, 0);
-                end_face();
-            }
-    net_.for_each_inner_edge([&](std::uint32_t h) {
-        const std::uint32_t t = base.twin[h];
-        for (std::uint32_t j = 1; j < n; ++j) {
-            corner(t, n - j, 0, 0, 0);
-            corner(t, n - 1 - j, 0, 1, 0);
-            corner(h, j, 0, 0, 0);
-            corner(h, j - 1, 0, 1, 0);
-            end_face();
-        }
-    });
-    if (kind_.closed && !kind_.crease_end) {
-        for (std::uint32_t i = 0; i < kind_.roots(); ++i) corner(halfedge(i), 0, 0, 0, 0);
-        end_face();
-    }
-    const std::uint32_t count = net_.place_count(coarse);
-    std::vector<float> sharpness;
-    if (!kind_.closed && kind_.roots() == 1) {
-        // The tip of a corner.
-        sharpness.assign(count, 0.0f);
-        sharpness[net_.number(coarse, 0, 0, 0)] = k_sharpness_infinity;
-    }
-    mesh_ = RuleMesh(static_cast<int>(count), std::move(builder), std::move(sharpness));
-}
-
-/// Where a crease ends inside, the points on it belong to its first side.
-std::uint32_t CornerTemplate::first_of(const RootLayout& at, std::uint32_t place) const {
-    if (!kind_.crease_end || kind_.roots() != 3) return place;
-    const std::uint32_t n = at.segments(), second = net_.number_at(at, 2, {0, 0});
-    return place >= second && place % n == 0 ? (place - second) / n : place;
-}
-
-std::uint32_t CornerTemplate::other_place(std::uint32_t place) const {
-    const std::uint32_t first = first_place(place);
-    if (first != place) return first;
-    const bool shared = kind_.crease_end && kind_.roots() == 3 && place < segments_;
-    return shared ? net_.number_at(net_.layout(segments_), 2, {0, place}) : place;
-}
-
 std::optional<CornerTemplate::Step> CornerTemplate::step(const SchemeInfo& scheme, const RuleOptions& rules,
                                                          std::uint32_t factor) const {
     RuleStep step = scheme.step(mesh_, rules);
-    std::optional<std::vector<int>> row;
-    if (kind_.crease_end) {
-        row = rows_of_crease_end(step);
-    } else if (net_.in_cells()) {
-        row = rows_of_cells(step.mesh);
-    } else {
-        std::vector<int> first = first_;
-        for (int& h : first) h = step.child_halfedge[static_cast<std::size_t>(h)];
-        if (std::find(first.begin(), first.end(), RuleMesh::none) != first.end()) return std::nullopt;
-        row = net_.vertices(net_.layout(factor * segments_), step.mesh, first);
-    }
+    const std::vector<int> first = children(step);
+    if (std::find(first.begin(), first.end(), RuleMesh::none) != first.end()) return std::nullopt;
+    std::optional<std::vector<int>> row = net_.vertices(net_.layout(factor * segments_), step.mesh, first);
     if (!row) return std::nullopt;
     return Step{std::move(step.stencils), std::move(*row)};
-}
-
-/// The points of a crease lie one cell further out than the children of the corners beside it.
-std::vector<int> CornerTemplate::rows_of_crease_end(const RuleStep& step) const {
-    const RootLayout fine = net_.layout(2 * segments_);
-    const std::uint32_t n = fine.segments();
-    std::vector<int> row(net_.place_count(fine), -1);
-    for (std::size_t h = 0; h < child_place_.size(); ++h) row[child_place_[h]] = static_cast<int>(h);
-    const auto outwards = [&](int h) {
-        const std::uint32_t child = child_place_[static_cast<std::size_t>(h)], root = child / (n * n);
-        const bool whole = kind_.roots() == 3;
-        return whole && root == 0 ? child - n : whole && root == 2 ? child - 1 : net_.number_at(fine, root, {0, 0});
-    };
-    for (int h = 0; h < mesh_.halfedge_count(); ++h) {
-        if (!mesh_.sharp(h) || mesh_.twin(h) == RuleMesh::none) continue;
-        const int crease = step.child_crease[static_cast<std::size_t>(h)];
-        row[outwards(h)] = step.mesh.origin(crease);
-        row[outwards(mesh_.next(h))] = step.mesh.target(crease);
-    }
-    for (std::uint32_t place = 0; place < row.size(); ++place)
-        if (const std::uint32_t first = first_of(fine, place); first != place) row[place] = row[first];
-    return row;
-}
-
-/// The first points are the children of the corners. What else there is lies along the ends of open roots, whose
-/// cells make one lattice: it is found from them, face by face.
-std::optional<std::vector<int>> CornerTemplate::rows_of_cells(const RuleMesh& finer) const {
-    const RootLayout fine = net_.layout(2 * segments_);
-    std::vector<int> row(net_.place_count(fine), -1);
-    if (finer.vertex_count() < static_cast<int>(child_place_.size())) return std::nullopt;
-    for (std::size_t h = 0; h < child_place_.size(); ++h) row[child_place_[h]] = static_cast<int>(h);
-    if (kind_.closed) return row;
-    if (kind_.roots() > 2) return std::nullopt;
-    struct Place {
-        int x, y;
-        bool known = false;
-    };
-    const auto n = static_cast<int>(2 * segments_), cells = n * n;
-    std::vector<Place> place(static_cast<std::size_t>(finer.vertex_count()));
-    for (std::size_t h = 0; h < child_place_.size(); ++h) {
-        const auto at = static_cast<int>(child_place_[h]), x = at % n, y = at / n % n;
-        place[h] = at < cells ? Place{x, y, true} : Place{-y - 1, x, true};
-    }
-    for (bool again = true; again;) {
-        again = false;
-        for (int h = 0; h < finer.halfedge_count(); ++h) {
-            if (finer.face_size(finer.face(h)) != 4) continue;
-            // On from an edge: two corners more, to its left.
-            const int third = finer.next(finer.next(h));
-            const Place p = place[static_cast<std::size_t>(finer.origin(h))],
-                        q = place[static_cast<std::size_t>(finer.target(h))];
-            if (!p.known || !q.known) continue;
-            const int left_x = p.y - q.y, left_y = q.x - p.x;
-            Place &r = place[static_cast<std::size_t>(finer.origin(third))],
-                  &s = place[static_cast<std::size_t>(finer.target(third))];
-            again = again || !r.known || !s.known;
-            if (!r.known) r = {q.x + left_x, q.y + left_y, true};
-            if (!s.known) s = {p.x + left_x, p.y + left_y, true};
-        }
-    }
-    for (std::size_t v = 0; v < place.size(); ++v) {
-        const Place& p = place[v];
-        const bool second = p.x < 0;
-        const int x = second ? p.y : p.x, y = second ? -p.x - 1 : p.y;
-        if (!p.known || (second && kind_.roots() < 2) || x < 0 || y < 0 || x >= n || y >= n) continue;
-        row[static_cast<std::size_t>((second ? cells : 0) + y * n + x)] = static_cast<int>(v);
-    }
-    return row;
 }
 
 }  // namespace tetrakis::detail

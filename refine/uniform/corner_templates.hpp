@@ -46,29 +46,27 @@ struct CornerKinds {
     bool operator==(const CornerKinds&) const = default;
 };
 
-/// The roots around one corner, by themselves, as a level of a scheme: where its rows can be read off.
+/// The roots around one corner of a small mesh, as a level of a scheme: where its rows can be read off.
 class CornerTemplate {
   public:
-    /// @param sides     of a root: 4 or 3
-    /// @param in_cells  as RootLattices
-    /// @param segments  of a root's sides
-    CornerTemplate(const CornerKind& kind, std::uint32_t sides, bool in_cells, std::uint32_t segments);
+    /// @param like      in lattices or in cells, of as many sides
+    /// @param segments  of a root's sides; in cells a power of two
+    /// @throws std::invalid_argument  as the scheme's step
+    CornerTemplate(const CornerKind& kind, const RootLattices& like, std::uint32_t segments, const SchemeInfo& scheme,
+                   const RuleOptions& rules);
 
     const CornerKind& kind() const { return kind_; }
     const RootLattices& net() const { return net_; }
     /// Half-edge of the net that leaves the corner along root i's first side.
-    std::uint32_t halfedge(std::uint32_t root) const { return net_.side_count() * root; }
+    std::uint32_t halfedge(std::uint32_t root) const { return corner_[root]; }
     std::uint32_t segments() const { return segments_; }
-    /// Its vertices have the numbers of the places.
     const RuleMesh& mesh() const { return mesh_; }
-    /// The place that a point has its number from.
-    std::uint32_t first_place(std::uint32_t place) const { return first_of(net_.layout(segments_), place); }
-    /// The other place of a point that has two, or this one.
-    std::uint32_t other_place(std::uint32_t place) const;
+    /// The vertices of the mesh by place; empty: they are no such lattices.
+    const std::vector<int>& numbers() const { return number_; }
 
     struct Step {
         StencilTable rows;
-        std::vector<int> row;  ///< of each place of the finer level; -1 far from the corner, where none is known
+        std::vector<int> row;  ///< of each place of the finer level
     };
     /// Nothing where the finer level is no lattice.
     /// @throws std::invalid_argument  as the scheme's step
@@ -76,19 +74,16 @@ class CornerTemplate {
 
   private:
     void make_lattice();
-    void make_cells();
-    std::uint32_t first_of(const RootLayout& at, std::uint32_t place) const;
-    std::optional<std::vector<int>> rows_of_cells(const RuleMesh& finer) const;
-    std::vector<int> rows_of_crease_end(const RuleStep& step) const;
+    void refine_cage(const SchemeInfo& scheme, const RuleOptions& rules);
+    std::vector<int> children(const RuleStep& step) const;
 
     CornerKind kind_;
     std::uint32_t segments_;
-    RootLattices net_;
     RuleMesh mesh_;
-    /// Of the net's half-edges the one of the mesh at the same corner, along the same side. In lattices.
-    std::vector<int> first_;
-    /// In cells: the place of the child of each half-edge of the mesh.
-    std::vector<std::uint32_t> child_place_;
+    RootLattices net_;
+    std::vector<std::uint32_t> corner_;
+    std::vector<int> first_;  ///< as RootLattices::vertices() takes them
+    std::vector<int> number_;
 };
 
 }  // namespace tetrakis::detail

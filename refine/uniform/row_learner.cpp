@@ -18,9 +18,10 @@ namespace tetrakis::detail {
 namespace {
 
 /// Segments of the templates' roots, one after the other: as long as masks are too wide for them.
-std::span<const std::uint32_t> template_segments(const SchemeInfo& scheme, const RuleOptions& rules) {
-    static constexpr std::uint32_t k_segments[] = {4, 6, 9, 14, 20};
-    return std::span(k_segments).subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
+std::span<const std::uint32_t> template_segments(bool cells, const SchemeInfo& scheme, const RuleOptions& rules) {
+    static constexpr std::uint32_t k_lattices[] = {4, 6, 9, 14, 20}, k_cells[] = {4, 8, 16, 32};
+    const auto all = cells ? std::span<const std::uint32_t>(k_cells) : std::span<const std::uint32_t>(k_lattices);
+    return all.subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
 }
 
 /// All that a corner's rows depend on.
@@ -68,7 +69,9 @@ bool too_large(const RowSource& source, std::uint32_t segments, std::uint32_t fa
     // A finer level's rows, mesh and places (measured: Catmull-Clark's 50 kB for templates of 5 roots, 12 segments).
     constexpr double k_bytes_per_cell = 100;
     double roots = 0;
-    for (const CornerKind& kind : source.corners.kinds) roots += kind.roots();
+    // Cells come with those beside them.
+    for (const CornerKind& kind : source.corners.kinds)
+        roots += source.net.in_cells() ? 3 * kind.roots() + 12 : kind.roots();
     const double side = static_cast<double>(factor) * segments;
     return source.max_memory_bytes != 0 &&
            roots * side * side * k_bytes_per_cell > static_cast<double>(source.max_memory_bytes);
@@ -76,7 +79,8 @@ bool too_large(const RowSource& source, std::uint32_t segments, std::uint32_t fa
 
 /// Null where a finer level is no lattice.
 KnownCorners::Rows step_rows(const RowSource& source, const CornerKind& kind, std::uint32_t segments) {
-    CornerTemplate corner(kind, source.net.side_count(), source.net.in_cells(), segments);
+    CornerTemplate corner(kind, source.net, segments, source.scheme, source.rules);
+    if (corner.numbers().empty()) return nullptr;
     std::optional<CornerTemplate::Step> step = corner.step(source.scheme, source.rules, factor_of(source.scheme));
     if (!step) return nullptr;
     RuleLimits rows;
@@ -86,18 +90,19 @@ KnownCorners::Rows step_rows(const RowSource& source, const CornerKind& kind, st
 
 KnownCorners::Rows limit_rows(const RowSource& source, const CornerKind& kind, std::uint32_t segments,
                               LimitSearch& search) {
-    CornerTemplate corner(kind, source.net.side_count(), source.net.in_cells(), segments);
+    CornerTemplate corner(kind, source.net, segments, source.scheme, source.rules);
+    if (corner.numbers().empty()) return nullptr;
     const RootLattices& net = corner.net();
     const RootLayout at = net.layout(segments);
     std::vector<int> vertices, row(net.place_count(at), -1);
     const std::uint32_t zone = RowPatterns::zone(1, segments);
-    for (std::uint32_t f = 0; f < net.base().face_count; ++f)
+    for (std::uint32_t i = 0; i < kind.roots(); ++i)
         for (std::uint32_t y = 0; y <= zone; ++y)
             for (std::uint32_t x = 0; x <= (net.side_count() == 4 ? zone : zone - y); ++x) {
-                const std::uint32_t place = net.number_at(at, f, RootLattices::Place{x, y});
+                const std::uint32_t place = net.number(at, corner.halfedge(i), x, y);
                 if (row[place] >= 0) continue;
                 row[place] = static_cast<int>(vertices.size());
-                vertices.push_back(static_cast<int>(corner.first_place(place)));
+                vertices.push_back(corner.numbers()[place]);
             }
     RuleLimits limits = rule_limits(search, corner.mesh(), vertices);
     return std::make_shared<CornerRows>(std::move(corner), std::move(row), std::move(limits));
@@ -113,7 +118,7 @@ bool learn_from_templates(RowSource& source, LimitSearch* limits, const Learn& l
     CornerKind regular;
     regular.sharp.assign(source.net.side_count() == 4 ? 4 : 6, 0.0f);
     const std::vector<CornerKind>& kinds = source.corners.kinds;
-    for (const std::uint32_t n : template_segments(source.scheme, source.rules)) {
+    for (const std::uint32_t n : template_segments(source.net.in_cells(), source.scheme, source.rules)) {
         if (too_large(source, n, limits != nullptr ? 1 : factor_of(source.scheme))) return false;
         std::vector<KnownCorners::Rows> all(kinds.size() + 1);
         const auto take = [&](std::uint32_t i) {
@@ -148,7 +153,7 @@ double learning_cost(const CornerKinds& corners, const RootLattices& net, const 
     constexpr double k_per_point = 3;
     double roots = 0;
     for (const CornerKind& kind : corners.kinds) roots += kind.roots();
-    const double side = factor * static_cast<double>(template_segments(scheme, rules)[0]);
+    const double side = factor * static_cast<double>(template_segments(false, scheme, rules)[0]);
     return k_per_point * roots * side * side / (net.side_count() == 4 ? 1 : 2);
 }
 

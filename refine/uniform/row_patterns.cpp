@@ -27,7 +27,16 @@ void make_canonical(std::vector<Column>& columns) {
         return std::find_if(columns.begin(), columns.end(),
                             [&](const Column& c) { return size(c) > 0 && size(c) >= k_large * largest; });
     };
-    const auto pivot = first_large([](const Column& c) { return std::hypot(c.w1, c.w2); });
+    // Sizes in the metric of all columns, which is the same for every base.
+    double g11 = 0, g12 = 0, g22 = 0;
+    for (const Column& c : columns) {
+        g11 += c.w1 * c.w1;
+        g12 += c.w1 * c.w2;
+        g22 += c.w2 * c.w2;
+    }
+    const auto pivot = first_large([&](const Column& c) {
+        return std::sqrt(std::max(0.0, g22 * c.w1 * c.w1 - 2 * g12 * c.w1 * c.w2 + g11 * c.w2 * c.w2));
+    });
     if (pivot == columns.end()) return;
     const double length = std::hypot(pivot->w1, pivot->w2), c1 = pivot->w1 / length, c2 = pivot->w2 / length;
     for (Column& c : columns) {
@@ -163,31 +172,33 @@ class RowPatterns::TemplateReader {
           grid_(net_, coarse_, regular_, rings),
           last_(net_.last_place(fine_)),
           zone_(zone(patterns.factor_, source.corner.segments())),
-          number_at_(net_.place_count(coarse_)),
-          places_(number_at_.size()) {
-        for (std::uint32_t place = 0; place < number_at_.size(); ++place)
-            number_at_[place] = source_.corner.first_place(place);
+          places_(static_cast<std::size_t>(source.corner.mesh().vertex_count())) {
         const std::uint32_t n = net_.last_place(coarse_);
         for (std::uint32_t f = 0; f < net_.base().face_count; ++f)
             for (std::uint32_t y = 0; y <= n; ++y)
                 for (std::uint32_t x = 0; x <= (net_.side_count() == 4 ? n : n - y); ++x)
-                    places_[net_.number_at(coarse_, f, RootLattices::Place{x, y})].push_back({f, x, y});
+                    places_[number(net_.number_at(coarse_, f, RootLattices::Place{x, y}))].push_back({f, x, y});
     }
 
     std::uint32_t zone_size() const { return zone_; }
     void look_at(std::uint32_t root) {
         root_ = root;
-        numbers_.assign(grid_.size(), none);
-        grid_.fill(root, number_at_.data(), numbers_.data());
+        h_ = source_.corner.halfedge(root);
+        side_ = grid_.side(h_ % net_.side_count());
+        numbers_.assign(grid_.size(), -1);
+        grid_.fill(net_.base().face_of(h_), source_.corner.numbers().data(), numbers_.data());
     }
 
-    /// The rows of place (x, y), seen from there in the root's directions.
+    /// The rows of place (x, y), seen from there in the directions of the root's sides at the corner.
     bool rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<Step>> out) const {
         const auto dx = static_cast<std::ptrdiff_t>(x / p_.factor_), dy = static_cast<std::ptrdiff_t>(y / p_.factor_);
         const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
-            const auto at = std::find(numbers_.begin(), numbers_.end(), number);
+            const auto at = std::find(numbers_.begin(), numbers_.end(), static_cast<int>(number));
             if (at == numbers_.end()) return std::nullopt;
-            const GhostGrid::Place place = grid_.place(at - numbers_.begin());
+            const GhostGrid::Place p = grid_.place(at - numbers_.begin());
+            const std::uint32_t sides = net_.side_count(), s = h_ % sides;
+            const auto place = turned_place<GhostGrid::Place>(sides == 4, std::int64_t{net_.last_place(coarse_)},
+                                                              s == 0 ? 0 : sides - s, p.x, p.y);
             return step(place.x - dx, place.y - dy);
         };
         return p_.rows_of<Step>(source_, row(x, y), seen, out);
@@ -197,18 +208,18 @@ class RowPatterns::TemplateReader {
         const std::size_t count = p_.rows_inside();
         found_.resize(count);
         expected_.resize(count);
-        const auto number = [](std::uint32_t of) { return std::optional(of); };
-        if (!p_.rows_of<std::uint32_t>(source_, row(x, y), number, found_)) return false;
+        const auto place = [&](std::uint32_t of) { return std::optional(first_place(of)); };
+        if (!p_.rows_of<std::uint32_t>(source_, row(x, y), place, found_)) return false;
         const std::size_t kind = (y % p_.factor_ * p_.factor_ + x % p_.factor_) * count;
         const std::ptrdiff_t here =
-            grid_.index({static_cast<std::ptrdiff_t>(x / p_.factor_), static_cast<std::ptrdiff_t>(y / p_.factor_)});
+            side_.index(static_cast<std::ptrdiff_t>(x / p_.factor_), static_cast<std::ptrdiff_t>(y / p_.factor_));
         for (std::size_t i = 0; i < count; ++i) {
             expected_[i].clear();
             for (const auto& term : p_.regular_[kind + i]) {
-                const std::uint32_t of =
-                    numbers_[static_cast<std::size_t>(here + term.at.b * grid_.stride() + term.at.a)];
-                if (of == none) return false;
-                expected_[i].push_back({of, term.weight});
+                const int of =
+                    numbers_[static_cast<std::size_t>(here + term.at.a * side_.along + term.at.b * side_.away)];
+                if (of < 0) return false;
+                expected_[i].push_back({first_place(static_cast<std::uint32_t>(of)), term.weight});
             }
             sort_terms(expected_[i]);
         }
@@ -226,24 +237,22 @@ class RowPatterns::TemplateReader {
         std::uint32_t h, a, b;
     };
     OnSide on_side(bool last, std::uint32_t x, std::uint32_t y) const {
-        const std::uint32_t h = source_.corner.halfedge(root_);
-        if (!last) return {h, x, y};
-        return {net_.base().prev(h), net_.side_count() == 4 ? last_ - y : last_ - x - y, x};
+        if (!last) return {h_, x, y};
+        return {net_.base().prev(h_), net_.side_count() == 4 ? last_ - y : last_ - x - y, x};
     }
     /// The rows of place (a, b) of a side, seen from there along and away from it.
     bool side_rows(const OnSide& at, std::span<RowOf<Step>> out) const {
         const bool cells = net_.in_cells();
         const auto n = static_cast<int>(net_.last_place(coarse_)), along = static_cast<int>(at.a / p_.factor_);
         const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
-            for (const std::uint32_t place : {number, source_.corner.other_place(number)})
-                for (const std::uint32_t g : {at.h, net_.base().twin[at.h]})
-                    for (const RootPlace& p : places_[place]) {
-                        if (g == none || p.root != net_.base().face_of(g)) continue;
-                        const auto s = net_.seen_from(net_.last_place(coarse_), g % net_.side_count(), {p.x, p.y});
-                        const int a = static_cast<int>(s.x), b = static_cast<int>(s.y);
-                        if (!cells && b == n) return std::nullopt;
-                        return g == at.h ? step(a - along, b) : step(n - a - along, cells ? -b - 1 : -b);
-                    }
+            for (const std::uint32_t g : {at.h, net_.base().twin[at.h]})
+                for (const RootPlace& p : places_[number]) {
+                    if (g == none || p.root != net_.base().face_of(g)) continue;
+                    const auto s = net_.seen_from(net_.last_place(coarse_), g % net_.side_count(), {p.x, p.y});
+                    const int a = static_cast<int>(s.x), b = static_cast<int>(s.y);
+                    if (!cells && b == n) return std::nullopt;
+                    return g == at.h ? step(a - along, b) : step(n - a - along, cells ? -b - 1 : -b);
+                }
             return std::nullopt;
         };
         // Where a crease ends there are both its sides, of which a place is on one.
@@ -269,24 +278,31 @@ class RowPatterns::TemplateReader {
     static Step step(std::ptrdiff_t a, std::ptrdiff_t b) {
         return {static_cast<std::int16_t>(a), static_cast<std::int16_t>(b)};
     }
+    std::size_t number(std::uint32_t place) const { return static_cast<std::size_t>(source_.corner.numbers()[place]); }
+    std::uint32_t first_place(std::uint32_t vertex) const {
+        const RootPlace& p = places_[vertex].front();
+        return net_.number_at(coarse_, p.root, RootLattices::Place{p.x, p.y});
+    }
     /// Counter-clockwise around the corner, which all roots begin at, from the one looked at, in the nearest root that
     /// has the point; else the nearest the other way round.
     std::optional<RootLattices::Seen> from_corner(std::uint32_t number) const {
-        const std::uint32_t n = net_.last_place(coarse_), roots = net_.base().face_count;
-        const bool closed = source_.corner.kind().closed;
+        const CornerKind& kind = source_.corner.kind();
+        const std::uint32_t n = net_.last_place(coarse_), roots = kind.roots();
         std::optional<RootLattices::Seen> best;
-        for (const auto& [g, x, y] : places_[number]) {
+        for (const RootPlace& place : places_[number]) {
+            std::uint32_t g = 0;
+            while (g < roots && net_.base().face_of(source_.corner.halfedge(g)) != place.root) ++g;
+            if (g == roots) continue;
+            const auto [x, y] = net_.seen_from(n, source_.corner.halfedge(g) % net_.side_count(), {place.x, place.y});
             // What lies on the far sides belongs to other corners as well.
             if (!net_.in_cells() && (net_.side_count() == 4 ? std::max(x, y) : x + y) == n) continue;
-            const int turn = closed ? static_cast<int>((g + roots - root_) % roots) : static_cast<int>(g - root_);
+            const int turn = kind.closed ? static_cast<int>((g + roots - root_) % roots) : static_cast<int>(g - root_);
             if (best && (best->turn >= 0 ? turn < 0 || turn > best->turn : turn < best->turn)) continue;
             best = {static_cast<std::int16_t>(turn), static_cast<std::int16_t>(x), static_cast<std::int16_t>(y)};
         }
         return best;
     }
-    int row(std::uint32_t x, std::uint32_t y) const {
-        return source_.row[net_.number_at(fine_, root_, RootLattices::Place{x, y})];
-    }
+    int row(std::uint32_t x, std::uint32_t y) const { return source_.row[net_.number(fine_, h_, x, y)]; }
 
     const RowPatterns& p_;
     const CornerRows& source_;
@@ -294,10 +310,10 @@ class RowPatterns::TemplateReader {
     RootLayout coarse_, fine_;
     std::vector<char> regular_;
     GhostGrid grid_;
-    std::uint32_t last_, zone_, root_ = 0;
-    std::vector<std::uint32_t> number_at_;        ///< of the point at each place
-    std::vector<std::vector<RootPlace>> places_;  ///< in the roots, sides included, of each place's number
-    std::vector<std::uint32_t> numbers_;          ///< of those at the grid's places
+    std::uint32_t last_, zone_, root_ = 0, h_ = 0;
+    GhostGrid::Side side_{};
+    std::vector<std::vector<RootPlace>> places_;  ///< in the roots, sides included, of each vertex
+    std::vector<int> numbers_;                    ///< the vertices at the grid's places
     std::vector<RowOf<std::uint32_t>> found_, expected_;
 };
 

@@ -19,7 +19,7 @@ namespace tetrakis::detail {
 /// What the rules say of one kind of corner.
 struct CornerRows {
     CornerTemplate corner;
-    std::vector<int> row;  ///< at the results' places; -1 where none is known
+    std::vector<int> row;  ///< at the results' places; -1: none
     RuleLimits rows;       ///< of limits; of a step: its rows are the positions
 };
 
