@@ -33,27 +33,25 @@ RuleMesh all_sharp(const RuleMesh& mesh) {
     return RuleMesh(mesh.vertex_count(), std::move(faces), std::vector<float>(mesh.vertex_count(), k_sharp));
 }
 
-/// One step of a scheme that cuts faces, for both: the faces at a corner are followed from the child of its half-edge,
-/// a quad, or three triangles of the nine: the one at the corner, the one beside it inside, and the one on the edge.
-/// False where a chart ends before the surface does.
+/// One step of sqrt3 for both: three triangles of the nine are followed from the child of each corner's half-edge: the
+/// one at the corner, the one beside it inside, and the one on the edge. False where a chart ends before the surface
+/// does.
 /// @param partner  per half-edge of the surface, that of the charts
-bool refine_both(RuleMesh& surface, RuleMesh& charts, std::vector<Vec2d>& uvs, std::vector<int>& partner,
-                 const SchemeInfo& scheme, const RuleOptions& rules) {
+bool refine_triangles(RuleMesh& surface, RuleMesh& charts, std::vector<Vec2d>& uvs, std::vector<int>& partner,
+                      const SchemeInfo& scheme, const RuleOptions& rules) {
     RuleStep step = scheme.step(surface, rules), chart_step = scheme.step(charts, rules);
     uvs = next_uvs(chart_step.stencils, uvs);
-    const bool triangles = scheme.refinement == Refinement::sqrt3;
     std::vector<int> finer(static_cast<std::size_t>(step.mesh.halfedge_count()), RuleMesh::none);
     for (std::size_t h = 0; h < partner.size(); ++h) {
         int fine = step.child_halfedge[h], p = chart_step.child_halfedge[partner[h]];
         if (fine == RuleMesh::none) continue;
         if (p == RuleMesh::none) return false;
-        for (int face = 0; face < (triangles ? 3 : 1); ++face) {
+        for (int face = 0; face < 3; ++face) {
             if (face > 0) {
                 fine = step.mesh.twin(step.mesh.next(fine));
                 p = chart_step.mesh.twin(chart_step.mesh.next(p));
             }
-            for (int i = 0; i < (triangles ? 3 : 4); ++i, fine = step.mesh.next(fine), p = chart_step.mesh.next(p))
-                finer[fine] = p;
+            for (int i = 0; i < 3; ++i, fine = step.mesh.next(fine), p = chart_step.mesh.next(p)) finer[fine] = p;
         }
     }
     partner = std::move(finer);
@@ -192,7 +190,7 @@ FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, 
     std::iota(partner.begin(), partner.end(), 0);
     for (int level = 0; level < levels; ++level) {
         if (linear) chart = all_sharp(chart);
-        if (!refine_both(surface, chart, out.uvs, partner, scheme, with_runner)) return {};
+        if (!refine_triangles(surface, chart, out.uvs, partner, scheme, with_runner)) return {};
     }
     for (const int p : partner) out.face_uvs.push_back(static_cast<std::uint32_t>(chart.origin(p)));
     return out;
@@ -213,13 +211,6 @@ FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& schem
     std::vector<int> partner(static_cast<std::size_t>(surface.halfedge_count()));
     std::iota(partner.begin(), partner.end(), 0);
     try {
-        if (extends_charts(scheme, rules)) {
-            for (int level = 0; level < levels; ++level)
-                if (!refine_both(surface, charts.mesh, charts.uvs, partner, scheme, with_runner)) return {};
-            FollowedUvs out{std::move(charts.uvs), {}, {}};
-            for (const int p : partner) out.face_uvs.push_back(static_cast<std::uint32_t>(charts.mesh.origin(p)));
-            return out;
-        }
         SideBySide both(std::move(surface), std::move(charts), std::move(partner), scheme, with_runner);
         for (int level = 0; level < levels; ++level) both.refine();
         return both.result();
