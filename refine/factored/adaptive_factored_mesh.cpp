@@ -1,5 +1,6 @@
 #include "adaptive_factored_mesh.hpp"
 
+#include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,8 +19,6 @@
 namespace tetrakis {
 
 namespace {
-
-constexpr std::uint32_t none = 0xFFFF'FFFFu;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::unsupported, what); }
 
@@ -53,30 +51,20 @@ double distance_to_triangle(const Vec3d& p, const std::array<Vec3d, 3>& t) {
 /// The cells of a dual scheme's level 1 (VertexRoots) as the faces of a mesh: root r is face r. Positions are zero.
 /// Cells at the boundary reach beyond the surface: the vertices there are no points of the 4-8 mesh.
 ControlMesh cell_mesh(const VertexRoots& roots) {
-    // Corners that linked sides share, by union and find.
-    std::vector<std::uint32_t> same(4 * std::size_t{roots.count()});
-    std::iota(same.begin(), same.end(), 0u);
-    const auto find = [&](std::uint32_t c) {
-        while (same[c] != c) c = same[c] = same[same[c]];
-        return c;
-    };
+    const std::uint32_t count = 4 * roots.count();
+    detail::DisjointSets corners(count);  // those that linked sides share
     const auto next = [](std::uint32_t c) { return c / 4 * 4 + (c + 1) % 4; };
-    for (std::uint32_t side = 0; side < same.size(); ++side) {
-        const std::uint32_t other = roots.link[side];
-        if (other == VertexRoots::outside) continue;
-        same[find(side)] = find(next(other));
-        same[find(next(side))] = find(other);
-    }
-    ControlMeshData data;
-    std::vector<std::uint32_t> number(same.size(), none);
-    data.face_offsets.push_back(0);
-    for (std::uint32_t c = 0; c < same.size(); ++c) {
-        std::uint32_t& v = number[find(c)];
-        if (v == none) {
-            v = static_cast<std::uint32_t>(data.positions.size());
-            data.positions.emplace_back(0);
+    for (std::uint32_t side = 0; side < count; ++side)
+        if (const std::uint32_t other = roots.link[side]; other != VertexRoots::outside) {
+            corners.unite(side, next(other));
+            corners.unite(next(side), other);
         }
-        data.face_vertices.push_back(v);
+    ControlMeshData data;
+    data.face_offsets.push_back(0);
+    for (std::uint32_t c = 0; c < count; ++c) {
+        if (corners.find(c) == c) data.positions.emplace_back(0);
+        data.face_vertices.push_back(corners.find(c) == c ? static_cast<std::uint32_t>(data.positions.size() - 1)
+                                                          : data.face_vertices[corners.find(c)]);
         if (c % 4 == 3) data.face_offsets.push_back(c + 1);
     }
     return ControlMesh::build(std::move(data));

@@ -30,8 +30,7 @@ class FactoredAveraging final : public FactoredFaces {
 
     int half_steps_per_level() const override { return 2 + rules_.averaging_steps; }
 
-    void half_step() override {
-        check_room(halfedges(), done_, k_next);
+    void make_half_step() override {
         if (rules_.averaging_steps == 0 && done_ == 2) take_split();
         if (done_ == 0)
             rest_centres();
@@ -61,12 +60,11 @@ class FactoredAveraging final : public FactoredFaces {
     PolygonMesh active_mesh() const override { return own_; }
 
   private:
-    // Four quads with four half-edges for each half-edge, those of copies included.
-    static constexpr std::uint64_t k_most_growth = 64;
-
-    void check_room(std::uint64_t halfedges, int done, std::string_view which) const override {
-        check_halfedge_memory(halfedges, done >= 2, which);
-        if (done == 2) check_halfedge_count(halfedges, rules_.averaging_steps == 0 ? k_growth : k_most_growth, which);
+    Room room(int done) const override {
+        // Four quads with four half-edges for each half-edge, those of copies included.
+        constexpr std::uint64_t k_most_growth = 64;
+        const std::uint64_t growth = rules_.averaging_steps == 0 ? k_growth : k_most_growth;
+        return {done == 2 ? growth : 1, done >= 2 ? k_per_finer : k_per_halfedge};
     }
 
     /// What the averagings of a level share.

@@ -30,8 +30,8 @@ class FactoredDual final : public FactoredFaces {
         put_centres();
     }
 
-    void half_step() override {
-        check_room(halfedges(), done_, k_next);
+  private:
+    void make_half_step() override {
         if (done_ == 0)
             insert_midpoints();
         else
@@ -40,12 +40,9 @@ class FactoredDual final : public FactoredFaces {
         set_states();
     }
 
-  private:
-    static constexpr std::uint64_t k_growth_at_creases = 6;
-
-    void check_room(std::uint64_t halfedges, int done, std::string_view which) const override {
-        check_halfedge_memory(halfedges, done == 1, which);
-        if (done == 1) check_halfedge_count(halfedges, k_growth_at_creases, which);
+    Room room(int done) const override {
+        constexpr std::uint64_t k_growth_at_creases = 6;
+        return done == 1 ? Room{k_growth_at_creases, k_per_finer} : Room{1, k_per_halfedge};
     }
 
     // Second half-step.

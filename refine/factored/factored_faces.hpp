@@ -13,7 +13,10 @@ class FactoredFaces {
   public:
     virtual ~FactoredFaces() = default;
 
-    virtual void half_step() = 0;
+    void half_step() {
+        check_room(halfedges(), done_, k_next);
+        make_half_step();
+    }
     virtual int half_steps_per_level() const { return 2; }
     /// What half_step() would throw for want of room in one of the next `count`, as far as counts tell.
     virtual void check_half_steps(int count) const;
@@ -27,12 +30,13 @@ class FactoredFaces {
 
   protected:
     static constexpr std::string_view k_next = "the next half-step";
-    /// Whether there is room for a half-step, named `which`, with a mesh() of it: the one after `done` ones of a level,
-    /// which began with so many half-edges.
-    /// @throws Error  unsupported, memory_limit
-    virtual void check_room(std::uint64_t halfedges, int done, std::string_view which) const = 0;
-    /// @throws Error  memory_limit
-    void check_memory(std::uint64_t bytes, std::string_view which) const;
+    virtual void make_half_step() = 0;
+    struct Room {
+        std::uint64_t growth;  ///< half-edges that it makes of one, at most
+        std::uint64_t bytes;   ///< for each half-edge that the level began with, with a mesh() of it
+    };
+    /// What the half-step after `done` ones of a level takes.
+    virtual Room room(int done) const = 0;
     /// Without centres.
     explicit FactoredFaces(const ControlMesh& control);
     /// Into all faces, where they rest.
@@ -43,11 +47,8 @@ class FactoredFaces {
     std::uint64_t halfedges() const { return static_cast<std::uint64_t>(mesh_.halfedge_count()); }
     /// A step makes four half-edges of one, and more at creases and boundaries.
     static constexpr std::uint64_t k_growth = 4;
-    /// @param halfedges  of the mesh that the half-step starts from
-    /// @param finer      it makes the next mesh
-    /// @throws Error  memory_limit
-    void check_halfedge_memory(std::uint64_t halfedges, bool finer, std::string_view which) const;
-    /// @param growth  half-edges that the half-step makes of one, at most
+    /// Bytes for each with its point, triangle and stencil row; for those of the next mesh.
+    static constexpr std::uint64_t k_per_halfedge = 240, k_per_finer = k_growth * k_per_halfedge;
     /// @throws Error  unsupported
     static void check_halfedge_count(std::uint64_t halfedges, std::uint64_t growth, std::string_view which);
 
@@ -78,6 +79,9 @@ class FactoredFaces {
     bool whole_ = true;  ///< the mesh's edges are edges of the 4-8 mesh: not after a dual step
 
   private:
+    /// @throws Error  unsupported, memory_limit
+    void check_room(std::uint64_t halfedges, int done, std::string_view which) const;
+
     std::uint64_t max_memory_bytes_ = 0;
 };
 

@@ -36,9 +36,11 @@ std::vector<std::uint32_t> FactoredFaces::places() const {
     return result;
 }
 
-void FactoredFaces::check_memory(std::uint64_t bytes, std::string_view which) const {
-    detail::check_memory(std::string(which) + " needs", bytes, max_memory_bytes_,
-                         "ask for fewer half-steps or allow more");
+void FactoredFaces::check_room(std::uint64_t halfedges, int done, std::string_view which) const {
+    const Room needed = room(done);
+    check_halfedge_count(halfedges, needed.growth, which);
+    check_memory(std::string(which) + " needs", needed.bytes * halfedges, max_memory_bytes_,
+                 "ask for fewer half-steps or allow more");
 }
 
 void FactoredFaces::check_half_steps(int count) const {
@@ -50,7 +52,6 @@ void FactoredFaces::check_half_steps(int count) const {
             at *= k_growth;
             done = 0;
         }
-        check_halfedge_count(at, 1, which);
         check_room(at, done, which);
     }
 }
@@ -61,12 +62,6 @@ void FactoredFaces::check_halfedge_count(std::uint64_t halfedges, std::uint64_t 
     throw Error(ErrorCode::unsupported,
                 "so many half-steps have more elements than 31 bits can count: " + std::string(which) +
                     " needs up to " + std::to_string(halfedges * growth) + " face corners; ask for fewer half-steps");
-}
-
-void FactoredFaces::check_halfedge_memory(std::uint64_t halfedges, bool finer, std::string_view which) const {
-    // Each with its point, triangle and stencil row.
-    constexpr std::uint64_t k_per_halfedge = 240;
-    check_memory(k_per_halfedge * halfedges * (finer ? k_growth : 1), which);
 }
 
 std::vector<std::array<std::uint32_t, 3>> FactoredFaces::triangles() const {

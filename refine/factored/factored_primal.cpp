@@ -31,8 +31,7 @@ class FactoredPrimal final : public FactoredFaces {
         }
     }
 
-    void half_step() override {
-        check_room(halfedges(), done_, k_next);
+    void make_half_step() override {
         if (!centred())
             insert_centres();
         else
@@ -67,11 +66,10 @@ class FactoredPrimal final : public FactoredFaces {
     }
 
   private:
-    void check_room(std::uint64_t halfedges, int done, std::string_view which) const override {
-        check_halfedge_count(halfedges, k_growth, which);
+    Room room(int done) const override {
         // Points now, before and as output; connectivity of the level and of the next one; triangles as output.
         constexpr std::uint64_t k_first = 96, k_second = 264;
-        check_memory(halfedges * (done == 0 ? k_first : k_second), which);
+        return {k_growth, done == 0 ? k_first : k_second};
     }
     /// Between the two half-steps.
     bool centred() const { return done_ == 1; }
