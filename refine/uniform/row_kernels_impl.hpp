@@ -32,19 +32,6 @@ TETRAKIS_INLINE void store(double* p, const Lane& v, bool last) {
         store(p, v);
 }
 
-template <std::uint32_t Points>
-TETRAKIS_INLINE void write_sums(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t stride,
-                                double* to) {
-    double sum[3 * Points] = {};
-    for (std::size_t t = 0; t < term_count; ++t) {
-        const double* const p = at + terms[t].offset;
-        const double weight = terms[t].weight;
-        for (std::uint32_t k = 0; k < 3 * Points; ++k) sum[k] += weight * p[k];
-    }
-    for (std::uint32_t i = 0; i < Points; ++i)
-        for (std::uint32_t k = 0; k < 3; ++k) to[std::size_t{3} * i * stride + k] = sum[3 * i + k];
-}
-
 /// Calls write.operator()<count>(first point) for blocks of points; the last ones of a block that is not whole are
 /// written again.
 template <class Write>
@@ -58,18 +45,20 @@ TETRAKIS_INLINE void for_each_block_of_points(std::uint32_t count, const Write& 
         write.template operator()<k_block>(i + k_block <= count ? i : count - k_block);
 }
 
-void any_row(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count, std::uint32_t stride,
-             double* to) {
-    for_each_block_of_points(
-        count, [&]<std::uint32_t Points>(std::uint32_t i) __attribute__((always_inline)) {
-            write_sums<Points>(at + std::size_t{3} * i, terms, term_count, stride, to + std::size_t{3} * i * stride);
-        });
-}
-
 template <std::uint32_t Points>
 TETRAKIS_INLINE void add_sums(const double* at, const GridTerm* terms, std::size_t term_count, Lane (&sums)[Points]) {
     for (std::size_t t = 0; t < term_count; ++t)
         for (std::uint32_t i = 0; i < Points; ++i) sums[i] += terms[t].weight * load(at + terms[t].offset + 3 * i);
+}
+
+void any_row(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count, std::uint32_t stride,
+             double* to) {
+    for_each_block_of_points(
+        count, [&]<std::uint32_t Points>(std::uint32_t begin) __attribute__((always_inline)) {
+            Lane sums[Points] = {};
+            add_sums(at + std::size_t{3} * begin, terms, term_count, sums);
+            for (std::uint32_t i = 0; i < Points; ++i) store_last(to + std::size_t{3} * (begin + i) * stride, sums[i]);
+        });
 }
 
 void unit_normals(const double* at, const GridTerm* first, std::size_t first_count, const GridTerm* second,
