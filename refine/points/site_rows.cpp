@@ -50,11 +50,9 @@ class LevelVertices {
     std::uint32_t insert(const RootPlace& key) {
         if (2 * (std::size_t{count_} + 1) > slots_.size()) grow();
         Slot& slot = find_slot(key);
-        if (slot.number == k_empty) {
-            // What may throw comes first: a slot that is not listed would never be emptied.
+        if (slot.stamp != stamp_) {
             keys.push_back(key);
-            slot_of_.push_back(static_cast<std::uint32_t>(&slot - slots_.data()));
-            slot = {key, count_++};
+            slot = {key, count_++, stamp_};
         }
         return slot.number;
     }
@@ -65,8 +63,7 @@ class LevelVertices {
             *this = LevelVertices();
             return;
         }
-        for (const std::uint32_t s : slot_of_) slots_[s] = Slot{};
-        slot_of_.clear();
+        ++stamp_;
         keys.clear();
         count_ = 0;
         stencil_begin.clear();
@@ -76,10 +73,10 @@ class LevelVertices {
     }
 
   private:
-    static constexpr std::uint32_t k_empty = 0xFFFF'FFFFu;
     struct Slot {
         RootPlace key{};
-        std::uint32_t number = k_empty;
+        std::uint32_t number = 0;
+        std::uint64_t stamp = 0;  ///< others than the table's: it is empty
     };
 
     static std::uint64_t hash(const RootPlace& key) {
@@ -91,20 +88,16 @@ class LevelVertices {
     Slot& find_slot(const RootPlace& key) {
         const std::size_t mask = slots_.size() - 1;
         for (std::size_t i = hash(key) & mask;; i = (i + 1) & mask)
-            if (slots_[i].number == k_empty || slots_[i].key == key) return slots_[i];
+            if (slots_[i].stamp != stamp_ || slots_[i].key == key) return slots_[i];
     }
     void grow() {
         slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), Slot{});
-        for (std::uint32_t i = 0; i < keys.size(); ++i) {
-            Slot& slot = find_slot(keys[i]);
-            slot = {keys[i], i};
-            slot_of_[i] = static_cast<std::uint32_t>(&slot - slots_.data());
-        }
+        for (std::uint32_t i = 0; i < keys.size(); ++i) find_slot(keys[i]) = {keys[i], i, stamp_};
     }
 
     std::vector<Slot> slots_;
-    std::vector<std::uint32_t> slot_of_;  // per key
-    std::uint32_t count_ = 0;             // of the keys
+    std::uint64_t stamp_ = 1;
+    std::uint32_t count_ = 0;  // of the keys
 };
 
 }  // namespace
