@@ -1,6 +1,6 @@
 #include "../../hier/base/parallel.hpp"
+#include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../../refine/adaptive/dual_charts.hpp"
-#include "../../refine/adaptive/triangle_memory.hpp"
 #include "../../refine/points/row_points.hpp"
 #include "../../refine/points/vertex_links.hpp"
 #include "../bounds/dual_bound.hpp"

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "../../hier/base/error.hpp"
 #include "../../hier/base/ids.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../families/error_estimator.hpp"
-#include "triangle_memory.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 
@@ -18,6 +18,25 @@
 #include <vector>
 
 namespace tetrakis {
+
+namespace detail {
+
+/// @param triangles  of the mesh that is being made, at least
+/// @param bytes      what these take
+/// @param limit      0: none
+/// @throws Error     memory_limit: they take more than the limit
+inline void check_triangle_memory(std::uint64_t triangles, std::uint64_t bytes, std::uint64_t limit) {
+    check_memory("more than " + std::to_string(triangles) + " triangles are wanted, which need", bytes, limit,
+                 "use a larger tolerance, or allow more");
+}
+
+/// @throws Error  unsupported: the levels that all leaves are to get take more triangles than this
+[[noreturn]] inline void refuse_least_level(std::uint64_t triangles) {
+    throw Error(ErrorCode::unsupported, "the minimum level takes more than the " + std::to_string(triangles) +
+                                            " triangles allowed; allow more, or lower the minimum level");
+}
+
+}  // namespace detail
 
 struct AdaptiveOptions {
     double tolerance = 0;  ///< leaves with a larger error are split

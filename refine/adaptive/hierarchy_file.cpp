@@ -53,17 +53,16 @@ std::string names(const HierarchyFileHeader& header) {
 
 /// Calls is_split(node) for the nodes of all trees in preorder, and goes on below those of which that is true.
 template <class IsSplit>
-void for_each_node(const HierarchyTree& tree, const std::function<bool(const HierarchyNode&)>& has_node,
+void for_each_node(const HierarchyTree& tree, const std::function<bool(std::uint32_t)>& has_root,
                    const IsSplit& is_split) {
     std::vector<HierarchyNode> open;
     for (std::uint32_t r = 0; r < tree.root_bound; ++r) {
-        if (has_node({r, 0, 0})) open.push_back({r, 0, 0});
+        if (has_root(r)) open.push_back({r, 0, 0});
         while (!open.empty()) {
             const HierarchyNode node = open.back();
             open.pop_back();
             if (!is_split(node)) continue;
-            for (int k = tree.children_of(node); k-- > 0;)
-                if (const HierarchyNode child = tree.child(node, k); has_node(child)) open.push_back(child);
+            for (int k = tree.children_of(node); k-- > 0;) open.push_back(tree.child(node, k));
         }
     }
 }
@@ -100,7 +99,7 @@ std::uint64_t mesh_fingerprint(const ControlMesh& mesh) {
 }
 
 std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const HierarchyTree& tree,
-                                        const std::function<bool(const HierarchyNode&)>& has_node,
+                                        const std::function<bool(std::uint32_t)>& has_root,
                                         std::span<const HierarchyNode> nodes) {
     std::vector<std::byte> bits;
     std::uint64_t bit_count = 0;
@@ -110,7 +109,7 @@ std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const
         ++bit_count;
     };
     std::size_t next = 0;
-    for_each_node(tree, has_node, [&](const HierarchyNode& node) {
+    for_each_node(tree, has_root, [&](const HierarchyNode& node) {
         const bool is_leaf = nodes[next] == node;
         put(!is_leaf);
         if (is_leaf) ++next;
@@ -132,7 +131,7 @@ std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const
 
 std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, const HierarchyFileHeader& header,
                                             const HierarchyTree& tree,
-                                            const std::function<bool(const HierarchyNode&)>& has_node) {
+                                            const std::function<bool(std::uint32_t)>& has_root) {
     if (bytes.size() < k_fixed + k_checksum)
         refuse("its " + std::to_string(bytes.size()) + " bytes are too few for one; the file is cut off or another");
     if (std::memcmp(bytes.data(), k_magic.data(), k_magic.size()) != 0) refuse("it does not begin as one");
@@ -170,7 +169,7 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
     std::vector<HierarchyNode> nodes;
     nodes.reserve(leaf_count);
     std::uint64_t at = 0;
-    for_each_node(tree, has_node, [&](const HierarchyNode& node) {
+    for_each_node(tree, has_root, [&](const HierarchyNode& node) {
         if (at == 8 * bit_bytes) refuse("its trees end too early");
         const bool is_split = (static_cast<unsigned>(bits[at / 8]) >> at % 8 & 1u) != 0;
         ++at;
@@ -227,8 +226,7 @@ std::vector<std::byte> Hierarchy::saved() const {
     nodes.reserve(leaf_count());
     for (LeafId leaf : family_->ordered_leaves()) nodes.push_back(family_->node(leaf));
     return detail::encode_hierarchy(
-        header(*family_, *scheme_, rules_), tree(), [&](const HierarchyNode& node) { return family_->has_node(node); },
-        nodes);
+        header(*family_, *scheme_, rules_), tree(), [&](std::uint32_t root) { return family_->has_root(root); }, nodes);
 }
 
 void Hierarchy::save(const std::filesystem::path& path) const {
@@ -238,9 +236,8 @@ void Hierarchy::save(const std::filesystem::path& path) const {
 }
 
 void Hierarchy::load(std::span<const std::byte> bytes) {
-    replace_leaves(
-        rebuilt(detail::decode_hierarchy(bytes, header(*family_, *scheme_, rules_), tree(),
-                                         [&](const HierarchyNode& node) { return family_->has_node(node); })));
+    replace_leaves(rebuilt(detail::decode_hierarchy(bytes, header(*family_, *scheme_, rules_), tree(),
+                                                    [&](std::uint32_t root) { return family_->has_root(root); })));
 }
 
 std::unique_ptr<HierarchyFamily> Hierarchy::rebuilt(std::span<const HierarchyNode> nodes) const {

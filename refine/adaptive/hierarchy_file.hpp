@@ -25,14 +25,14 @@ std::uint64_t mesh_fingerprint(const ControlMesh& mesh);
 /// version, bytes of names, bytes of bits (4, 4, 8); fingerprint, leaves (8, 8); scheme, family and choices of
 /// rules, each ended by a zero byte; the bits, from the lowest of each byte; CRC-32 of all before. Numbers are
 /// little-endian.
-/// @param has_node  whether a root or child can exist; what cannot takes no bit
+/// @param has_root  whether a root exists; those that do not take no bit
 /// @param nodes     leaves in order
 std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const HierarchyTree& tree,
-                                        const std::function<bool(const HierarchyNode&)>& has_node,
+                                        const std::function<bool(std::uint32_t)>& has_root,
                                         std::span<const HierarchyNode> nodes);
 /// @throws Error  invalid_input: what is wrong with the bytes, or does not fit the header
 std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, const HierarchyFileHeader& header,
                                             const HierarchyTree& tree,
-                                            const std::function<bool(const HierarchyNode&)>& has_node);
+                                            const std::function<bool(std::uint32_t)>& has_root);
 
 }  // namespace tetrakis::detail

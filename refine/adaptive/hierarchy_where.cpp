@@ -30,6 +30,15 @@ void estimate_in_turns(std::size_t count, const std::function<void(double)>& rep
     }
 }
 
+/// @param errors  resized
+void estimate_leaves(const HierarchyFamily& family, std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                     const std::function<void(double)>& report, std::vector<double>& errors) {
+    errors.resize(leaves.size());
+    estimate_in_turns(leaves.size(), report, [&](std::size_t begin, std::size_t count) {
+        family.leaf_errors(leaves.subspan(begin, count), estimator, std::span(errors).subspan(begin, count));
+    });
+}
+
 void require_estimator(const ErrorEstimator& estimator, const ControlMesh& mesh, const HierarchyTree& tree,
                        double tolerance) {
     if (!estimator.is_for(mesh, tree))
@@ -157,19 +166,16 @@ std::size_t Hierarchy::refine_over(const ErrorEstimator& estimator, double toler
         }
     };
     std::vector<double> errors;
-    return refine_until(
-        std::move(open), max_depth, context,
-        [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
-            const std::function<void(double)>& report) {
-            errors.resize(leaves.size());
-            answers.resize(leaves.size());
-            estimate_in_turns(leaves.size(), report, [&](std::size_t begin, std::size_t count) {
-                family_->leaf_errors(leaves.subspan(begin, count), estimator, std::span(errors).subspan(begin, count));
-            });
-            // An error that is no number is not within the tolerance.
-            for (std::size_t i = 0; i < leaves.size(); ++i)
-                answers[i] = !(errors[i] <= tolerance) && (spared.empty() || !is_spared(family_->node(leaves[i])));
-        });
+    return refine_until(std::move(open), max_depth, context,
+                        [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
+                            const std::function<void(double)>& report) {
+                            answers.resize(leaves.size());
+                            estimate_leaves(*family_, leaves, estimator, report, errors);
+                            // An error that is no number is not within the tolerance.
+                            for (std::size_t i = 0; i < leaves.size(); ++i)
+                                answers[i] = !(errors[i] <= tolerance) &&
+                                             (spared.empty() || !is_spared(family_->node(leaves[i])));
+                        });
 }
 
 std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,
@@ -196,13 +202,8 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
         std::vector<std::size_t> parent;  // per leaf
         std::vector<double> errors;
         const std::vector<LeafId> first = family_->ordered_leaves();
-        errors.resize(first.size());
-        estimate_in_turns(
-            first.size(), [&](double) { context.report("coarsen", 0); },
-            [&](std::size_t begin, std::size_t count) {
-                family_->leaf_errors(std::span(first).subspan(begin, count), estimator,
-                                     std::span(errors).subspan(begin, count));
-            });
+        estimate_leaves(
+            *family_, first, estimator, [&](double) { context.report("coarsen", 0); }, errors);
         int deepest = 0;
         std::vector<HierarchyNode> over;
         for (std::size_t i = 0; i < first.size(); ++i) {

@@ -59,8 +59,6 @@ class HierarchyFamily {
     /// Why a site is none of the family's; empty if it is one.
     virtual std::string check_site(const Site& site) const = 0;
     virtual bool has_root(std::uint32_t root) const = 0;
-    /// Whether a node of the tree can be a leaf, or have some below it; said of one whose parent can.
-    virtual bool has_node(const HierarchyNode& node) const { return has_root(node.root); }
 
     /// Leaves are numbered below this; not all of these numbers are leaves.
     virtual std::uint32_t leaf_slots() const = 0;
