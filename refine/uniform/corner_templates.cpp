@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <span>
+#include <tuple>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -60,34 +61,6 @@ RuleMesh cage_of(const CornerKind& kind) {
             faces.end_face();
         }
     return RuleMesh(3 * line, std::move(faces));
-}
-
-/// Twins of the half-edges of faces in two roots: an edge of each may lie between the same vertices.
-std::vector<int> twins_of_two_roots(const RootLattices::Faces& faces) {
-    struct Edge {
-        std::uint32_t root, from, to;
-        auto operator<=>(const Edge&) const = default;
-    };
-    std::vector<int> twins(faces.vertices.size(), RuleMesh::none);
-    std::map<Edge, int> open;
-    const auto pair_with = [&](const Edge& other, int h) {
-        const auto at = open.find(other);
-        if (at == open.end()) return false;
-        twins[static_cast<std::size_t>(h)] = at->second;
-        twins[static_cast<std::size_t>(at->second)] = h;
-        open.erase(at);
-        return true;
-    };
-    for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f)
-        for (std::uint32_t c = faces.offsets[f]; c < faces.offsets[f + 1]; ++c) {
-            const std::uint32_t a = faces.vertices[c], root = faces.control[f],
-                                b = faces.vertices[c + 1 == faces.offsets[f + 1] ? faces.offsets[f] : c + 1];
-            if (!pair_with({root, b, a}, static_cast<int>(c))) open[{root, a, b}] = static_cast<int>(c);
-        }
-    const std::map<Edge, int> sides = open;
-    for (const auto& [edge, h] : sides)
-        if (edge.root == 0 && pair_with({1, edge.to, edge.from}, h)) open.erase(edge);
-    return twins;
 }
 
 }  // namespace
@@ -220,24 +193,38 @@ void CornerTemplate::make_lattice() {
             const std::uint32_t last = net_.base().prev(halfedge(i));
             spoke[at.along(last, segments_ - j)] = static_cast<int>((i + 1) % spokes);
         }
+    const auto along = [&](std::uint32_t a, std::uint32_t b) {
+        const int at_a = spoke[a], at_b = spoke[b];
+        return (a == 0 ? at_b : at_a) >= 0 && (a == 0 || b == 0 || at_a == at_b);
+    };
     const auto sharpness = [&](std::uint32_t a, std::uint32_t b) {
-        const int at_a = spoke[a], at_b = spoke[b], on = a == 0 ? at_b : at_a;
-        const bool along = a == 0 || b == 0 || at_a == at_b;
-        return along && on >= 0 ? kind_.sharp[static_cast<std::size_t>(on)] : 0.0f;
+        return along(a, b) ? kind_.sharp[static_cast<std::size_t>(spoke[a == 0 ? b : a])] : 0.0f;
     };
     RuleMesh::Builder builder;
     std::vector<double> angles;
+    // In two roots edges may lie between the same vertices: those along a side are in both.
+    using Edge = std::tuple<int, std::uint32_t, std::uint32_t>;
+    std::map<Edge, int> open;
+    std::vector<int> twins(kind_.closed && kind_.roots() == 2 ? faces.vertices.size() : 0, RuleMesh::none);
     for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f) {
         const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
         for (std::uint32_t c = begin; c < end; ++c) {
             const std::uint32_t a = faces.vertices[c], b = faces.vertices[c + 1 == end ? begin : c + 1];
             builder.corner(static_cast<int>(a), sharpness(a, b));
+            if (!twins.empty()) {
+                const int root = along(a, b) ? -1 : static_cast<int>(faces.control[f]), h = static_cast<int>(c);
+                if (const auto other = open.find({root, b, a}); other != open.end()) {
+                    twins[c] = other->second;
+                    twins[static_cast<std::size_t>(other->second)] = h;
+                }
+                open[{root, a, b}] = h;
+            }
             if (!kind_.angle.empty()) angles.push_back(a == 0 ? kind_.angle[faces.control[f]] : 0);
         }
         builder.end_face();
     }
     builder.set_corner_angles(std::move(angles));
-    if (kind_.closed && kind_.roots() == 2) builder.set_twins(twins_of_two_roots(faces));
+    if (!twins.empty()) builder.set_twins(std::move(twins));
     std::vector<float> vertex_sharpness;
     if (is_sharp(kind_.corner)) {
         vertex_sharpness.assign(at.vertex_count(), 0.0f);
