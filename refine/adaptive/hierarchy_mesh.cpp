@@ -20,16 +20,12 @@ std::uint32_t vertices_at_once(const RunContext& context) { return context.progr
 /// Refuses a mesh over the limit.
 void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::uint64_t corners,
                        std::uint64_t vertices) {
-    const std::uint64_t limit = options.context.max_memory_bytes;
-    if (limit == 0) return;
     // The arrays of HierarchyFaces and HierarchyMesh; half as much again is in use while they are made.
     const std::uint64_t face = 3 * sizeof(std::uint32_t) + sizeof(LeafId) + sizeof(LeafHandle),
                         vertex = sizeof(Site) + sizeof(PointId) + sizeof(Vec3d) * (options.normals ? 2 : 1);
-    const std::uint64_t bytes = (corners * sizeof(std::uint32_t) + faces * face + vertices * vertex) * 3 / 2;
-    if (bytes <= limit) return;
-    throw Error(ErrorCode::memory_limit, "a mesh of about " + std::to_string(faces) + " faces needs about " +
-                                             std::to_string(bytes) + " bytes, more than the limit of " +
-                                             std::to_string(limit) + "; coarsen first, or raise the limit");
+    detail::check_memory("a mesh of about " + std::to_string(faces) + " faces needs",
+                         (corners * sizeof(std::uint32_t) + faces * face + vertices * vertex) * 3 / 2,
+                         options.context.max_memory_bytes, "coarsen first, or raise the limit");
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../families/hierarchy_family.hpp"
 #include "hierarchy.hpp"
@@ -54,20 +55,15 @@ void require_estimator(const ErrorEstimator& estimator, const ControlMesh& mesh,
 /// @param open    leaves that the pass has looked at
 void check_refine_memory(const RunContext& context, std::uint64_t memory, std::uint64_t leaves, std::uint64_t marked,
                          std::uint64_t open, int children) {
-    if (context.max_memory_bytes == 0) return;
     // New leaves take what those there are do, with all the room to grow; less where many were merged.
     constexpr std::uint64_t k_most_bytes = 160;
     const std::uint64_t each = std::min(k_most_bytes, memory / std::max<std::uint64_t>(leaves, 1));
     constexpr std::uint64_t k_list_bytes = 2 * sizeof(LeafId) + sizeof(double) + 1;  // open, marked, error, answer
     const auto split = static_cast<std::uint64_t>(children);
-    const std::uint64_t bytes = memory + marked * ((split - 1) * each + split * sizeof(LeafId)) + open * k_list_bytes;
-    if (bytes <= context.max_memory_bytes) return;
-    const std::string what =
-        marked == 0 ? " leaves take " : " leaves, " + std::to_string(marked) + " to be split, need about ";
-    throw Error(ErrorCode::memory_limit, "the hierarchy's " + std::to_string(leaves) + what + std::to_string(bytes) +
-                                             " bytes, more than the limit of " +
-                                             std::to_string(context.max_memory_bytes) +
-                                             "; ask for a looser tolerance or a smaller depth, or raise the limit");
+    const std::string what = marked == 0 ? " leaves take" : " leaves, " + std::to_string(marked) + " to be split, need";
+    detail::check_memory("the hierarchy's " + std::to_string(leaves) + what,
+                         memory + marked * ((split - 1) * each + split * sizeof(LeafId)) + open * k_list_bytes,
+                         context.max_memory_bytes, "ask for a looser tolerance or a smaller depth, or raise the limit");
 }
 
 }  // namespace
