@@ -15,6 +15,9 @@
 #include <functional>
 #include <numeric>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -127,7 +130,13 @@ int lattice_intervals(std::uint64_t samples, std::uint32_t triangles, int least)
 /// @param triangle_error  raised where what is nearest to a triangle is within its size, so that splitting it may help
 Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, const TriangleBvh& bvh,
                          std::uint64_t samples, std::vector<double>& triangle_error, const RunContext& context) {
-    const DirectedDistance found = directed_distance(target, bvh, {.samples = samples, .per_triangle = true}, context);
+    RunContext last_tenth = context;
+    if (context.progress)
+        last_tenth.progress = [&](std::string_view stage, double done) {
+            return context.progress(stage, 0.9 + 0.1 * done);
+        };
+    const DirectedDistance found =
+        directed_distance(target, bvh, {.samples = samples, .per_triangle = true}, last_tenth);
     for (std::size_t t = 0; t < triangle_error.size(); ++t) {
         const auto& tri = mesh.triangles[t];
         double longest = 0;
