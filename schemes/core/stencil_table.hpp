@@ -28,11 +28,13 @@ struct StencilRow {
         constexpr std::size_t k_short = 64;
         auto& t = terms;
         const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
-        if (t.size() > k_short)
-            std::stable_sort(t.begin(), t.end(), less);
-        else
-            for (auto at = t.begin(); at != t.end(); ++at)
-                std::rotate(std::upper_bound(t.begin(), at, *at, less), at, at + 1);
+        if (t.size() > k_short) std::stable_sort(t.begin(), t.end(), less);
+        for (std::size_t i = 1; i < t.size() && t.size() <= k_short; ++i) {
+            const auto term = t[i];
+            std::size_t at = i;
+            for (; at > 0 && less(term, t[at - 1]); --at) t[at] = t[at - 1];
+            t[at] = term;
+        }
         std::size_t kept = 0;
         for (std::size_t i = 0; i < t.size();) {
             double weight = 0;
