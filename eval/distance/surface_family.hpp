@@ -216,21 +216,30 @@ double nearby_distance(const ControlMesh& mesh, const Vec3d& q, SurfaceParameter
                 {at.root, at.x + k_inside * (Family::k_middle - at.x), at.y + k_inside * (Family::k_middle - at.y)});
             s.position = position;
         }
-        double dx, dy;
-        if (!detail::tangent_step(s, q, dx, dy)) return best;
-        const Vec3d along = dx * s.du + dy * s.dv;
-        if (glm::dot(along, along) < k_square * best * best) return best;
-        // No step longer than half a root: beyond the neighbour the linearisation means nothing.
-        const double length = std::max(std::abs(dx), std::abs(dy));
-        if (length > 0.5) dx *= 0.5 / length, dy *= 0.5 / length;
-        // As far as it gets nearer.
+        Vec2d newton(0);
+        if (detail::tangent_step(s, q, newton.x, newton.y)) {
+            const Vec3d way = newton.x * s.du + newton.y * s.dv;
+            if (glm::dot(way, way) < k_square * best * best) return best;
+        }
+        // Where that does not get nearer, as on boundaries, or there is none: along the sides of the root.
+        const auto along = [&](const Vec3d& side) {
+            const double square = glm::dot(side, side);
+            return square > 0 ? glm::dot(side, q - s.position) / square : 0.0;
+        };
+        const std::array<Vec2d, 4> moves = {newton, Vec2d(along(s.du), 0), Vec2d(0, along(s.dv)),
+                                            along(s.dv - s.du) * Vec2d(-1, 1)};
         const SurfaceParameter from = at;
         const double before = best;
-        for (int halving = 0; halving < k_halvings && best == before; ++halving, dx *= 0.5, dy *= 0.5) {
-            at = {from.root, from.x + dx, from.y + dy};
-            Family::cross_sides(mesh, at);
-            s = evaluate(at);
-            best = std::min(best, glm::length(q - s.position));
+        for (Vec2d move : moves) {
+            // No step longer than half a root: beyond the neighbour the linearisation means nothing.
+            const double length = std::max(std::abs(move.x), std::abs(move.y));
+            if (length > 0.5) move *= 0.5 / length;
+            for (int halving = 0; halving < k_halvings && best == before && length > 0; ++halving, move *= 0.5) {
+                at = {from.root, from.x + move.x, from.y + move.y};
+                Family::cross_sides(mesh, at);
+                s = evaluate(at);
+                best = std::min(best, glm::length(q - s.position));
+            }
         }
         if (best >= before * (1 - 1e-9)) return best;
     }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -70,7 +71,7 @@ void largest_errors(std::span<const Item> items, const ErrorEstimator& estimator
         for (std::uint32_t i = begin; i < end; ++i)
             // Not std::max: an error that is no number has to get through.
             for (errors[i] = 0; t < ends[i - begin]; ++t)
-                if (!(values[t] <= errors[i])) errors[i] = values[t];
+                if (!(values[t] <= errors[i]) && !std::isnan(errors[i])) errors[i] = values[t];
     });
 }
 

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 using namespace tetrakis;
@@ -85,6 +88,34 @@ TEST_CASE_TEMPLATE("a local search finds the foot of a short normal, from a neig
     }
     CHECK(tried > 50);
     CHECK(found == tried);
+}
+
+TEST_CASE_TEMPLATE("near points beyond a boundary lie at the foot on its curve, not straight along the parameters",
+                   Family, QuadFamily, LoopFamily) {
+    // A flat sheet of sheared faces, whose first row starts at y = 0.
+    std::vector<Vec3d> positions;
+    for (int j = 0; j < 5; ++j)
+        for (int i = 0; i < 5; ++i) positions.emplace_back(i + 0.8 * j, j, 0);
+    std::vector<std::vector<std::uint32_t>> faces;
+    for (std::uint32_t j = 0; j < 4; ++j)
+        for (std::uint32_t i = 0; i < 4; ++i) {
+            const std::uint32_t a = 5 * j + i;
+            if constexpr (std::is_same_v<Family, QuadFamily>)
+                faces.push_back({a, a + 1, a + 6, a + 5});
+            else
+                faces.insert(faces.end(), {{a, a + 1, a + 6}, {a, a + 6, a + 5}});
+        }
+    const ControlMesh mesh = ControlMesh::build(test::mesh_data(std::move(positions), faces));
+    const typename Family::Patches patches(mesh);
+    const SurfaceMap<Family> map = map_of<Family>(patches);
+    int tried = 0;
+    for (const Sample& s : samples<Family>(patches, 4)) {
+        const Vec3d& p = s.point.position;
+        if (p.x < 1.5 || p.x > 2.5 || p.y > 0.9) continue;
+        ++tried;
+        CHECK(map.nearby_distance(p + Vec3d(0, -p.y - 0.4, 0.3), s.at) == doctest::Approx(0.5).epsilon(1e-6));
+    }
+    CHECK(tried > 10);
 }
 
 TEST_SUITE_END();
