@@ -31,7 +31,7 @@ std::vector<double> fan_limit_errors(const Hierarchy& points, const FanChoice& f
 /// The error of triangles of a hierarchy over a surface that is known by its limit points alone: the distances of the
 /// points that the triangle's edges and inside have two levels further down, to the triangle as PlaneMeasure takes it;
 /// back from the triangle to them where they have drifted away sideways; and along boundaries and hard creases to the
-/// triangle's own edge. No bound: what lies between the points can be farther.
+/// triangle's own edge. No bound: the surface can be farther between the points.
 template <class Family>
 class LimitEstimator final : public ErrorEstimator {
   public:

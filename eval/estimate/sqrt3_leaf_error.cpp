@@ -73,7 +73,7 @@ std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattic
                         error =
                             std::max(error, sharp ? segment_distance(s[k], s[side], s[(side + 1) % 3]) : plane(s[k]));
                 }
-                // What is inside of a half triangle is seen from the whole one that it becomes.
+                // The inside of a half triangle is seen from the whole one that it becomes.
                 for (std::size_t k = k_inside; k < (leaf.half ? k_edges : k_samples); ++k)
                     error = std::max(error, plane(s[k]));
             },

@@ -127,7 +127,7 @@ int lattice_intervals(std::uint64_t samples, std::uint32_t triangles, int least)
 }
 
 /// The way from a target to the mesh, sampled on the target itself: what the projection never reached counts as well.
-/// @param triangle_error  raised where what is nearest to a triangle is within its size, so that splitting it may help
+/// @param triangle_error  raised where the farthest point that is nearest to a triangle is within its size
 Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, const TriangleBvh& bvh,
                          std::uint64_t samples, std::vector<double>& triangle_error, const RunContext& context) {
     RunContext last_tenth = context;

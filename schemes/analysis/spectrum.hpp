@@ -18,7 +18,7 @@ std::string_view name(CurvatureClass curvature);
 /// the same rings. Rows and columns are in the order of the labels.
 struct LocalMatrix {
     FanLabels labels;
-    StencilTable rows;  ///< without what is zero
+    StencilTable rows;  ///< without zeros
 
     int size() const { return labels.size(); }
     /// Whether the fan turns into itself.

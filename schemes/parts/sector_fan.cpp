@@ -224,7 +224,7 @@ int last_leaving(const RuleMesh& mesh, int h) {
     return h;
 }
 
-// The two pentagons along a boundary know what lies between them only where there are two rings.
+// The two pentagons along a boundary know the points between them only where there are two rings.
 int least_rings(FanLattice lattice) {
     return lattice == FanLattice::pentagons ? 2 : lattice == FanLattice::dual ? 0 : 1;
 }

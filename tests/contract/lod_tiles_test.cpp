@@ -99,7 +99,7 @@ std::string tile_fault(const std::filesystem::path& path, const lod::TiledTerrai
 
 }  // namespace
 
-TEST_CASE("lod tiles: what is loaded keeps the promise at every sample, at any size, as the terrain in memory does") {
+TEST_CASE("lod tiles: loaded tiles keep the promise at every sample, at any size, as the terrain in memory does") {
     for (const auto& [columns, rows] : {std::pair{129u, 129u}, {150u, 97u}, {60u, 201u}, {3u, 2u}}) {
         CAPTURE(columns);
         const TiledGrid tiled(columns, rows);
