@@ -24,6 +24,9 @@ struct Corners {
           ac(mesh.positions[mesh.triangles[t][2]] - a) {}
     Vec3d at(const Vec2d& uv) const { return a + uv.x * ab + uv.y * ac; }
     double area() const { return 0.5 * glm::length(glm::cross(ab, ac)); }
+    double side(int k) const {
+        return glm::length(k == 0 ? ab : k == 1 ? ac - ab : ac);
+    }  ///< from corner k to the next
 };
 
 struct Worst {
@@ -64,13 +67,18 @@ class Sampler {
   public:
     Sampler(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options)
         : mesh_(mesh), to_(to), options_(options) {
-        std::vector<double> areas(mesh.triangles.size());
-        for_each_index(static_cast<std::uint32_t>(areas.size()),
-                       [&](std::uint32_t t) { areas[t] = Corners(mesh, t).area(); });
+        std::vector<double> areas(mesh.triangles.size()), lengths(areas.size());
+        for_each_index(static_cast<std::uint32_t>(areas.size()), [&](std::uint32_t t) {
+            const Corners corners(mesh, t);
+            areas[t] = corners.area();
+            lengths[t] = corners.side(0) + corners.side(1) + corners.side(2);
+        });
         for (const double area : areas) area_ += area;
-        const double density = area_ > 0 ? static_cast<double>(options.samples) / area_ : 0.0;
+        const double length = std::accumulate(lengths.begin(), lengths.end(), 0.0);
+        const double samples = static_cast<double>(options.samples);
+        const double density = area_ > 0 ? samples / area_ : 0.0;
+        if (length > 0) along_edges_ = std::min(std::sqrt(density) / 4, samples / length);
         for (const double area : areas) {
-            constexpr double k_most_rows = 65535;
             const auto rows =
                 static_cast<std::uint64_t>(std::clamp(std::round(std::sqrt(area * density)), 1.0, k_most_rows));
             first_.push_back(first_.back() + rows * rows);
@@ -98,6 +106,7 @@ class Sampler {
 
   private:
     static constexpr std::uint32_t k_vertex_grain = 1024;
+    static constexpr double k_most_rows = 65535;
 
     /// Samples inside a triangle: a square number, by its area.
     std::uint64_t inside(std::uint32_t t) const { return first_[t + std::size_t{1}] - first_[t]; }
@@ -107,7 +116,7 @@ class Sampler {
 
     double distance_of(const Vec3d& point, CoherentClosest& walker) {
         const ClosestPoint nearest = walker.closest(point);
-        if (options_.per_triangle) {
+        if (options_.per_triangle && !(options_.within_size && nearest.distance > to_.longest_side(nearest.triangle))) {
             const std::atomic_ref largest(nearest_max_[nearest.triangle]);
             const float here = detail::round_up(nearest.distance);
             for (float known = largest; known < here && !largest.compare_exchange_weak(known, here);) {
@@ -199,10 +208,13 @@ class Sampler {
             }
             if (begin == first_[t]) {
                 const auto& corner = mesh_.triangles[t];
-                // As dense along an edge as the inside is across.
-                for (int side = 0; side < 3; ++side)
-                    for (std::uint32_t k = 0; k < 1 + rows / 2; ++k)
+                // As dense along an edge as the inside is across, and not less where the triangle is thin.
+                for (int side = 0; side < 3; ++side) {
+                    const double by_length = std::min(k_most_rows, along_edges_ * corners.side(side));
+                    const std::uint32_t count = 1 + std::max(rows / 2, static_cast<std::uint32_t>(by_length));
+                    for (std::uint32_t k = 0; k < count; ++k)
                         measure(on_side(side, edge_sample(k, corner[side] < corner[(side + 1) % 3])));
+                }
             }
             if (options_.per_triangle) out.triangle_max.push_back(detail::round_up(largest));
         }
@@ -253,6 +265,7 @@ class Sampler {
     const TriangleBvh& to_;
     SamplingOptions options_;
     double area_ = 0;
+    double along_edges_ = 0;               ///< samples for each unit of an edge's length
     std::vector<std::uint64_t> first_{0};  ///< per triangle: samples inside those before it
     std::vector<float> nearest_max_;
 };

@@ -23,13 +23,17 @@ struct MeasuredError {
 };
 
 /// How densely a mesh is sampled. Every vertex is a sample; so is at least one point inside each triangle and one on
-/// each side of each edge; the rest of `samples` goes to the triangles by area, one to each of m^2 equal parts.
+/// each side of each edge; the rest of `samples` goes to the triangles by area, one to each of m^2 equal parts, and to
+/// long thin triangles along their edges.
 struct SamplingOptions {
     std::uint64_t samples = 500'000;  ///< aimed at for each direction; small triangles may make it more
     /// Searches from the worst samples for a still worse point nearby (0: none), so that the largest distance does not
     /// hang on where the samples happen to lie.
     std::uint32_t climbs = 32;
     bool per_triangle = false;  ///< also give the largest distance of each triangle, of both meshes
+    /// A sample counts for the triangle of the other mesh that it is nearest to only within that one's longest side:
+    /// what is farther off lies beyond a boundary, and smaller triangles would not help.
+    bool within_size = false;
     /// For meshes whose vertices are points of a surface, and which are finer than what they are measured against. Mean
     /// and RMS weigh a vertex by a third of its triangles' area.
     bool vertices_alone = false;

@@ -269,6 +269,14 @@ TriangleBvh::TriangleBvh(std::span<const Vec3d> positions, std::span<const std::
 }
 
 std::uint32_t TriangleBvh::triangle_count() const { return static_cast<std::uint32_t>(state_->triangles.size()); }
+
+double TriangleBvh::longest_side(std::uint32_t triangle) const {
+    const auto& corner = state_->triangles[triangle];
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+        longest = std::max(longest, glm::distance(state_->positions[corner[k]], state_->positions[corner[(k + 1) % 3]]));
+    return longest;
+}
 Box3d TriangleBvh::bounds() const { return state_->bounds; }
 std::uint64_t TriangleBvh::memory_bytes() const { return static_cast<std::uint64_t>(state_->bytes); }
 

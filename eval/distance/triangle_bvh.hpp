@@ -51,6 +51,7 @@ class TriangleBvh {
     TriangleBvh& operator=(TriangleBvh&&) noexcept;
 
     std::uint32_t triangle_count() const;
+    double longest_side(std::uint32_t triangle) const;
     Box3d bounds() const;                ///< of the positions that triangles use
     std::uint64_t memory_bytes() const;  ///< held by the hierarchy and its float copy of the vertices
 

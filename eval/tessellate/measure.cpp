@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -102,20 +103,19 @@ constexpr int k_least_intervals = 3, k_most_intervals = 24;
 constexpr double k_exact = 0.7;        // of the largest distance: from there on others are exact
 constexpr std::uint32_t k_block = 64;  // triangles; fixed, so that sums do not depend on the number of threads
 
-struct Sums {
+/// What was found at one triangle, or at several.
+struct Found {
     double forward = 0, backward = 0;
     double own = 0;  ///< the largest distance of a point of the surface to its own triangle
     double weighted = 0, squared = 0, weight = 0;
-    std::uint64_t samples = 0;
     double largest() const { return std::max(forward, backward); }
-    Sums& operator+=(const Sums& other) {
+    Found& operator+=(const Found& other) {
         forward = std::max(forward, other.forward);
         backward = std::max(backward, other.backward);
         own = std::max(own, other.own);
         weighted += other.weighted;
         squared += other.squared;
         weight += other.weight;
-        samples += other.samples;
         return *this;
     }
 };
@@ -127,31 +127,17 @@ int lattice_intervals(std::uint64_t samples, std::uint32_t triangles, int least)
 }
 
 /// The way from a target to the mesh, sampled on the target itself: what the projection never reached counts as well.
-/// @param triangle_error  raised where the farthest point that is nearest to a triangle is within its size
-Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, const TriangleBvh& bvh,
-                         std::uint64_t samples, std::vector<double>& triangle_error, const RunContext& context) {
+/// At most as many samples are aimed at as the triangles of both could have in a lattice.
+DirectedDistance measure_from_target(const TriangleMesh& target, const TriangleBvh& bvh, std::uint64_t samples,
+                                     const RunContext& context) {
     RunContext last_tenth = context;
     if (context.progress)
         last_tenth.progress = [&](std::string_view stage, double done) {
             return context.progress(stage, 0.9 + 0.1 * done);
         };
-    const DirectedDistance found =
-        directed_distance(target, bvh, {.samples = samples, .per_triangle = true}, last_tenth);
-    for (std::size_t t = 0; t < triangle_error.size(); ++t) {
-        const auto& tri = mesh.triangles[t];
-        double longest = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            longest = std::max(longest, glm::length(mesh.positions[tri[k]] - mesh.positions[tri[(k + 1) % 3]]));
-        if (found.nearest_max[t] <= longest)
-            triangle_error[t] = std::max<double>(triangle_error[t], found.nearest_max[t]);
-    }
-    Sums sums;
-    sums.forward = found.max;
-    sums.weighted = found.mean * found.area;
-    sums.squared = found.rms * found.rms * found.area;
-    sums.weight = found.area;
-    sums.samples = found.samples;
-    return sums;
+    constexpr std::uint64_t k_most_each = k_most_intervals * k_most_intervals / 2;
+    samples = std::min(samples, k_most_each * (target.triangles.size() + bvh.triangle_count()));
+    return directed_distance(target, bvh, {.samples = samples, .per_triangle = true, .within_size = true}, last_tenth);
 }
 
 /// Barycentrics from weights of the second and third corner.
@@ -280,29 +266,29 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                       const SurfaceMap<Family>& map, std::uint64_t samples, double tolerance,
                       std::vector<double>& triangle_error, const RunContext& context) {
     const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
-    triangle_error.assign(count, 0.0);
+    triangle_error.clear();
     if (count == 0) return {};
     constexpr double k_none = std::numeric_limits<double>::infinity();
     Measurer<Family> by{mesh, origin, map, TriangleBvh(mesh, context)};
     const ControlMesh& control = map.patches->mesh();
     const int n = lattice_intervals(samples, count, k_least_intervals);
+    std::vector<Found> each(count);
+    std::atomic<std::uint64_t> taken = 0;
     const auto pass = [&](std::span<const std::uint32_t> triangles, std::uint32_t per_block, double search_from) {
         by.search_from = search_from;
         const auto size = static_cast<std::uint32_t>(triangles.size());
-        std::vector<Sums> sums((size + per_block - 1) / per_block);
-        const auto blocks = static_cast<std::uint32_t>(sums.size());
+        const std::uint32_t blocks = (size + per_block - 1) / per_block;
         detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
-            Sums& sum = sums[block];
+            std::uint64_t samples_here = 0;
             SampleLattice lattice(n);
             for (std::uint32_t i = block * per_block; i < std::min(size, (block + 1) * per_block); ++i) {
                 const MeasuredTriangle<Family> triangle(by, triangles[i]);
                 const double weight = triangle.area() / (n * n);
-                Distances largest;
+                Found& found = each[triangles[i]] = {};
                 const auto measured = [&](const Vec2d& uv) {
                     const Distances d = triangle.at(uv);
-                    for (const auto which : {&Distances::forward, &Distances::backward, &Distances::own})
-                        largest.*which = std::max(largest.*which, d.*which);
-                    ++sum.samples;
+                    found += {.forward = d.forward, .backward = d.backward, .own = d.own};
+                    ++samples_here;
                     return d;
                 };
                 const auto climb = [&](double Distances::*way, const detail::Maximum& top, double step) {
@@ -310,9 +296,9 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                 };
                 lattice.for_each([&](const Vec2d& uv, Distances& here) {
                     here = measured(uv);
-                    sum.weighted += weight * (here.forward + here.backward);
-                    sum.squared += weight * (here.forward * here.forward + here.backward * here.backward);
-                    sum.weight += 2 * weight;
+                    found.weighted += weight * (here.forward + here.backward);
+                    found.squared += weight * (here.forward * here.forward + here.backward * here.backward);
+                    found.weight += 2 * weight;
                 });
                 // Towards creases of finite sharpness.
                 if (const OutputTriangle& from = triangle.from(); !from.fan.valid())
@@ -330,51 +316,59 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     for (const auto way : {&Distances::forward, &Distances::backward})
                         lattice.for_each_maximum(way, by.exact_from,
                                                  [&](const detail::Maximum& top) { climb(way, top, 0.5 / n); });
-                sum.forward = std::max(sum.forward, largest.forward);
-                sum.backward = std::max(sum.backward, largest.backward);
-                sum.own = std::max(sum.own, largest.own);
-                triangle_error[triangles[i]] = std::max(largest.forward, largest.backward);
             }
+            taken += samples_here;
         });
-        Sums total;
-        for (const Sums& sum : sums) total += sum;
+    };
+    const auto total_of = [&](std::span<const std::uint32_t> triangles) {
+        Found total;
+        for (const std::uint32_t t : triangles) total += each[t];
         return total;
     };
     std::vector<std::uint32_t> all(count);
     std::iota(all.begin(), all.end(), 0u);
     // Of closest points that were looked for near by alone, those above the tolerance and those that decide are
     // searched for. The largest first: what is found settles those that can be no larger.
-    const auto search = [&](Sums& total) {
+    const auto search = [&](const Found& total) {
         constexpr double k_between = 1.25;  // samples
         by.own = k_between * total.own;
         std::vector<std::uint32_t> order = all;
-        std::ranges::stable_sort(order, std::greater{}, [&](std::uint32_t t) { return triangle_error[t]; });
+        std::ranges::stable_sort(order, std::greater{}, [&](std::uint32_t t) { return each[t].backward; });
         double largest = total.forward;
         const auto is_open = [&](std::size_t i) {
-            return i < count && triangle_error[order[i]] > std::min(largest, tolerance);
+            return i < count && each[order[i]].backward > std::min(largest, tolerance);
         };
-        total.backward = 0;
         std::size_t begin = 0;
         for (std::size_t some = 4; is_open(begin); begin += some, some *= 2) {
-            const Sums again =
-                pass(std::span(order).subspan(begin, std::min(some, count - begin)), 1, std::min(largest, tolerance));
-            total.backward = std::max(total.backward, again.backward);
-            largest = std::max(largest, again.backward);
-            total.samples += again.samples;
+            const auto next = std::span(order).subspan(begin, std::min(some, count - begin));
+            pass(next, 1, std::min(largest, tolerance));
+            largest = std::max(largest, total_of(next).backward);
         }
-        if (begin < count) total.backward = std::max(total.backward, triangle_error[order[begin]]);
     };
     by.exact_from = map.plain() ? detail::k_climb_from * tolerance : 0;
-    Sums total;
+    Found total;
     // The largest error has to come from exact samples.
     for (bool exact = false; !exact; by.exact_from = k_exact * total.largest()) {
-        total = pass(all, k_block, k_none);
-        if (map.plain() && total.backward > std::min(total.forward, tolerance)) search(total);
+        taken = 0;
+        pass(all, k_block, k_none);
+        total = total_of(all);
+        if (map.plain() && total.backward > std::min(total.forward, tolerance)) {
+            search(total);
+            total = total_of(all);
+        }
         exact = !map.plain() || total.largest() == 0 || total.largest() > by.exact_from;
     }
-    const std::uint64_t pairs = total.samples;
-    if (map.target) total += measure_from_target(*map.target_mesh, mesh, by.bvh, samples, triangle_error, context);
     MeasuredError result;
+    result.forward_samples = result.backward_samples = taken;
+    if (map.target) {
+        const DirectedDistance target = measure_from_target(*map.target_mesh, by.bvh, samples, context);
+        total += {.forward = target.max,
+                  .weighted = target.mean * target.area,
+                  .squared = target.rms * target.rms * target.area,
+                  .weight = target.area};
+        result.forward_samples += target.samples;
+        for (std::uint32_t t = 0; t < count; ++t) each[t] += {.forward = target.nearest_max[t]};
+    }
     result.forward = total.forward;
     result.backward = total.backward;
     result.hausdorff = total.largest();
@@ -382,8 +376,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         result.mean = total.weighted / total.weight;
         result.rms = std::sqrt(total.squared / total.weight);
     }
-    result.forward_samples = total.samples;
-    result.backward_samples = pairs;
+    for (const Found& found : each) triangle_error.push_back(found.largest());
     return result;
 }
 

@@ -267,6 +267,42 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("a long thin triangle is sampled all along, and what is far beyond a triangle can be left out of its error") {
+    // A square, and a strip beside it that the other mesh bends down near its end.
+    TriangleMesh square;
+    square.positions = {{0, -1, 0}, {1, -1, 0}, {1, 0, 0}, {0, 0, 0}};
+    square.triangles = {{0, 1, 2}, {0, 2, 3}};
+    TriangleMesh flat = square, bent = square, above;
+    const auto add = [](TriangleMesh& mesh, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        mesh.positions.insert(mesh.positions.end(), {a, b, c});
+        mesh.triangles.push_back({first, first + 1, first + 2});
+    };
+    constexpr double k_width = 1e-4, k_deep = 0.01;
+    add(flat, {0, 2, 0}, {1, 2, 0}, {0, 2 + k_width, 0});
+    for (const double begin : {0.0, 0.1, 0.15, 0.2}) {
+        const double end = begin == 0 ? 0.1 : begin == 0.2 ? 1 : begin + 0.05;
+        const auto at = [&](double x, double y) { return Vec3d(x, 2 + y, std::abs(x - 0.15) < 0.01 ? -k_deep : 0); };
+        add(bent, at(begin, 0), at(end, 0), at(begin, k_width));
+        add(bent, at(end, 0), at(end, k_width), at(begin, k_width));
+    }
+    const TriangleBvh to_bent(bent);
+    SamplingOptions options{.samples = 2000, .climbs = 0, .per_triangle = true};
+    const DirectedDistance thin = directed_distance(flat, to_bent, options);
+    CHECK(thin.triangle_max[2] > 0.4 * k_deep);
+    CHECK(thin.samples < 2 * options.samples);
+
+    // One vertex lies a little above the square, another far beyond its side.
+    add(above, {0.9, -0.5, 0.1}, {0.8, -0.5, 0}, {9, -0.5, 0});
+    const TriangleBvh to_square(square);
+    options.vertices_alone = true;
+    CHECK(directed_distance(above, to_square, options).nearest_max[0] == doctest::Approx(8));
+    options.within_size = true;
+    const DirectedDistance near = directed_distance(above, to_square, options);
+    CHECK(near.nearest_max[0] == doctest::Approx(0.1));
+    CHECK(near.max == doctest::Approx(8));
+}
+
 TEST_CASE("[bad-input] meshes that cannot be measured, and a comparison that is cancelled") {
     const TriangleMesh good = shapes::octahedron();
     TriangleMesh empty = good, dangling = good, broken = good;

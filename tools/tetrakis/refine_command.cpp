@@ -148,8 +148,8 @@ PolygonMesh refine_by_levels(const RefineCommandOptions& options, const SchemeIn
         // The caller names the file.
         std::string text = error.what();
         if (const std::string file = error.file().string() + ": "; text.starts_with(file)) text.erase(0, file.size());
-        throw Error(error.code(), fmt::format("{} (all in all {} MiB, of which {} MiB were in use before)", text,
-                                              limit >> 20, used >> 20));
+        throw Error(error.code(),
+                    fmt::format("{} (of {} MiB in all, {} MiB were in use before)", text, limit >> 20, used >> 20));
     }
 }
 
