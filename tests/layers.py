@@ -14,7 +14,7 @@ LAYERS = {
     "schemes": ["core", "parts", "rules", "analysis", "curves"],
     "hier": ["base", "mesh", "obj", "forest", "trees"],
     "refine": ["rules", "attributes", "lattices", "uniform", "points", "families", "adaptive", "factored"],
-    "eval": ["surface", "triangles", "loop_patches", "patches", "bounds", "distance", "estimate", "io", "tessellate",
+    "eval": ["surface", "triangles", "patches", "bounds", "distance", "estimate", "io", "tessellate",
              "terrain", "lod_surfaces", "lod_terrain", "lod", "render"],
 }
 KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../loop_patches/box_spline.hpp"
 #include "../patches/bicubic.hpp"
+#include "../patches/box_spline.hpp"
 
 #include <array>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../loop_patches/bezier_triangle.hpp"
-#include "../loop_patches/loop_patches.hpp"
+#include "../patches/bezier_triangle.hpp"
+#include "../patches/loop_patches.hpp"
 #include "patch_bounder.hpp"
 
 #include <array>
@@ -50,16 +50,15 @@ class LoopBounder : private detail::PatchBounder<> {
         Edges edge;
     };
 
-    LeafError error_in(const detail::LoopCell& cell, const Piece& piece, const EdgeSliding& sliding);
+    LeafError error_in(const detail::LoopNode& cell, const Piece& piece, const EdgeSliding& sliding);
     /// The cell that a leaf lies in, as far down as it is irregular.
-    detail::LoopCell locate(const CellTriangle& leaf, Corners& at) const;
-    Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
-    void bound_cell(const detail::LoopCell& cell, const Piece& piece, int depth);
+    const detail::LoopNode& locate(const CellTriangle& leaf, Corners& at) const;
+    void bound_cell(const detail::LoopNode& cell, const Piece& piece, int depth);
     /// Bound on the error of a piece of an irregular cell: a star's by norms, any other's by its hull.
     /// @param may_split  as hull_error() has it
-    double irregular_error(const detail::LoopCell& cell, const Piece& piece, bool may_split) const;
+    double irregular_error(const detail::LoopNode& cell, const Piece& piece, bool may_split) const;
     /// corner_error() where the surface's corners, and the function linear between them, are the cell's.
-    double corner_error_in(const std::array<Vec3d, 3>& cell, const Piece& piece) const;
+    double corner_error_in(const detail::LoopNode& cell, const Piece& piece) const;
 
     const LoopPatches& patches_;
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../loop_patches/bezier_triangle.hpp"
+#include "../patches/bezier_triangle.hpp"
 #include "../triangles/triangle_distance.hpp"
 
 #include <algorithm>

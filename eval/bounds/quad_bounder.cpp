@@ -249,9 +249,9 @@ void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> posit
     detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
         const Vec2d p = b0 * corner[0] + b1 * corner[1] + b2 * corner[2];
         const double x = std::clamp(p.x, 0.0, 2.0), y = std::clamp(p.y, 0.0, 1.0);
-        positions[static_cast<std::size_t>(i)] = root && x > 1 ? QuadPatches::position(*beyond, y, 2 - x)
+        positions[static_cast<std::size_t>(i)] = root && x > 1 ? QuadPatches::position(*beyond, {y, 2 - x})
                                                  : cell.irregular()
-                                                     ? QuadPatches::position(*cell.node, std::min(x, 1.0), y)
+                                                     ? QuadPatches::position(*cell.node, {std::min(x, 1.0), y})
                                                      : regular_position(*cell.net, cell.crease, std::min(x, 1.0), y);
     });
 }

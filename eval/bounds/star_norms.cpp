@@ -1,7 +1,6 @@
 #include "star_norms.hpp"
 
-#include "../loop_patches/loop_cell.hpp"
-#include "../patches/quad_star.hpp"
+#include "../patches/star.hpp"
 
 #include <glm/matrix.hpp>
 
@@ -72,17 +71,14 @@ void take_star(const QuadStar& star, const Square& square, int step, const Take&
             for (const auto& [x, y] : k_corner) take(p, square(x, y));
         return;
     }
-    QuadStar near;
-    StarQuarters quarters;
-    subdivide(star, near, quarters);
+    std::array<QuadStar, 4> quarters;
+    subdivide(star, quarters);
     for (std::size_t k = 0; k < 4; ++k) {
         const Square quarter = square.quarter(k_corner[k][0], k_corner[k][1]);
-        if (k == 0 && star.valence != 4)
-            take_star(near, quarter, step + 1, take);
-        else if (k == 2 && star.far_valence != 4)
-            take_star(quarters.far, {square(1, 1), -quarter.side}, step + 1, take);
+        if (quarters[k].regular())
+            take_net(quarters[k].net(static_cast<int>(k)), quarter, k_cuts - step, take);
         else
-            take_net(quarters.net[k], quarter, k_cuts - step, take);
+            take_star(quarters[k], k == 2 ? Square{square(1, 1), -quarter.side} : quarter, step + 1, take);
     }
 }
 
@@ -132,20 +128,18 @@ void take_patch(const BezierTriangle<4>& patch, const Corners& at, int bisection
 
 /// The same of Loop, for linear functions.
 template <class Take>
-void take_star(int valence, std::span<const Vec3d> points, const Take& take) {
-    std::vector<Vec3d> star(points.begin(), points.end()), step(static_cast<std::size_t>(loop_star_step_size(valence)));
-    const double beta = loop_vertex_rule(valence).beta;
+void take_star(LoopStar star, const Take& take) {
     double half = 0.5;
     for (int i = 0; i < k_steps; ++i, half *= 0.5) {
-        loop_star_step(valence, beta, star.data(), step.data());
+        std::array<LoopStar, 4> quarters;
+        subdivide(star, quarters);
         const Vec2d m01(half, 0), m02(0, half), m12(half), c1(2 * half, 0), c2(0, 2 * half);
-        const std::array<Corners, 3> at = {{{m01, c1, m12}, {m02, m12, c2}, {m12, m02, m01}}};
-        for (int quarter = 1; quarter <= 3; ++quarter)
-            take_patch(box_spline_triangle(loop_star_quarter(valence, step.data(), quarter)),
-                       at[static_cast<std::size_t>(quarter - 1)], std::max(k_bisections - 2 * i, 0), take);
-        std::copy_n(step.begin(), star.size(), star.begin());
+        const std::array<Corners, 4> at = {{{}, {c1, m12, m01}, {c2, m02, m12}, {m12, m02, m01}}};
+        for (std::size_t k = 1; k < 4; ++k)
+            take_patch(box_spline_triangle(quarters[k].net(0)), at[k], std::max(k_bisections - 2 * i, 0), take);
+        star = std::move(quarters[0]);
     }
-    for (const Vec3d& p : star)
+    for (const Vec3d& p : star.points)
         for (const Vec2d& corner : {Vec2d(0), Vec2d(2 * half, 0), Vec2d(0, 2 * half)}) take(p, corner);
 }
 
@@ -226,10 +220,12 @@ const StarNorms* StarNorms::loop(int valence) {
     static std::array<Slot, k_most_valence + 1> known;
     return known[static_cast<std::size_t>(valence)].get([&] {
         return make(reference_star(valence), [&](std::span<const Vec3d> points, const auto& take) {
-            const Vec3d origin = loop_star_limit(valence, points.data()),
-                        by_x = loop_star_corner(valence, points.data(), 1) - origin,
-                        by_y = loop_star_corner(valence, points.data(), 2) - origin;
-            take_star(valence, points,
+            LoopStar star;
+            star.resize({valence, 6, 6});
+            std::copy(points.begin(), points.end(), star.points.data());
+            const Vec3d origin = star.corner_limit(0), by_x = star.corner_limit(1) - origin,
+                        by_y = star.corner_limit(2) - origin;
+            take_star(std::move(star),
                       [&](const Vec3d& p, const Vec2d& at) { take(p - (origin + at.x * by_x + at.y * by_y)); });
         });
     });

@@ -18,7 +18,7 @@ class StarNorms {
     /// Of Catmull-Clark (QuadStar). Norms are found at the first call, from any thread; null where a valence is less
     /// than 3 or more than 32.
     static const StarNorms* catmull_clark(int valence, int far_valence);
-    /// Of Loop (LoopStarChain).
+    /// Of Loop (LoopStar).
     static const StarNorms* loop(int valence);
 
     /// Upper bound on |S - L|; but for rounding.

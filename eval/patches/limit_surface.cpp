@@ -2,7 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../loop_patches/loop_patches.hpp"
+#include "loop_patches.hpp"
 #include "quad_patches.hpp"
 
 #include <algorithm>

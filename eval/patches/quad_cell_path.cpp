@@ -30,7 +30,7 @@ const PathCell& QuadCellPath::cell(HalfedgeId root, int level, std::uint64_t x, 
         const std::uint64_t child_x = x >> (level - l), child_y = y >> (level - l);
         const int qx = static_cast<int>(child_x & 1), qy = static_cast<int>(child_y & 1);
         if (parent.irregular()) {
-            child = PathCell::of(parent.node->grown()[2 * qy + qx], child_x, child_y);
+            child = PathCell::of(parent.node->grown()[quad_quarter(qx, qy)], child_x, child_y);
             continue;
         }
         Net16& net = nets_[static_cast<std::size_t>(l)];
@@ -43,7 +43,7 @@ const PathCell& QuadCellPath::cell(HalfedgeId root, int level, std::uint64_t x, 
 
 Vec3d PathCell::point(int i) const {
     const double column = 0.5 * (i % 3), row = 0.5 * (i / 3);
-    return irregular() ? QuadPatches::position(*node, column, row) : regular_position(*net, crease, column, row);
+    return irregular() ? QuadPatches::position(*node, {column, row}) : regular_position(*net, crease, column, row);
 }
 
 }  // namespace tetrakis::detail

@@ -16,7 +16,7 @@ struct PathCell {
 
     static PathCell of(const QuadNode& node, std::uint64_t x, std::uint64_t y) {
         const bool regular = node.kind == QuadNode::Kind::regular;
-        return {&node, regular ? &node.net : nullptr, regular ? node.crease : SideCrease{}, x, y};
+        return {&node, regular ? &node.patch.net : nullptr, regular ? node.patch.crease : SideCrease{}, x, y};
     }
     bool irregular() const { return net == nullptr; }
     /// Limit position at (column / 2, row / 2), i = 3 * row + column.

@@ -1,105 +1,118 @@
 #include "quad_node.hpp"
 
-#include "quad_patches.hpp"
+#include "../../schemes/core/sharpness.hpp"
 
-namespace tetrakis {
-
-namespace detail {
+namespace tetrakis::detail {
 
 namespace {
 
-/// The net in the cell's frame, from that of a star whose corner `turn` is the origin.
-void unturn_net(int turn, const Net16& net, Net16& out) {
-    for (int b = -1; b <= 2; ++b)
-        for (int a = -1; a <= 2; ++a) {
-            const auto [x, y] = from_corner(turn, a, b);
-            out.set(x, y, net.at(a, b));
-        }
-}
-
-void grow_star(const QuadNode& node, QuadQuarters& quarters) {
-    StarQuarters grown;
-    subdivide(*node.star, quarters.star, grown);
-    for (int k = 0; k < 4; ++k) {
-        const int corner = (k + node.turn) & 3;
-        QuadNode& quarter = quarters.cell[static_cast<std::size_t>(2 * k_corner_y[corner] + k_corner_x[corner])];
-        if (k == 0 && node.star->valence != 4) {
-            quarter.become(quarters.star, node.turn);
-        } else if (k == 2 && node.star->far_valence != 4) {
-            quarter.adopt(std::make_unique<QuadStar>(std::move(grown.far)), corner);
-        } else {
-            unturn_net(node.turn, grown.net[static_cast<std::size_t>(k)], quarter.net);
-        }
+/// The points at (-1, 0), (0, -1) and (-1, -1) as seen from a corner, with which the regular rules give what its ring's
+/// rules give, at this level and below, on the cell's side; but for a crease of finite sharpness along one side.
+/// Nothing if there are none. Beyond infinitely sharp sides p_-1 = 2 p_0 - p_1 makes the B-spline rules those of the
+/// boundary.
+std::optional<std::array<Vec3d, 3>> points_beyond(const CornerRing& ring) {
+    const Vec3d& c = ring.centre;
+    const auto e = [&](int i) { return ring.spoke(ring.cell + i).point; };
+    const auto f = [&](int i) { return ring.spoke(ring.cell + i).face; };
+    const auto sharpness = [&](int i) { return ring.spoke(ring.cell + i).sharpness; };
+    if (ring.is_smooth() || !ring.is_stationary()) {
+        if (ring.boundary || ring.size() != 4 || ring.sharpness != 0) return {};
+        const int along = is_sharp(sharpness(0)) ? 0 : 1;
+        // By Chaikin's method an edge's halves, and so the levels to come, depend on the next edges.
+        const auto even = [&](int i) {
+            const CornerRing::Spoke& s = ring.spoke(ring.cell + i);
+            return !ring.chaikin || s.near_half == s.far_half;
+        };
+        const bool straight = sharpness(along) == sharpness(along + 2) && even(along) && even(along + 2) &&
+                              sharpness(along + 1) == 0 && sharpness(along + 3) == 0;
+        if (!straight) return {};
+        return std::array{e(2), e(3), f(2)};
     }
+    const auto sector = ring.sector();
+    if (!sector || sector->faces != (sector->corner ? 1 : 2)) return {};
+    if (sector->corner) return std::array{2.0 * c - e(0), 2.0 * c - e(1), 4.0 * c - 2.0 * (e(0) + e(1)) + f(0)};
+    if (sector->first == ring.cell) return std::array{e(2), 2.0 * c - e(1), 2.0 * e(2) - f(1)};
+    return std::array{2.0 * c - e(0), e(-1), 2.0 * e(-1) - f(-1)};
 }
 
 }  // namespace
 
-Vec3d QuadNode::corner(int k) const {
-    return kind == Kind::regular ? regular_position(net, crease, k_corner_x[k], k_corner_y[k])
-                                 : net.at(k_corner_x[k], k_corner_y[k]);
+SurfacePoint QuadShape::evaluate(const Patch& patch, const Point& at, bool second) {
+    Weights4 wx[3], wy[3];
+    regular_basis(patch.crease, at.x, at.y, wx, wy);
+    const NetTangents tangents = combine_tangents(patch.net, wx, wy);
+    SurfacePoint point{tangents.position, tangents.du, tangents.dv};
+    if (!second) return point;
+    point.duu = combine(patch.net, wx[2], wy[0]);
+    point.duv = combine(patch.net, wx[1], wy[1]);
+    point.dvv = combine(patch.net, wx[0], wy[2]);
+    return point;
 }
 
-QuadNode::~QuadNode() { drop_quarters(); }
-
-void QuadNode::drop_quarters() { delete quarters.exchange(nullptr, std::memory_order_acquire); }
-
-void QuadNode::become(const QuadStar& of, int corner) {
-    kind = Kind::star;
-    turn = static_cast<std::uint8_t>(corner);
-    star = &of;
-    for (int k = 0; k < 4; ++k) net.set(k_corner_x[k], k_corner_y[k], of.corner_limit((k - corner) & 3));
-}
-
-void QuadNode::adopt(std::unique_ptr<QuadStar> from, int corner) {
-    own_star = std::move(from);
-    become(*own_star, corner);
-}
-
-void QuadNode::adopt(std::unique_ptr<QuadRings> from) {
-    kind = Kind::generic;
-    rings = std::move(from);
-    for (int k = 0; k < 4; ++k)
-        net.set(k_corner_x[k], k_corner_y[k], rings->corner[static_cast<std::size_t>(k)].limit().position);
-}
-
-std::uint64_t QuadNode::own_bytes() const {
-    return (own_star ? own_star->memory_bytes() : 0) + (rings ? rings->memory_bytes() : 0);
-}
-
-std::uint64_t QuadNode::grown_bytes() const {
-    std::uint64_t sum = own_bytes();
-    if (const QuadQuarters* below = quarters.load(std::memory_order_acquire)) {
-        sum += sizeof(QuadQuarters) + below->star.points.outside_bytes();
-        for (const QuadNode& child : below->cell) sum += child.grown_bytes();
+bool QuadShape::find_patch(const CellRings<4>& rings, Patch& patch) {
+    patch.crease = {};
+    for (int k = 0; k < 4; ++k) {
+        const CornerRing& ring = rings.corner[static_cast<std::size_t>(k)];
+        const auto beyond = points_beyond(ring);
+        if (!beyond) return false;
+        if (const float side = ring.spoke(ring.cell).sharpness; is_semi_sharp(side)) {
+            if (patch.crease) return false;
+            patch.crease = SideCrease{static_cast<std::int8_t>(k), side};
+        }
+        const auto put = [&](int dx, int dy, const Vec3d& p) {
+            const auto [x, y] = from_corner(k, dx, dy);
+            patch.net.set(x, y, p);
+        };
+        put(0, 0, ring.centre);
+        put(-1, 0, (*beyond)[0]);
+        put(0, -1, (*beyond)[1]);
+        put(-1, -1, (*beyond)[2]);
     }
-    return sum;
+    return true;
 }
 
-const QuadNode* QuadNode::grown() const {
-    QuadNode* self = const_cast<QuadNode*>(this);
-    if (const QuadQuarters* found = self->quarters.load(std::memory_order_acquire)) return found->cell.data();
-    std::unique_ptr<QuadQuarters> fresh(new QuadQuarters);
-    for (QuadNode& child : fresh->cell) {
-        child.depth = static_cast<std::uint8_t>(depth + 1);
-        child.bytes = bytes;
+std::unique_ptr<QuadStar> QuadShape::find_star(const CellRings<4>& rings, int& corner) {
+    corner = -1;
+    for (int k = 0; k < 4; ++k) {
+        const CornerRing& ring = rings.corner[static_cast<std::size_t>(k)];
+        if (!ring.is_smooth() || (ring.size() != 4 && corner >= 0)) return nullptr;
+        if (ring.size() != 4) corner = k;
     }
-    if (kind == Kind::star) {
-        grow_star(*this, *fresh);
-    } else {
-        std::array<QuadRings, 4> children = rings->children();
-        for (std::size_t k = 0; k < 4; ++k)
-            classify(std::move(children[k]), fresh->cell[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
-    }
-    std::uint64_t taken = sizeof(QuadQuarters) + fresh->star.points.outside_bytes();
-    for (const QuadNode& child : fresh->cell) taken += child.own_bytes();
-    QuadQuarters* expected = nullptr;
-    if (!self->quarters.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel))
-        return expected->cell.data();
-    if (bytes) bytes->fetch_add(taken, std::memory_order_relaxed);
-    return fresh.release()->cell.data();
+    if (corner < 0 || rings.corner[static_cast<std::size_t>(corner)].size() < 3) return nullptr;
+    const auto around = [&](int k, int i) -> const CornerRing::Spoke& {
+        const CornerRing& ring = rings.corner[static_cast<std::size_t>((corner + k) & 3)];
+        return ring.spoke(ring.cell + i);
+    };
+    const int n = rings.corner[static_cast<std::size_t>(corner)].size();
+    auto star = std::make_unique_for_overwrite<QuadStar>();
+    star->resize(n);
+    Vec3d* out = star->points.data();
+    *out++ = rings.corner[static_cast<std::size_t>(corner)].centre;
+    for (int i = 0; i < n; ++i) *out++ = around(0, i).point, *out++ = around(0, i).face;
+    // Seen from corner k + 1 at (1, 0): its axes are turned by a quarter; the outer points by its ring, and so on.
+    *out++ = around(1, 2).face;   // (2, -1)
+    *out++ = around(1, 3).point;  // (2, 0)
+    *out++ = around(1, 3).face;   // (2, 1)
+    *out++ = around(2, 2).face;   // (2, 2)
+    *out++ = around(2, 3).point;  // (1, 2)
+    *out++ = around(3, 2).point;  // (0, 2)
+    *out++ = around(3, 2).face;   // (-1, 2)
+    star->find_limit();
+    return star;
 }
 
-}  // namespace detail
+void QuadShape::grow_star(const QuadStar& star, int turn, std::array<QuadNode, 4>& quarters) {
+    std::array<QuadStar, 4> grown;
+    subdivide(star, grown);
+    for (int k = 0; k < 4; ++k) {
+        QuadStar& part = grown[static_cast<std::size_t>(k)];
+        const int corner = (k + turn) & 3;
+        QuadNode& quarter = quarters[static_cast<std::size_t>(corner)];
+        if (part.regular())
+            quarter.patch.net = part.net(corner);
+        else
+            quarter.become(std::make_unique<QuadStar>(std::move(part)), corner);
+    }
+}
 
-}  // namespace tetrakis
+}  // namespace tetrakis::detail

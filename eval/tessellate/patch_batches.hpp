@@ -8,14 +8,6 @@
 
 namespace tetrakis::detail {
 
-/// Has patches whose trees have become large forget them; those of other kinds, and null, are left alone. Nobody else
-/// may be reading them.
-template <class Patches>
-void forget_large_trees(const Patches* patches) {
-    if constexpr (requires { patches->forget_trees(); })
-        if (patches && patches->forgettable_bytes() > patches->bytes_to_keep()) patches->forget_trees();
-}
-
 /// for_each_reported over what asks patches, in batches after each of which large trees are forgotten: some are grown
 /// again, but memory does not grow with the number of irregular places. Batches are as long as what grows meanwhile
 /// allows.
@@ -23,26 +15,22 @@ void forget_large_trees(const Patches* patches) {
 template <class Patches, class Body>
 void for_each_batch(const Patches* patches, std::uint32_t count, std::uint32_t grain, const RunContext& context,
                     std::string_view stage, double from, double to, Body&& body) {
-    if constexpr (!requires { patches->forget_trees(); }) {
-        for_each_reported(count, grain, context, stage, from, to, std::forward<Body>(body));
-    } else {
-        if (!patches) return for_each_reported(count, grain, context, stage, from, to, std::forward<Body>(body));
-        constexpr std::uint32_t k_reports = 64, k_grains = 16, k_least = 4;
-        const std::uint32_t most = std::max(context.progress ? count / k_reports + 1 : count, k_grains * grain);
-        std::uint32_t batch = k_least * grain;
-        for (std::uint32_t begin = 0; begin < count;) {
-            context.report(stage, from + (to - from) * begin / count);
-            const std::uint64_t before = patches->forgettable_bytes();
-            const std::uint32_t size = std::min(batch, count - begin);
-            for_each_index(
-                size, [&](std::uint32_t i) { body(begin + i); }, grain);
-            begin += size;
-            const bool large = 4 * (patches->forgettable_bytes() - before) > patches->bytes_to_keep();
-            batch = large ? std::max(batch / 2, k_least * grain) : batch <= most / 2 ? 2 * batch : most;
-            forget_large_trees(patches);
-        }
-        context.report(stage, to);
+    if (!patches) return for_each_reported(count, grain, context, stage, from, to, std::forward<Body>(body));
+    constexpr std::uint32_t k_reports = 64, k_grains = 16, k_least = 4;
+    const std::uint32_t most = std::max(context.progress ? count / k_reports + 1 : count, k_grains * grain);
+    std::uint32_t batch = k_least * grain;
+    for (std::uint32_t begin = 0; begin < count;) {
+        context.report(stage, from + (to - from) * begin / count);
+        const std::uint64_t before = patches->forgettable_bytes();
+        const std::uint32_t size = std::min(batch, count - begin);
+        for_each_index(
+            size, [&](std::uint32_t i) { body(begin + i); }, grain);
+        begin += size;
+        const bool large = 4 * (patches->forgettable_bytes() - before) > patches->bytes_to_keep();
+        batch = large ? std::max(batch / 2, k_least * grain) : batch <= most / 2 ? 2 * batch : most;
+        if (patches->forgettable_bytes() > patches->bytes_to_keep()) patches->forget_trees();
     }
+    context.report(stage, to);
 }
 
 }  // namespace tetrakis::detail

@@ -1,7 +1,7 @@
 #include "../../eval/estimate/hierarchy_estimator.hpp"
 #include "../../eval/estimate/linear_bound.hpp"
-#include "../../eval/loop_patches/loop_patches.hpp"
 #include "../../eval/patches/limit_surface.hpp"
+#include "../../eval/patches/loop_patches.hpp"
 #include "../../eval/patches/quad_patches.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"

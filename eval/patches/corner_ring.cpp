@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <utility>
 
 namespace tetrakis::detail {
 
@@ -24,18 +25,6 @@ std::vector<float> by_spoke(const CornerRing& ring, float CornerRing::Spoke::*sh
 }
 
 }  // namespace
-
-CornerRing CornerRing::smooth(SchemeKind scheme, int valence, const Vec3d* points) {
-    CornerRing ring;
-    ring.scheme = scheme;
-    ring.centre = *points++;
-    ring.spokes.resize(static_cast<std::size_t>(valence));
-    for (Spoke& s : ring.spokes) {
-        s.point = *points++;
-        if (scheme == SchemeKind::catmull_clark) s.face = *points++;
-    }
-    return ring;
-}
 
 void CornerRing::halve() {
     const std::vector<float> sharpness_around = by_spoke(*this, &Spoke::sharpness);
@@ -190,5 +179,86 @@ SurfacePoint CornerRing::limit() const {
     out.normal = limit_normal(scheme, shape, limit, ring);
     return out;
 }
+
+CornerRing control_ring(const ControlMesh& mesh, SchemeKind scheme, HalfedgeId h, std::span<const Vec3d> face_points) {
+    const VertexId v = mesh.origin(h);
+    CornerRing ring;
+    ring.scheme = scheme;
+    ring.centre = mesh.position(v);
+    ring.sharpness = mesh.sharpness(v);
+    ring.boundary = mesh.is_boundary(v);
+    ring.chaikin = mesh.crease_method() == CreaseMethod::chaikin;
+    HalfedgeId last;
+    for_each_outgoing(mesh, v, [&](HalfedgeId o) {
+        if (o == h) ring.cell = ring.size();
+        CornerRing::Spoke s{mesh.position(mesh.target(o)), Vec3d(0), mesh.sharpness(mesh.edge(o))};
+        if (is_sharp(s.sharpness)) s.far_half = mesh.twin(o).valid() ? half_sharpness(mesh, mesh.twin(o)) : s.sharpness;
+        last = mesh.prev(o);
+        if (!face_points.empty())
+            s.face = 4.0 * face_points[mesh.face(o).value] - (ring.centre + s.point + mesh.position(mesh.origin(last)));
+        ring.spokes.push_back(s);
+    });
+    if (ring.boundary)
+        ring.spokes.push_back(
+            {mesh.position(mesh.origin(last)), Vec3d(0), k_sharpness_infinity, 0, k_sharpness_infinity});
+    ring.halve();
+    return ring;
+}
+
+float half_sharpness(const ControlMesh& mesh, HalfedgeId h) {
+    const float s = mesh.sharpness(mesh.edge(h));
+    if (mesh.crease_method() != CreaseMethod::chaikin || !is_semi_sharp(s)) return child_sharpness(s);
+    std::vector<float> around;  // infinite ones do not weigh in
+    for_each_outgoing(mesh, mesh.origin(h), [&](HalfedgeId o) { around.push_back(mesh.sharpness(mesh.edge(o))); });
+    return child_sharpness_chaikin(s, around);
+}
+
+template <std::size_t Corners>
+std::array<CellRings<Corners>, 4> CellRings<Corners>::children() const {
+    constexpr bool k_quads = Corners == 4;
+    std::array<CellRings, 4> out;
+    std::array<CornerRing, Corners> child;
+    for (std::size_t k = 0; k < Corners; ++k) child[k] = corner[k].child();
+    CornerRing centre;  // of a quad
+    centre.scheme = corner[0].scheme;
+    centre.chaikin = corner[0].chaikin;
+    if (k_quads) centre.centre = corner[0].face_point(corner[0].cell);
+    for (std::size_t k = 0; k < Corners; ++k) {
+        const std::size_t next = (k + 1) % Corners;
+        CornerRing middle = side_ring(corner[k], corner[next], child[k], child[next]);
+        middle.cell = k_quads ? 1 : 2;
+        out[k].corner[next] = middle;
+        middle.cell = 0;
+        out[next].corner[k] = middle;
+        middle.cell = 1;
+        if (k_quads)
+            centre.spokes.push_back({middle.centre, child[next].centre});
+        else
+            out[3].corner[(k + 2) % Corners] = std::move(middle);
+    }
+    for (std::size_t k = 0; k < Corners; ++k) {
+        out[k].corner[k] = std::move(child[k]);
+        centre.cell = static_cast<int>((k + 3) % Corners);
+        if (k_quads) out[k].corner[(k + 2) % Corners] = centre;
+    }
+    return out;
+}
+
+template <std::size_t Corners>
+std::vector<Vec3d> CellRings<Corners>::points() const {
+    std::vector<Vec3d> out;
+    for (const CornerRing& ring : corner) ring.add_points(out);
+    return out;
+}
+
+template <std::size_t Corners>
+std::size_t CellRings<Corners>::memory_bytes() const {
+    std::size_t bytes = sizeof(CellRings);
+    for (const CornerRing& ring : corner) bytes += ring.spokes.capacity() * sizeof(CornerRing::Spoke);
+    return bytes;
+}
+
+template struct CellRings<3>;
+template struct CellRings<4>;
 
 }  // namespace tetrakis::detail

@@ -4,8 +4,10 @@
 #include "../../schemes/core/scheme_table.hpp"
 #include "../surface/surface_point.hpp"
 
+#include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -29,10 +31,6 @@ struct CornerRing {
     bool chaikin = false;       ///< how sharpness passes on
     int cell = 0;               ///< the cell lies between spokes cell, towards its next corner, and cell + 1
     std::vector<Spoke> spokes;  ///< counter-clockwise
-
-    /// Around an interior vertex with nothing sharp.
-    /// @param points  the vertex, then by spoke its point and, of quads, its face
-    static CornerRing smooth(SchemeKind scheme, int valence, const Vec3d* points);
 
     int size() const { return static_cast<int>(spokes.size()); }
     int faces() const { return size() - (boundary ? 1 : 0); }
@@ -69,6 +67,27 @@ struct CornerRing {
 /// @param from_child, to_child  child() of these
 CornerRing side_ring(const CornerRing& from, const CornerRing& to, const CornerRing& from_child,
                      const CornerRing& to_child);
+
+/// The ring of a control vertex; its cell is at a half-edge that leaves the vertex.
+/// @param face_points  of Catmull-Clark, by face: the ring has the far corners that make them those of quads
+CornerRing control_ring(const ControlMesh& mesh, SchemeKind scheme, HalfedgeId h,
+                        std::span<const Vec3d> face_points = {});
+
+/// Sharpness of the half at a half-edge's origin, one level below the control mesh.
+float half_sharpness(const ControlMesh& mesh, HalfedgeId h);
+
+/// A cell of Loop or Catmull-Clark by the rings of its corners, counter-clockwise.
+template <std::size_t Corners>
+struct CellRings {
+    std::array<CornerRing, Corners> corner;
+
+    /// The quarters at the corners, whose frames are the cell's: corner k of quarter k is corner k of the cell. Of a
+    /// triangle also [3] the centre, with corner k on the side opposite corner k.
+    std::array<CellRings, 4> children() const;
+    /// All points; the limit surface over the cell is in their convex hull.
+    std::vector<Vec3d> points() const;
+    std::size_t memory_bytes() const;
+};
 
 /// Calls visit(h) for the half-edges that leave a vertex, counter-clockwise, from its first one on.
 template <class Visit>

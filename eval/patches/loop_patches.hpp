@@ -1,0 +1,96 @@
+#pragma once
+
+#include "box_spline.hpp"
+#include "patch_tree.hpp"
+#include "star.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace tetrakis {
+
+namespace detail {
+
+/// Which quarter of its cell a point is in: 0, 1, 2 at the corners, 3 the centre.
+inline int quarter_of(const Bary& b) { return b[1] >= 0.5 ? 1 : b[2] >= 0.5 ? 2 : b[0] > 0.5 ? 0 : 3; }
+
+/// Coordinates in a quarter from those in its cell; exact for lattice points.
+inline Bary in_quarter(const Bary& b, int quarter) {
+    if (quarter == 3) return {1 - 2 * b[0], 1 - 2 * b[1], 1 - 2 * b[2]};
+    Bary out{2 * b[0], 2 * b[1], 2 * b[2]};
+    out[static_cast<std::size_t>(quarter)] -= 1;
+    return out;
+}
+
+/// Cells of Loop, with corners (0, 0), (1, 0), (0, 1). Leaves are quartic box splines, at regular boundaries and
+/// creases too. Quarters: [0..2] at the corners, [3] the centre, whose corners lie opposite the cell's.
+struct LoopShape {
+    static constexpr std::size_t k_corners = 3;
+    using Patch = Net12;
+    using Star = LoopStar;
+    using Point = Bary;
+
+    static Bary point(double x, double y) { return {1 - x - y, x, y}; }
+    static bool is_corner(const Bary& b) { return b[0] == 1 || b[1] == 1 || b[2] == 1; }
+    static int nearest_corner(const Bary& b) { return static_cast<int>(std::ranges::max_element(b) - b.begin()); }
+    /// Which quarter a point is in; the point gets the coordinates there.
+    static int to_quarter(Bary& b) {
+        const int quarter = quarter_of(b);
+        b = in_quarter(b, quarter);
+        return quarter;
+    }
+    /// How derivatives by a quarter's parameters grow to those by its parent's.
+    static double scale(int quarter) { return quarter == 3 ? -2 : 2; }
+
+    static const Vec3d& corner_point(const Net12& net, int k) { return net[static_cast<std::size_t>(k)]; }
+    static void set_corner_point(Net12& net, int k, const Vec3d& p) { net[static_cast<std::size_t>(k)] = p; }
+    static Vec3d patch_corner(const Net12& net, int k) { return box_spline_corner(net, k); }
+    static Vec3d position(const Net12& net, const Bary& at) {
+        return is_corner(at) ? box_spline_corner(net, nearest_corner(at)) : box_spline_position(net, at);
+    }
+    /// Without the normal.
+    static SurfacePoint evaluate(const Net12& net, const Bary& at, bool second);
+
+    /// Whether rings are those of a regular cell, or of one that can be made so.
+    static bool find_patch(const CellRings<3>& rings, Net12& net);
+    /// The star that rings are, with its extraordinary corner; null if they are none.
+    static std::unique_ptr<LoopStar> find_star(const CellRings<3>& rings, int& corner);
+    static void grow_star(const LoopStar& star, int turn, std::array<PatchNode<LoopShape>, 4>& quarters);
+};
+
+using LoopNode = PatchNode<LoopShape>;
+
+}  // namespace detail
+
+/// Patch trees of Loop (refine/README.md). One per control triangle, named by its first half-edge h0 =
+/// face_halfedge(f), with the parameters x, y >= 0, x + y <= 1: origin(h0) = (0, 0), origin(h0 + 1) = (1, 0),
+/// origin(h0 + 2) = (0, 1). Sources: Loop 1987; Stam 1998; Hoppe et al. 1994.
+class LoopPatches final : public PatchTree<detail::LoopShape> {
+  public:
+    /// O(H). Keeps a reference to the mesh.
+    /// @throws Error  invalid_input: a face is not a triangle; unsupported: corner angles; memory_limit where the
+    /// context's limit would be exceeded
+    explicit LoopPatches(const ControlMesh& mesh, const RunContext& context = {});
+    explicit LoopPatches(const ControlMesh&&, const RunContext& = {}) = delete;
+
+    /// Limit position, first derivatives and normal of a vertex: as evaluate(), but on an infinitely sharp edge with
+    /// the mean of the normals of both sides, and at a control vertex with the mean of its sectors'.
+    SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
+
+    /// Bytes of everything, of trees (forgettable_bytes()) as well.
+    std::uint64_t memory_bytes() const { return PatchTree::memory_bytes() + smooth_.size(); }
+
+  private:
+    void build_root(HalfedgeId root, detail::LoopNode& node) const override;
+    /// Of a root with smooth corners, from one that is extraordinary on; null: it is none.
+    /// @param turn  receives the root's corner that is the star's first one
+    std::unique_ptr<detail::LoopStar> root_star(HalfedgeId root, int& turn) const;
+    /// Around a corner of a root.
+    detail::CornerRing root_ring(HalfedgeId root, std::uint32_t corner) const;
+
+    std::vector<std::uint8_t> smooth_;  ///< per vertex: interior, nothing sharp, three triangles or more
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,256 @@
+#pragma once
+
+#include "../../hier/base/memory.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/site.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../surface/surface_point.hpp"
+#include "corner_ring.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace tetrakis {
+
+namespace detail {
+
+template <class Shape>
+struct PatchQuarters;
+
+/// One cell of a patch tree. Regular cells are leaves, with one patch; the others grow four children on demand.
+/// @tparam Shape  QuadShape or LoopShape: corners, patches, stars, and how cells are quartered
+template <class Shape>
+struct PatchNode : PoolNew {
+    enum class Kind : std::uint8_t {
+        regular,  ///< one patch
+        star,     ///< smooth around its corners, which are not all regular
+        generic,  ///< anything else: the rings of its corners
+    };
+    using Rings = CellRings<Shape::k_corners>;
+    using Star = typename Shape::Star;
+    using Point = typename Shape::Point;
+    static constexpr int k_corners = static_cast<int>(Shape::k_corners);
+
+    Kind kind = Kind::regular;
+    std::uint8_t turn = 0;  ///< star: the corner of the cell that is (0, 0) of the star
+    std::uint8_t depth = 0;
+    std::atomic<PatchQuarters<Shape>*> quarters{nullptr};
+    std::atomic<std::uint64_t>* bytes = nullptr;  ///< of the tree and its siblings: grows with them
+    typename Shape::Patch patch;                  ///< irregular: the limit positions of the corners alone
+    std::unique_ptr<const Star> star;
+    std::unique_ptr<Rings> rings;  ///< generic
+
+    PatchNode() = default;
+    PatchNode(const PatchNode&) = delete;
+    PatchNode& operator=(const PatchNode&) = delete;
+    /// Forgets what has grown, however deep; nobody else may be reading it.
+    ~PatchNode() { delete quarters.load(std::memory_order_acquire); }
+
+    /// The four quarters, grown at the first call; every thread would build the same bits.
+    const PatchNode* grown() const;
+    /// Limit position of a corner.
+    Vec3d corner(int k) const {
+        return kind == Kind::regular ? Shape::patch_corner(patch, k) : Shape::corner_point(patch, k);
+    }
+    /// Which corner of its star a corner of the cell is.
+    int in_star(int corner) const { return (corner - turn + k_corners) % k_corners; }
+    /// The corner of an irregular cell that a point is, or is as good as; -1: none.
+    int corner_at(const Point& at) const {
+        constexpr int k_deepest = 52;  // below this a cell is a point: parameters have no more bits
+        return Shape::is_corner(at) || depth > k_deepest ? Shape::nearest_corner(at) : -1;
+    }
+    /// Becomes a star cell. @param corner  of the cell: (0, 0) of the star
+    void become(std::unique_ptr<Star> of, int corner) {
+        kind = Kind::star;
+        turn = static_cast<std::uint8_t>(corner);
+        star = std::move(of);
+        for (int k = 0; k < k_corners; ++k) Shape::set_corner_point(patch, k, star->corner_limit(in_star(k)));
+    }
+    /// Becomes the cell of these rings, as simple as represents it exactly.
+    void become(Rings of) {
+        if (Shape::find_patch(of, patch)) return;
+        int corner = 0;
+        if (auto found = Shape::find_star(of, corner)) return become(std::move(found), corner);
+        kind = Kind::generic;
+        rings = std::make_unique<Rings>(std::move(of));
+        for (int k = 0; k < k_corners; ++k)
+            Shape::set_corner_point(patch, k, rings->corner[static_cast<std::size_t>(k)].limit().position);
+    }
+    /// Bytes of what is its own beside the node, without its quarters.
+    std::uint64_t own_bytes() const { return (star ? star->memory_bytes() : 0) + (rings ? rings->memory_bytes() : 0); }
+    /// Bytes of what has grown below, too.
+    std::uint64_t grown_bytes() const {
+        std::uint64_t sum = own_bytes();
+        if (const PatchQuarters<Shape>* below = quarters.load(std::memory_order_acquire)) {
+            sum += sizeof(*below);
+            for (const PatchNode& child : below->cell) sum += child.grown_bytes();
+        }
+        return sum;
+    }
+};
+
+/// What a node grows, in one block.
+template <class Shape>
+struct PatchQuarters : PoolNew {
+    std::array<PatchNode<Shape>, 4> cell;
+};
+
+template <class Shape>
+const PatchNode<Shape>* PatchNode<Shape>::grown() const {
+    auto& slot = const_cast<PatchNode*>(this)->quarters;
+    if (const PatchQuarters<Shape>* found = slot.load(std::memory_order_acquire)) return found->cell.data();
+    auto fresh = std::make_unique_for_overwrite<PatchQuarters<Shape>>();
+    for (PatchNode& child : fresh->cell) {
+        child.depth = static_cast<std::uint8_t>(depth + 1);
+        child.bytes = bytes;
+    }
+    if (kind == Kind::star) {
+        Shape::grow_star(*star, turn, fresh->cell);
+    } else {
+        auto children = rings->children();
+        for (std::size_t k = 0; k < 4; ++k) fresh->cell[k].become(std::move(children[k]));
+    }
+    std::uint64_t taken = sizeof(*fresh);
+    for (const PatchNode& child : fresh->cell) taken += child.own_bytes();
+    PatchQuarters<Shape>* expected = nullptr;
+    if (!slot.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel)) return expected->cell.data();
+    bytes->fetch_add(taken, std::memory_order_relaxed);
+    return fresh.release()->cell.data();
+}
+
+}  // namespace detail
+
+/// Patch trees of a control mesh: exact evaluation of the limit surface anywhere. One tree per root; leaves are regular
+/// patches, boundary and crease patches included; all grow where they are asked for, below a root towards irregular
+/// places only, and can be forgotten again. Thread-safe but for that; a result depends on its arguments alone. Source:
+/// Stam 1998.
+template <class Shape>
+class PatchTree {
+  public:
+    using Node = detail::PatchNode<Shape>;
+    using Point = typename Shape::Point;
+
+    PatchTree(const PatchTree&) = delete;
+    PatchTree& operator=(const PatchTree&) = delete;
+
+    const ControlMesh& mesh() const { return mesh_; }
+
+    /// The limit surface at parameters (x, y) of a root. On creases and at corners, of this root's side.
+    SurfacePoint evaluate(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, true); }
+    /// The same without second derivatives: cheaper, and the same bits.
+    SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
+    /// The limit position at a lattice point of the root, level <= k_max_level; about the cost of one patch.
+    Vec3d limit(HalfedgeId root, LatticePoint at, int level) const {
+        const double step = std::ldexp(1.0, -level);
+        return position(root_node(root), Shape::point(at.x * step, at.y * step));
+    }
+    /// limit() of many points.
+    void limits(std::span<const Site> sites, std::span<Vec3d> out) const {
+        for (std::size_t i = 0; i < sites.size(); ++i) out[i] = limit(sites[i].root, sites[i].at, sites[i].level);
+    }
+
+    const Node& root_node(HalfedgeId root) const {
+        const Node* node = roots_[root.value].load(std::memory_order_acquire);
+        return node ? *node : made_root(root);
+    }
+
+    std::uint64_t forgettable_bytes() const { return tree_bytes_.load(std::memory_order_relaxed); }
+    /// What trees may take before they should be forgotten: enough for all of an ordinary model's.
+    std::uint64_t bytes_to_keep() const {
+        constexpr std::uint64_t k_least = 16 << 20, k_of_root = 256;
+        return std::max(k_least, k_of_root * roots_.size());
+    }
+    /// Forgets all trees; nobody else may be reading, and nodes are no longer valid.
+    void forget_trees() const {
+        for_each_index(
+            static_cast<std::uint32_t>(roots_.size()),
+            [&](std::uint32_t root) { delete roots_[root].exchange(nullptr, std::memory_order_acquire); }, 1024);
+        tree_bytes_.store(0, std::memory_order_relaxed);
+        times_forgotten_.fetch_add(1, std::memory_order_relaxed);
+    }
+    /// Forgets the tree of one root, which nobody else may be reading.
+    void forget_tree(HalfedgeId root) const {
+        const std::unique_ptr<Node> tree(roots_[root.value].exchange(nullptr, std::memory_order_acquire));
+        if (!tree) return;
+        tree_bytes_.fetch_sub(sizeof(Node) + tree->grown_bytes(), std::memory_order_relaxed);
+        times_forgotten_.fetch_add(1, std::memory_order_relaxed);
+    }
+    /// How often something has been forgotten.
+    std::uint64_t times_forgotten() const { return times_forgotten_.load(std::memory_order_relaxed); }
+
+    /// The limit position at a point of a cell.
+    static Vec3d position(const Node& cell, Point at) {
+        const Node* node = &cell;
+        while (node->kind != Node::Kind::regular) {
+            if (const int corner = node->corner_at(at); corner >= 0) return node->corner(corner);
+            node = node->grown() + Shape::to_quarter(at);
+        }
+        return Shape::position(node->patch, at);
+    }
+    /// Limit of a corner of a generic cell, or of an extraordinary one of a star: position, two tangents, normal.
+    static SurfacePoint corner_limit(const Node& node, int corner) {
+        if (node.kind == Node::Kind::generic) return node.rings->corner[static_cast<std::size_t>(corner)].limit();
+        return node.star->corner_ring(node.in_star(corner)).limit();
+    }
+
+  protected:
+    explicit PatchTree(const ControlMesh& mesh) : mesh_(mesh), roots_(mesh.halfedge_count()) {}
+    ~PatchTree() { forget_trees(); }
+
+    /// Makes a fresh node the cell of a root.
+    virtual void build_root(HalfedgeId root, Node& node) const = 0;
+    std::uint64_t memory_bytes() const { return roots_.size() * sizeof(roots_[0]) + forgettable_bytes(); }
+
+    const ControlMesh& mesh_;
+
+  private:
+    SurfacePoint evaluate(HalfedgeId root, double x, double y, bool second) const {
+        const Node* node = &root_node(root);
+        Point at = Shape::point(x, y);
+        std::optional<Vec3d> kept;  // the same bits as position()
+        double scale = 1;
+        while (node->kind != Node::Kind::regular) {
+            if (const int corner = node->corner_at(at); corner >= 0) {
+                if (!kept) kept = node->corner(corner);
+                if (node->kind == Node::Kind::generic || node->star->is_extraordinary(node->in_star(corner))) {
+                    SurfacePoint point = corner_limit(*node, corner);
+                    point.position = *kept;
+                    return point;
+                }
+            }
+            const int quarter = Shape::to_quarter(at);
+            scale *= Shape::scale(quarter);
+            node = node->grown() + quarter;
+        }
+        SurfacePoint point = Shape::evaluate(node->patch, at, second);
+        if (kept) point.position = *kept;
+        point.du *= scale, point.dv *= scale;
+        point.has_second = second;
+        point.normal = unit_or_zero(glm::cross(point.du, point.dv));
+        if (second) point.duu *= scale * scale, point.duv *= scale * scale, point.dvv *= scale * scale;
+        return point;
+    }
+
+    const Node& made_root(HalfedgeId root) const {
+        auto fresh = std::make_unique_for_overwrite<Node>();
+        fresh->bytes = &tree_bytes_;
+        build_root(root, *fresh);
+        Node* known = nullptr;
+        if (!roots_[root.value].compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) return *known;
+        tree_bytes_.fetch_add(sizeof(Node) + fresh->own_bytes(), std::memory_order_relaxed);
+        return *fresh.release();
+    }
+
+    mutable detail::PoolVector<std::atomic<Node*>> roots_;  ///< null until asked for
+    mutable std::atomic<std::uint64_t> tree_bytes_{0};
+    mutable std::atomic<std::uint64_t> times_forgotten_{0};
+};
+
+}  // namespace tetrakis
