@@ -3,7 +3,6 @@
 #include "error.hpp"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/scalable_allocator.h>
 
 #include <sys/resource.h>
@@ -251,32 +250,6 @@ void wish_for_huge_pages(void*, std::size_t) noexcept {}
 void map_at_once(void*, std::size_t) noexcept {}
 void wish_for_small_pages(void*, std::size_t) noexcept {}
 #endif
-
-struct RecordPool::Threads {
-    struct Blocks {
-        std::vector<PodArray<std::max_align_t>> blocks;
-        std::max_align_t* next = nullptr;
-        std::size_t left = 0;
-    };
-    oneapi::tbb::enumerable_thread_specific<Blocks> blocks;
-};
-
-RecordPool::RecordPool() : threads_(std::make_unique<Threads>()) {}
-RecordPool::~RecordPool() = default;
-
-void* RecordPool::allocate(std::size_t bytes) {
-    constexpr std::size_t k_unit = sizeof(std::max_align_t), k_block = (std::size_t{32} << 10) / k_unit;
-    Threads::Blocks& own = threads_->blocks.local();
-    const std::size_t units = (bytes + k_unit - 1) / k_unit;
-    if (units > own.left) {
-        auto& block = own.blocks.emplace_back();
-        block.reserve(std::max(units, k_block));
-        own.next = block.data();
-        own.left = block.capacity();
-    }
-    own.left -= units;
-    return std::exchange(own.next, own.next + units);
-}
 
 }  // namespace tetrakis::detail
 

@@ -197,22 +197,5 @@ class PodArray {
     std::size_t size_ = 0, capacity_ = 0;
 };
 
-/// Memory for many small plain records that all live as long as the pool does. Any thread may ask: each has blocks of
-/// its own, so that two threads neither wait for each other nor share cache lines.
-class RecordPool {
-  public:
-    RecordPool();
-    ~RecordPool();
-    RecordPool(const RecordPool&) = delete;
-    RecordPool& operator=(const RecordPool&) = delete;
-
-    /// Aligned for all fundamental types. @throws std::bad_alloc
-    void* allocate(std::size_t bytes);
-
-  private:
-    struct Threads;
-    std::unique_ptr<Threads> threads_;
-};
-
 }  // namespace detail
 }  // namespace tetrakis
