@@ -1,4 +1,5 @@
 #include "../../hier/mesh/face_cutter.hpp"
+#include "../../hier/obj/obj_lines.hpp"
 #include "mesh_codecs.hpp"
 #include "mesh_view.hpp"
 #include "mesh_writer.hpp"
@@ -205,7 +206,7 @@ class GlbEncoder {
             if (primitive.group != last_group) {
                 last_group = primitive.group;
                 Json mesh, node;
-                if (!mesh_.face_group.empty()) mesh["name"] = node["name"] = utf8(mesh_.groups[primitive.group]);
+                if (!mesh_.face_group.empty()) mesh["name"] = node["name"] = obj_name(mesh_.groups[primitive.group]);
                 mesh["primitives"] = Json::array();
                 node["mesh"] = json["meshes"].size();
                 if (origin_ != Vec3d(0)) node["translation"] = {origin_.x, origin_.y, origin_.z};
@@ -228,30 +229,10 @@ class GlbEncoder {
         if (!mesh_.face_material.empty())
             for (const std::string& name : mesh_.materials)
                 json["materials"].push_back(
-                    {{"name", utf8(name)},
+                    {{"name", obj_name(name)},
                      {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}});
         json["buffers"] = Json::array({{{"byteLength", buffer_bytes_}}});
         return json;
-    }
-
-    // Names come from OBJ files in any encoding; JSON takes UTF-8 only, so other bytes are read as Latin-1.
-    static std::string utf8(const std::string& name) {
-        try {
-            (void)Json(name).dump();
-            return name;
-        } catch (const Json::type_error&) {
-            std::string result;
-            for (const char c : name) {
-                const auto byte = static_cast<unsigned char>(c);
-                if (byte < 0x80) {
-                    result += c;
-                } else {
-                    result += static_cast<char>(0xC0 | (byte >> 6));
-                    result += static_cast<char>(0x80 | (byte & 0x3F));
-                }
-            }
-            return result;
-        }
     }
 
     void write_buffer(AtomicFile& file) const {

@@ -89,9 +89,4 @@ struct Fan {
 void cut_fans(std::span<const Fan> fans, std::span<const Vec3d> positions,
               std::initializer_list<std::vector<std::array<std::uint32_t, 3>>*> arrays);
 
-/// A number at the front of `text`, which moves past it; an optional '+' is taken. False where there is none. Numbers
-/// too large for a double become infinite, too small ones zero.
-bool take_number(std::string_view& text, double& value);
-bool take_integer(std::string_view& text, long long& value);
-
 }  // namespace tetrakis::detail

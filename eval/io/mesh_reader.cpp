@@ -4,33 +4,9 @@
 #include "../../hier/mesh/face_cutter.hpp"
 #include "mesh_codecs.hpp"
 
-#include <charconv>
-#include <cstdlib>
-
 namespace tetrakis {
 
 namespace detail {
-
-bool take_number(std::string_view& text, double& value) {
-    const char* begin = text.data();
-    const char* end = begin + text.size();
-    if (begin != end && *begin == '+') ++begin;
-    const auto [next, error] = std::from_chars(begin, end, value);
-    if (error == std::errc::invalid_argument) return false;
-    if (error == std::errc::result_out_of_range) value = std::strtod(std::string(begin, next).c_str(), nullptr);
-    text.remove_prefix(static_cast<std::size_t>(next - text.data()));
-    return true;
-}
-
-bool take_integer(std::string_view& text, long long& value) {
-    const char* begin = text.data();
-    const char* end = begin + text.size();
-    if (begin != end && *begin == '+') ++begin;
-    const auto [next, error] = std::from_chars(begin, end, value);
-    if (error != std::errc{}) return false;
-    text.remove_prefix(static_cast<std::size_t>(next - text.data()));
-    return true;
-}
 
 void cut_fans(std::span<const Fan> fans, std::span<const Vec3d> positions,
               std::initializer_list<std::vector<std::array<std::uint32_t, 3>>*> arrays) {

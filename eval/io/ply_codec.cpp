@@ -1,3 +1,4 @@
+#include "../../hier/obj/obj_lines.hpp"
 #include "mesh_codecs.hpp"
 #include "mesh_view.hpp"
 
@@ -167,9 +168,7 @@ class PlyDecoder {
     void take_name(std::string_view line, const std::vector<std::string_view>& words) {
         if (words.size() < 3 || (words[1] != "material" && words[1] != "group")) return;
         std::vector<std::string>& names = words[1] == "material" ? materials_ : groups_;
-        long long number = -1;
-        std::string_view word = words[2];
-        if (!take_integer(word, number) || number != static_cast<long long>(names.size())) return;
+        if (obj_integer(words[2]) != std::ssize(names)) return;
         line.remove_prefix(static_cast<std::size_t>(words[2].data() - line.data()) + words[2].size());
         names.emplace_back(line.substr(std::min(line.find_first_not_of(' '), line.size())));
     }
@@ -183,13 +182,12 @@ class PlyDecoder {
     }
 
     void add_element(const std::vector<std::string_view>& words) {
-        long long count = -1;
-        std::string_view number = words.size() == 3 ? words[2] : std::string_view{};
-        if (!take_integer(number, count) || !number.empty() || count < 0)
-            reject("an element line has a name and a count");
+        const std::optional<std::int64_t> count = words.size() == 3 ? obj_integer(words[2]) : std::nullopt;
+        constexpr std::int64_t k_clamped = std::int64_t{1} << 62;
+        if (!count || *count < 0 || *count >= k_clamped) reject("an element line has a name and a count");
         for (const PlyElement& other : elements_)
             if (other.name == words[1]) reject(fmt::format("element '{:.40}' is declared twice", words[1]));
-        elements_.push_back({std::string(words[1]), static_cast<std::uint64_t>(count), {}});
+        elements_.push_back({std::string(words[1]), static_cast<std::uint64_t>(*count), {}});
     }
 
     void add_property(const std::vector<std::string_view>& words) {
@@ -211,15 +209,15 @@ class PlyDecoder {
     }
 
     double next_word() {
-        const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
-        for (; at_ < bytes_.size() && blank(bytes_[at_]); ++at_)
+        constexpr std::string_view k_blanks = " \t\r\n";
+        for (; at_ < bytes_.size() && k_blanks.find(bytes_[at_]) != std::string_view::npos; ++at_)
             if (bytes_[at_] == '\n') ++line_;
         if (at_ >= bytes_.size()) reject("the file ends in the middle of its data");
-        std::string_view rest = bytes_.substr(at_);
-        double value = 0;
-        if (!take_number(rest, value) || (!rest.empty() && !blank(rest.front()))) reject("this is not a number");
-        at_ = bytes_.size() - rest.size();
-        return value;
+        const std::size_t end = std::min(bytes_.find_first_of(k_blanks, at_), bytes_.size());
+        const std::optional<double> value = obj_number(bytes_.substr(at_, end - at_));
+        if (!value) reject("this is not a number");
+        at_ = end;
+        return *value;
     }
 
     /// That a number takes at least; in text a digit and a blank.
