@@ -8,7 +8,6 @@
 #include "../distance/surface_family.hpp"
 #include "../estimate/linear_bound.hpp"
 #include "../estimate/mask_norm_bound.hpp"
-#include "../patches/limit_surface.hpp"
 #include "../surface/local_frame.hpp"
 #include "../tessellate/tessellate.hpp"
 #include "dual_limits.hpp"
@@ -59,8 +58,7 @@ class PrimalLimits final : public detail::LatticeLimits {
     PrimalLimits(const ControlMesh& mesh, const SchemeChoice& scheme, const SubdivisionSurfaceOptions& options)
         : mesh_(mesh), rules_(options.rules) {
         const SchemeInfo& info = scheme.info();
-        if (scheme_support(mesh, scheme, options.rules).patches)
-            patches_.emplace(mesh, k_quads ? SchemeKind::catmull_clark : SchemeKind::loop, options.context);
+        if (scheme_support(mesh, scheme, options.rules).patches) patches_.emplace(mesh, options.context);
         points_.emplace(make_hierarchy(mesh, info, {.rules = options.rules, .context = options.context}));
         if (k_quads ? points_->family() != "bisection" : !patches_)
             throw Error(ErrorCode::unsupported, fmt::format("LOD takes schemes whose faces become quads, Doo-Sabin, "
@@ -68,11 +66,9 @@ class PrimalLimits final : public detail::LatticeLimits {
                                                             scheme.name()));
         if (info.is_linear())
             linear_.emplace(mesh, info);
-        else if (patches_)
-            bounded_.emplace(mesh, options.context);
-        else if (MaskNormBound<Family>::has(info, options.rules, mesh))
+        else if (!patches_ && MaskNormBound<Family>::has(info, options.rules, mesh))
             norms_.emplace(*points_, info, rules_, 0, k_tight);
-        else
+        else if (!patches_)
             throw Error(ErrorCode::unsupported,
                         fmt::format("{} has no certified bound over this mesh, whose semi-sharp tags last too long or "
                                     "of whose edges too many meet",
@@ -88,8 +84,8 @@ class PrimalLimits final : public detail::LatticeLimits {
         }
         for (std::size_t i = 0; i < sites.size(); ++i) {
             const Vec2d p = in_cell(sites[i]), at = k_quads ? p : in_triangle(mesh_, sites[i].root, p.x, p.y);
-            const SurfacePoint point =
-                k_quads ? patches_->vertex(sites[i]) : patches_->evaluate(first_halfedge(sites[i].root), at.x, at.y);
+            const SurfacePoint point = k_quads ? patches_->vertex(sites[i].root, sites[i].at, sites[i].level)
+                                               : patches_->evaluate(first_halfedge(sites[i].root), at.x, at.y);
             positions[i] = point.position;
             normals[i] = point.normal;
         }
@@ -98,8 +94,8 @@ class PrimalLimits final : public detail::LatticeLimits {
     void bound(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
         if (linear_) {
             linear_->estimate(triangles, errors);
-        } else if (bounded_) {
-            typename Family::Bounder bounder(*bounded_);
+        } else if (patches_) {
+            typename Family::Bounder bounder(*patches_);
             const double decide_at = k_no_error * mesh_.bounding_box().diagonal();
             for (std::size_t i = 0; i < triangles.size(); ++i)
                 if constexpr (k_quads)
@@ -126,8 +122,7 @@ class PrimalLimits final : public detail::LatticeLimits {
 
     const ControlMesh& mesh_;
     RuleOptions rules_;
-    std::optional<LimitSurface> patches_;
-    std::optional<typename Family::Patches> bounded_;
+    std::optional<typename Family::Patches> patches_;
     std::optional<Hierarchy> points_;
     std::optional<LinearBound> linear_;
     std::optional<MaskNormBound<Family>> norms_;
