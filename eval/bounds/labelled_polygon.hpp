@@ -17,6 +17,7 @@ inline std::array<double, 3> mix(const std::array<double, 3>& a, const std::arra
 template <class Point>
 class LabelledPolygon {
   public:
+    LabelledPolygon() = default;
     /// @param edges  that the side from corner k to the next one lies on, or -1
     LabelledPolygon(const std::array<Point, 3>& corners, const std::array<int, 3>& edges) : size_(3) {
         for (std::size_t k = 0; k < 3; ++k) corner_[k] = {corners[k], edges[k]};
@@ -38,6 +39,8 @@ class LabelledPolygon {
     bool empty() const { return size_ < 3; }
     std::size_t size() const { return size_; }
     const Point& corner(std::size_t i) const { return corner_[i].at; }
+    /// That the side from corner i to the next one lies on, or -1.
+    int edge(std::size_t i) const { return corner_[i].edge; }
     /// Calls take(corners, edges) for triangles that it is made of.
     template <class Take>
     void for_each_triangle(Take&& take) const {
@@ -53,7 +56,6 @@ class LabelledPolygon {
         int edge;
     };
     static constexpr std::size_t k_most = 8;  ///< of a triangle cut by five lines
-    LabelledPolygon() = default;
 
     std::array<Corner, k_most> corner_;
     std::size_t size_ = 0;

@@ -1,7 +1,5 @@
 #include "cell_equations.hpp"
 
-#include "../../refine/points/cell_frame.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>

@@ -1,16 +1,16 @@
 #include "mask_norm_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../../refine/points/cell_frame.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../distance/limit_samples.hpp"
+#include "../bounds/labelled_polygon.hpp"
 #include "../distance/surface_family.hpp"
 #include "../surface/local_frame.hpp"
 #include "../surface/site_limits.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <unordered_map>
 
@@ -33,118 +33,149 @@ constexpr double k_no_error = 1e-7;
 constexpr int k_most_halfedges = 1 << 18;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
+/// The corners of a triangle, in sides of a cell.
+using PieceCorners = std::array<Vec2d, 3>;
+
+/// The same points in a quarter of the cell.
+PieceCorners in_child(PieceCorners at, int child, int cell_corners) {
+    constexpr double k_quad[][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, k_triangle[][2] = {{0, 0}, {1, 0}, {0, 1}};
+    for (Vec2d& p : at) {
+        if (cell_corners == 3 && child == 3) {
+            p = Vec2d(1) - 2.0 * p;
+        } else {
+            const auto& [x, y] = cell_corners == 4 ? k_quad[child] : k_triangle[child];
+            p = 2.0 * p - Vec2d(x, y);
+        }
+    }
+    return at;
+}
+
+/// What a cell has of a piece, with the edges of the triangle that its sides lie over.
+using Part = detail::LabelledPolygon<Vec2d>;
+
+/// Empty where it is a corner or an edge that rounding has given an area.
+Part part_in_cell(const PieceCorners& at, int cell_corners) {
+    constexpr double k_no_area = 1e-12, k_no_share = 1e-6;
+    Part part(at, {0, 1, 2});
+    part = part.clipped([](const Vec2d& p) { return p.x; }).clipped([](const Vec2d& p) { return p.y; });
+    if (cell_corners == 3)
+        part = part.clipped([](const Vec2d& p) { return 1 - p.x - p.y; });
+    else
+        part = part.clipped([](const Vec2d& p) { return 1 - p.x; }).clipped([](const Vec2d& p) { return 1 - p.y; });
+    const auto cross = [](const Vec2d& p, const Vec2d& q) { return p.x * q.y - p.y * q.x; };
+    double twice = 0;  // the area
+    for (std::size_t i = 0; i < part.size(); ++i) twice += cross(part.corner(i), part.corner((i + 1) % part.size()));
+    const double of_piece = std::abs(cross(at[1] - at[0], at[2] - at[0]));
+    return std::abs(twice) > std::min(k_no_area, k_no_share * of_piece) ? part : Part();
+}
+
+/// The error of a level's mesh over a part of one of its cells.
+struct PartError {
+    double at_corners;  ///< the largest there
+    double most;
+    bool whole;  ///< the part is the cell
+};
+
+/// @param corner  of the cell
+PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int cell_corners,
+                     const detail::TriangleDistance& triangle) {
+    constexpr double k_beside = 1e-9;  // at a cell's corner, but for rounding
+    PartError error{0, 0, part.size() == static_cast<std::size_t>(cell_corners)};
+    Vec2d low(1), high(0);
+    for (std::size_t i = 0; i < part.size(); ++i) {
+        const Vec2d& at = part.corner(i);
+        const double x = at.x, y = at.y;
+        const Vec3d p = triangle.local(cell_corners == 3 ? (1 - x - y) * corner[0] + x * corner[1] + y * corner[2]
+                                                         : (1 - y) * ((1 - x) * corner[0] + x * corner[1]) +
+                                                               y * ((1 - x) * corner[3] + x * corner[2]));
+        double here = triangle.to_face(p);
+        for (const int edge : {part.edge(i), part.edge((i + part.size() - 1) % part.size())})
+            if (edge >= 0) here = std::max(here, triangle.to_edge(p, static_cast<std::size_t>(edge)));
+        error.at_corners = std::max(error.at_corners, here);
+        error.whole = error.whole && glm::length(at - glm::round(at)) < k_beside;
+        low = glm::min(low, at);
+        high = glm::max(high, at);
+    }
+    // Errors are convex. Every point of the part is a mean of its corners, in a whole cell with the weights that its
+    // patch has; else the patch is off that mean by the covariance of x and y, a quarter of their ranges at most, times
+    // the twist.
+    error.most = error.at_corners;
+    if (cell_corners == 4 && !error.whole)
+        error.most +=
+            0.25 * (high.x - low.x) * (high.y - low.y) * glm::length(corner[0] - corner[1] + corner[2] - corner[3]);
+    return error;
+}
+
 }  // namespace
+
+/// A cell that has norms, with the points around it that matter: those below it need no mesh.
+struct KnownCell {
+    const detail::CellNorms& norms;
+    std::vector<Vec3d> points;
+    double rest = -1;  ///< norms.remainder(points), once it is asked for
+    std::array<KnownCell*, 4> children{};
+
+    explicit KnownCell(const detail::CellNorms& of) : norms(of), points(of.point.size()) {}
+    std::array<Vec3d, 4> corners() const {
+        std::array<Vec3d, 4> corner{};
+        std::copy_n(points.begin(), std::min(corner.size(), points.size()), corner.begin());
+        return corner;
+    }
+    double remainder() {
+        if (rest < 0) rest = norms.remainder(points);
+        return rest;
+    }
+    /// One of the four cells of the next level, which is made where `finer` does not have it yet.
+    KnownCell& child(int number, std::deque<KnownCell>& finer) {
+        KnownCell*& child = children[static_cast<std::size_t>(number)];
+        if (child == nullptr) {
+            const detail::CellNorms::Child& of = norms.children[static_cast<std::size_t>(number)];
+            child = &finer.emplace_back(*of.norms);
+            of.rows.template apply<Vec3d>(points, child->points);
+        }
+        return *child;
+    }
+};
 
 /// A piece in one of the cells that it reaches into: one of a mesh, or a known one, which needs no mesh.
 template <class Family>
 struct MaskNormBound<Family>::Walker {
     detail::CellFrame frame;
     std::uint32_t piece;
-    PieceCorners at;   ///< the piece's corners, in sides of the cell
-    int known = k_no;  ///< number of the known cell; `at` is then as seen from the corner that its norms are for
-    double most = 0;   ///< bound on the error in the cell's part, once it is known
-
-    static constexpr int k_no = -1;
-};
-
-/// Known cells of one level: those that have norms, with the points around them that matter.
-template <class Family>
-class MaskNormBound<Family>::KnownCells {
-  public:
-    /// Keeps the memory.
-    void clear() {
-        cells_.clear();
-        points_.clear();
-    }
-    /// A new cell with room for its points. Returns its number.
-    int add(const detail::CellNorms& norms) {
-        cells_.push_back({&norms, points_.size()});
-        points_.resize(points_.size() + norms.point.size());
-        return static_cast<int>(cells_.size()) - 1;
-    }
-    std::span<Vec3d> points(int cell) {
-        const Cell& c = cells_[static_cast<std::size_t>(cell)];
-        return {points_.data() + c.begin, c.norms->point.size()};
-    }
-    std::array<Vec3d, 4> corners(int cell) {
-        const std::span<const Vec3d> at = points(cell);
-        std::array<Vec3d, 4> corner{};
-        std::copy_n(at.begin(), std::min(corner.size(), at.size()), corner.begin());
-        return corner;
-    }
-    double remainder(int cell) {
-        Cell& c = cells_[static_cast<std::size_t>(cell)];
-        if (c.remainder < 0) c.remainder = c.norms->remainder(points(cell));
-        return c.remainder;
-    }
-    /// One of the four cells of the next level, which is made where `finer` does not have it yet.
-    int child(int cell, int child, KnownCells& finer) {
-        Cell& c = cells_[static_cast<std::size_t>(cell)];
-        int& number = c.child[static_cast<std::size_t>(child)];
-        if (number < 0) {
-            const detail::CellNorms::Child& of = c.norms->children[static_cast<std::size_t>(child)];
-            number = finer.add(*of.norms);
-            of.rows.template apply<Vec3d>(points(cell), finer.points(number));
-        }
-        return number;
-    }
-
-  private:
-    struct Cell {
-        const detail::CellNorms* norms;
-        std::size_t begin;  ///< of the points
-        double remainder = -1;
-        std::array<int, 4> child{-1, -1, -1, -1};
-    };
-    std::vector<Cell> cells_;
-    std::vector<Vec3d> points_;
-};
-
-/// The mesh of one level, or a part of it.
-template <class Family>
-struct MaskNormBound<Family>::Level {
-    RuleStep made;  ///< its mesh, and how the level above has become it
-    std::vector<Vec3d> net;
-    detail::NormedCells cells;
-
-    /// @param depth  steps from the control mesh; quads: the first one makes the cells
-    Level(const detail::CellNormTable& norms, std::size_t depth, RuleStep step, std::vector<Vec3d> points)
-        : made(std::move(step)),
-          net(std::move(points)),
-          cells(norms, made.mesh, static_cast<int>(depth) - (norms.corners() == 4 ? 1 : 0)) {}
-    Level(const detail::CellNormTable& norms, std::size_t depth, RuleStep step, std::span<const Vec3d> above)
-        : Level(norms, depth, std::move(step), std::vector<Vec3d>()) {
-        net.resize(static_cast<std::size_t>(made.stencils.row_count()));
-        made.stencils.template apply<Vec3d>(above, net);
-        made.stencils = {};
-    }
-    Level(const Level&) = delete;
+    PieceCorners at;             ///< the piece's corners, in sides of the cell
+    KnownCell* known = nullptr;  ///< `at` is then as seen from the corner that its norms are for
+    double most = 0;             ///< bound on the error in the cell's part, once it is known
 };
 
 /// The meshes that lead walkers down until they are in known cells: whole levels, where there are any, then parts.
 template <class Family>
 class MaskNormBound<Family>::MeshDescent {
   public:
-    MeshDescent(const MaskNormBound& bound, detail::MeshPartFinder& parts)
-        : bound_(bound), here_(bound.whole_.front().get()), parts_(parts) {}
+    explicit MeshDescent(const MaskNormBound& bound) : bound_(bound), here_(&bound.whole_.front()) {}
 
     /// Moves walkers from the mesh to known cells, where there are norms.
-    void leave(std::span<Walker> walkers, KnownCells& known) {
-        std::unordered_map<int, int> number;  // among the known cells, by face
+    /// @param level  of the cells
+    void leave(std::span<Walker> walkers, int level, std::deque<KnownCell>& known) {
+        std::unordered_map<int, KnownCell*> found;  // by face
         for (Walker& w : walkers) {
             if (!in_mesh(w)) continue;
             int h = first_corner(w);
-            const detail::NormedCells::Cell& cell = here_->cells.at(h, parts_);
+            const int face = mesh().face(h);
+            auto at = here_->cells.find(face);
+            if (at == here_->cells.end())
+                at = here_->cells.emplace(face, bound_.norms_.of_cell(mesh(), h, level, parts_)).first;
+            const detail::NormedCell& cell = at->second;
             if (cell.norms == nullptr) continue;
-            const auto [of, is_new] = number.try_emplace(mesh().face(h), Walker::k_no);
-            if (is_new) {
-                of->second = known.add(*cell.norms);
-                std::ranges::transform(cell.points, known.points(of->second).begin(),
+            KnownCell*& of_face = found[face];
+            if (of_face == nullptr) {
+                of_face = &known.emplace_back(*cell.norms);
+                std::ranges::transform(cell.points, of_face->points.begin(),
                                        [&](int v) { return here_->net[static_cast<std::size_t>(v)]; });
             }
-            w.known = of->second;
+            w.known = of_face;
+            // As seen from the next corner.
             for (; h != cell.first; h = mesh().next(h))
-                for (CellPlace& p : w.at) p = from_next_corner(p, bound_.norms_.corners());
+                for (Vec2d& p : w.at) p = {p.y, bound_.norms_.corners() == 4 ? 1 - p.x : 1 - p.x - p.y};
         }
     }
     std::array<Vec3d, 4> corners(const Walker& w) const {
@@ -158,7 +189,7 @@ class MaskNormBound<Family>::MeshDescent {
         if (std::ranges::none_of(walkers, in_mesh)) return;
         above_ = &mesh();
         if (++depth_ < bound_.whole_.size()) {
-            here_ = bound_.whole_[depth_].get();
+            here_ = &bound_.whole_[depth_];
             return;
         }
         // A level's rings give twice as many on the next one, less the two that rules reach.
@@ -172,9 +203,8 @@ class MaskNormBound<Family>::MeshDescent {
             if (in_mesh(w)) w.frame.halfedge = part_.halfedge(mesh(), w.frame.halfedge);
         std::vector<Vec3d> net;
         for (const int v : part_.vertex) net.push_back(here_->net[static_cast<std::size_t>(v)]);
-        own_ = std::make_unique<Level>(bound_.norms_, depth_, bound_.step(depth_)(part_.mesh, bound_.rules_),
-                                       std::span<const Vec3d>(net));
-        here_ = own_.get();
+        own_ = bound_.level(depth_, part_.mesh, net);
+        here_ = &own_;
         above_ = &part_.mesh;
     }
     /// The corner cell of a half-edge, after the first step of quads.
@@ -185,7 +215,7 @@ class MaskNormBound<Family>::MeshDescent {
     }
 
   private:
-    static bool in_mesh(const Walker& w) { return w.known == Walker::k_no; }
+    static bool in_mesh(const Walker& w) { return w.known == nullptr; }
     const RuleMesh& mesh() const { return here_->made.mesh; }
     int first_corner(const Walker& w) const { return detail::face_corner(mesh(), w.frame, 0, bound_.norms_.corners()); }
 
@@ -194,8 +224,8 @@ class MaskNormBound<Family>::MeshDescent {
     std::size_t depth_ = 0;            ///< steps from the control mesh
     const RuleMesh* above_ = nullptr;  ///< what the last step was made of
     detail::MeshPart part_;
-    std::unique_ptr<const Level> own_;
-    detail::MeshPartFinder& parts_;
+    Level own_;
+    detail::MeshPartFinder parts_;
 };
 
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
@@ -229,31 +259,30 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
     rules_.runner = nullptr;  // a thread must not take up another block amid one
     rounding_ = detail::surface_rounding(mesh_, averaging_steps(scheme, rules));
     aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * mesh_.bounding_box().diagonal(), 0.0);
-    RuleStep control;
-    control.mesh = rule_mesh(mesh_, rules);
-    first_step_ = first_rule_step(scheme, control.mesh);
-    const std::span<const Vec3d> net = mesh_.positions();
-    whole_.push_back(std::make_unique<Level>(norms_, 0, std::move(control), std::vector(net.begin(), net.end())));
-    while (4 * whole_.back()->made.mesh.halfedge_count() <= k_most_halfedges) {
-        const Level& above = *whole_.back();
-        whole_.push_back(std::make_unique<Level>(norms_, whole_.size(), step(whole_.size())(above.made.mesh, rules_),
-                                                 std::span<const Vec3d>(above.net)));
-    }
+    Level control;
+    control.made.mesh = rule_mesh(mesh_, rules);
+    control.net.assign(mesh_.positions().begin(), mesh_.positions().end());
+    first_step_ = first_rule_step(scheme, control.made.mesh);
+    whole_.push_back(std::move(control));
+    while (4 * whole_.back().made.mesh.halfedge_count() <= k_most_halfedges)
+        whole_.push_back(level(whole_.size(), whole_.back().made.mesh, whole_.back().net));
 }
 
 template <class Family>
-MaskNormBound<Family>::~MaskNormBound() = default;
-
-template <class Family>
-auto MaskNormBound<Family>::step(std::size_t depth) const -> Step {
-    return norms_.corners() == 4 && depth == 1 ? first_step_ : scheme_.step;
+auto MaskNormBound<Family>::level(std::size_t depth, const RuleMesh& mesh, std::span<const Vec3d> net) const -> Level {
+    // Quads: the first step makes the cells.
+    Level level{(norms_.corners() == 4 && depth == 1 ? first_step_ : scheme_.step)(mesh, rules_)};
+    level.net.resize(static_cast<std::size_t>(level.made.stencils.row_count()));
+    level.made.stencils.template apply<Vec3d>(net, level.net);
+    level.made.stencils = {};
+    return level;
 }
 
 template <class Family>
-void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle& triangle,
+void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<Vec3d, 3>& corners,
                                        std::vector<Piece>& pieces) const {
     const double unit = std::ldexp(1.0, -t.level);
-    Piece piece{t.root, t.level, {}, triangle};
+    Piece piece{t.root, t.level, {}, detail::TriangleDistance(corners)};
     double right = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         piece.at[k] = {t.corner[k].x * unit, t.corner[k].y * unit};
@@ -263,7 +292,7 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle
     if (norms_.corners() == 3 || right <= 1) return;
     // The other half lies in the next corner's cell.
     piece.cell = mesh_.next(t.root);
-    for (CellPlace& p : piece.at) p = {p[1], 2 - p[0]};
+    for (Vec2d& p : piece.at) p = {p[1], 2 - p[0]};
     pieces.push_back(piece);
 }
 
@@ -292,18 +321,17 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     const int n = norms_.corners();
     std::vector<Walker> walkers, next;
     for (std::uint32_t i = 0; i < pieces.size(); ++i)
-        if (!covered(pieces[i].at, n).none)
+        if (!part_in_cell(pieces[i].at, n).empty())
             walkers.push_back({{static_cast<int>(pieces[i].cell.value), 0}, i, pieces[i].at});
     std::fill(errors.begin(), errors.end(), rounding_);
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // cells
-    detail::MeshPartFinder parts;
-    MeshDescent mesh(*this, parts);
-    KnownCells known, finer;
+    MeshDescent mesh(*this);
+    std::deque<KnownCell> known, finer;  // of this level and of the next one
     // Quads: one more step, from the control mesh to its corner cells.
     for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
-        if (level >= 0) mesh.leave(walkers, known);
+        if (level >= 0) mesh.leave(walkers, level, known);
         next.clear();
         for (const Walker& w : walkers) {
             const Piece& piece = pieces[w.piece];
@@ -312,13 +340,12 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
                 continue;
             }
             if (decided[w.piece] != 0) continue;
-            const bool is_known = w.known != Walker::k_no;
-            const double rest = is_known ? known.remainder(w.known) : k_infinite;
-            const std::array<Vec3d, 4> corner = is_known ? known.corners(w.known) : mesh.corners(w);
-            const Deviation off = deviation(covered(w.at, n), corner, n, piece.triangle);
+            const double rest = w.known != nullptr ? w.known->remainder() : k_infinite;
+            const PartError off = part_error(
+                part_in_cell(w.at, n), w.known != nullptr ? w.known->corners() : mesh.corners(w), n, piece.triangle);
             // Points of an interpolating scheme are limit points.
             const double apart = scheme_.interpolating && off.whole ? 0 : rest;
-            least[w.piece] = std::max(least[w.piece], off.at_points - apart);
+            least[w.piece] = std::max(least[w.piece], off.at_corners - apart);
             const double most = off.most + rest, sure = least[w.piece];
             const bool exceeds = sure > wanted.floor;
             const double floor = exceeds && !wanted.decide ? tight_ * sure : wanted.floor;
@@ -346,13 +373,12 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
                 continue;
             }
             for (int child = 0; child < 4; ++child) {
-                PieceCorners at;
-                for (std::size_t k = 0; k < 3; ++k) at[k] = in_child(w.at[k], child, n);
-                if (covered(at, n).none) continue;
-                if (w.known == Walker::k_no)
+                const PieceCorners at = in_child(w.at, child, n);
+                if (part_in_cell(at, n).empty()) continue;
+                if (w.known == nullptr)
                     walkers.push_back({mesh.child(w, child), w.piece, at});
                 else
-                    walkers.push_back({{}, w.piece, at, known.child(w.known, child, finer)});
+                    walkers.push_back({{}, w.piece, at, &w.known->child(child, finer)});
             }
         }
         std::swap(known, finer);
@@ -365,19 +391,18 @@ template <class Family>
 void MaskNormBound<Family>::bound(std::span<const CellTriangle> triangles, std::optional<double> known,
                                   std::span<double> errors) const {
     const auto count = static_cast<std::uint32_t>(triangles.size());
-    // The corners and the middles of the sides.
-    constexpr std::size_t k_points = 6;
-    std::vector<Site> sites(k_points * triangles.size());
+    std::vector<Site> sites(3 * triangles.size());
     for_each_index(count, [&](std::uint32_t t) {
-        detail::put_lattice_sites<Family>(mesh_, triangles[t], 1, &sites[k_points * t]);
+        for (std::size_t k = 0; k < 3; ++k)
+            sites[3 * std::size_t{t} + k] = Family::canonical_site(mesh_, Family::corner_site(mesh_, triangles[t], k));
     });
     std::vector<Vec3d> points(sites.size());
     detail::limit_positions_once(points_, sites, points);
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> of;
     for (std::uint32_t t = 0; t < count; ++t) {
-        const Vec3d* const p = points.data() + k_points * t;
-        add_pieces(triangles[t], SlidTriangle({p[3], p[5], p[0]}, {p[4], p[2], p[1]}), pieces);
+        const Vec3d* const p = &points[3 * std::size_t{t}];
+        add_pieces(triangles[t], {p[0], p[1], p[2]}, pieces);
         of.resize(pieces.size(), t);
     }
     std::fill(errors.begin(), errors.end(), 0.0);
@@ -411,9 +436,10 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         }
         for (std::uint32_t c = 0; c < size; ++c) {
             const Vec3d ahead = 0.5 * (at(c) + at(c + 1)), behind = 0.5 * (at(c) + at(c + size - 1));
-            pieces.push_back({HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 0}, {1, 1}}}, SlidTriangle({at(c), ahead, centre})});
             pieces.push_back(
-                {HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 1}, {0, 1}}}, SlidTriangle({at(c), centre, behind})});
+                {HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 0}, {1, 1}}}, detail::TriangleDistance({at(c), ahead, centre})});
+            pieces.push_back(
+                {HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 1}, {0, 1}}}, detail::TriangleDistance({at(c), centre, behind})});
         }
         of.resize(pieces.size(), i);
     }

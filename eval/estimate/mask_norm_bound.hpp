@@ -1,12 +1,13 @@
 #pragma once
 
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "cell_deviation.hpp"
+#include "../triangles/triangle_distance.hpp"
 #include "cell_norms.hpp"
 #include "surface_bound.hpp"
 
+#include <oneapi/tbb/concurrent_unordered_map.h>
+
 #include <array>
-#include <memory>
 #include <vector>
 
 namespace tetrakis {
@@ -16,11 +17,11 @@ namespace tetrakis {
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
 
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
-/// triangles and quads. The mesh of a finer level is compared with the triangle point by point of the parameters, and
-/// how far the limit is from that mesh is known by mask norms (CellNormTable); levels are made around a triangle until
-/// that does: by the rules, in a part of the mesh, until a cell has norms, and from there on by the rows that come
-/// with these. It bounds the parametric difference, and so the distance in both directions; the rounding of positions
-/// is included.
+/// triangles and quads. The error of a triangle is that of QuadBounder. It is found on the mesh of a finer level, at
+/// the corners of the parts of its cells that lie over the triangle, and how far the limit is from that mesh is known
+/// by mask norms (CellNormTable): errors change no faster than points move. Levels are made around a triangle until
+/// that does: by the rules, in a part of the mesh, until a cell has norms, and from there on by the rows that come with
+/// these. The rounding of positions is included.
 template <class Family>
 class MaskNormBound final : public SurfaceBound {
   public:
@@ -35,7 +36,6 @@ class MaskNormBound final : public SurfaceBound {
     /// @param tight   bounds are tight where they are within this factor of an error that there is
     MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules, double aim,
                   double tight = 1.05);
-    ~MaskNormBound() override;
 
     void bound(std::span<const CellTriangle> triangles, std::optional<double> known,
                std::span<double> errors) const override;
@@ -47,25 +47,28 @@ class MaskNormBound final : public SurfaceBound {
     /// A flat triangle over a part of a root's cell.
     struct Piece {
         HalfedgeId cell;
-        int level = 0;      ///< of cells that are as large as the piece
-        PieceCorners at{};  ///< its corners, in sides of the cell
-        SlidTriangle triangle{};
+        int level = 0;              ///< of cells that are as large as the piece
+        std::array<Vec2d, 3> at{};  ///< the triangle's corners, in sides of the cell
+        detail::TriangleDistance triangle{};
+    };
+    /// The mesh of a level, or a part of it.
+    struct Level {
+        RuleStep made;  ///< its mesh, and how the level above has become it
+        std::vector<Vec3d> net{};
+        /// By face, found when they are first asked for.
+        mutable oneapi::tbb::concurrent_unordered_map<int, detail::NormedCell> cells{};
     };
     struct Walker;
-    class KnownCells;
-    struct Level;
     class MeshDescent;
-    using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
-
     /// How well an error is to be known.
     struct Wanted {
         double floor;  ///< errors up to this need not be tighter
         bool decide;   ///< errors above it may be lower bounds; else they are tight
     };
 
-    /// The step to that level, counted from the control mesh.
-    Step step(std::size_t depth) const;
-    void add_pieces(const CellTriangle& cells, const SlidTriangle& triangle, std::vector<Piece>& pieces) const;
+    /// The level that so many steps make of the control mesh, from the one above.
+    Level level(std::size_t depth, const RuleMesh& mesh, std::span<const Vec3d> net) const;
+    void add_pieces(const CellTriangle& cells, const std::array<Vec3d, 3>& corners, std::vector<Piece>& pieces) const;
     Wanted wanted(std::optional<double> known) const;
     /// @param of      per piece: whose part it is
     /// @param errors  receives the largest of its pieces for each
@@ -80,8 +83,8 @@ class MaskNormBound final : public SurfaceBound {
     bool decides_;
     double aim_, tight_, rounding_;
     detail::CellNormTable norms_;
-    Step first_step_ = nullptr;
-    std::vector<std::unique_ptr<const Level>> whole_;  ///< the control mesh, and the first levels of small ones
+    RuleStep (*first_step_)(const RuleMesh&, const RuleOptions&) = nullptr;
+    std::vector<Level> whole_;  ///< the control mesh, and the first levels of small ones
 };
 
 }  // namespace tetrakis
