@@ -56,9 +56,7 @@ void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles
     estimate_reached(
         hierarchy_.scheme(), triangles, errors, [&](const Sqrt3Triangle& leaf) { return leaf.level <= deepest; },
         [&](std::span<const Sqrt3Triangle> reached, std::span<double> seen) {
-            const std::vector<double> found =
-                detail::sqrt3_leaf_errors(hierarchy_, Sqrt3Lattice(hierarchy_.mesh()), reached, [](double) {});
-            std::copy(found.begin(), found.end(), seen.begin());
+            detail::sqrt3_leaf_errors(hierarchy_, Sqrt3Lattice(hierarchy_.mesh()), reached, seen);
         });
 }
 

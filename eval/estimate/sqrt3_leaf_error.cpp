@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -40,10 +41,8 @@ std::array<Sqrt3Point, k_samples> samples(const Sqrt3Cell& cell) {
 
 }  // namespace
 
-std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice,
-                                      std::span<const Sqrt3Triangle> leaves,
-                                      const std::function<void(double)>& report) {
-    std::vector<double> errors(leaves.size(), 0.0);
+void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std::span<const Sqrt3Triangle> leaves,
+                       std::span<double> errors) {
     std::vector<Sqrt3Cell> cells;
     std::vector<Site> sites;
     std::vector<Vec3d> limits;
@@ -58,14 +57,14 @@ std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattic
                 return sqrt3_site(points.mesh(), cells[i].root, p, cells[i].lattice() + 2);
             });
         });
-        limit_positions_once(points, sites, limits, report);
+        limit_positions_once(points, sites, limits);
         for_each_index(
             count,
             [&](std::uint32_t i) {
                 const Sqrt3Triangle& leaf = leaves[begin + i];
                 const Vec3d* const s = &limits[k_samples * i];
                 const PlaneMeasure plane({s[0], s[1], s[2]});
-                double& error = errors[begin + i];
+                double error = 0;
                 for (std::size_t side = 0; side < 3; ++side) {
                     const bool sharp =
                         lattice.is_line(cells[i], side, cells[i].level - (leaf.half && side == 0 ? 1 : 0));
@@ -76,10 +75,10 @@ std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattic
                 // The inside of a half triangle is seen from the whole one that it becomes.
                 for (std::size_t k = k_inside; k < (leaf.half ? k_edges : k_samples); ++k)
                     error = std::max(error, plane(s[k]));
+                errors[begin + i] = error;
             },
             k_grain);
     }
-    return errors;
 }
 
 }  // namespace tetrakis::detail

@@ -3,9 +3,7 @@
 #include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 
-#include <functional>
 #include <span>
-#include <vector>
 
 namespace tetrakis::detail {
 
@@ -17,8 +15,7 @@ inline constexpr int k_sqrt3_error_steps = 6;
 /// lattice have on each side and inside.
 /// @param points   gives the limit points
 /// @param lattice  of the leaves' forest
-/// @param report   called between blocks of points, for the chance to cancel
-std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice,
-                                      std::span<const Sqrt3Triangle> leaves, const std::function<void(double)>& report);
+void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std::span<const Sqrt3Triangle> leaves,
+                       std::span<double> errors);
 
 }  // namespace tetrakis::detail

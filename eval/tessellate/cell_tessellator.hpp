@@ -21,8 +21,12 @@
 
 namespace tetrakis::detail {
 
-/// A tessellation whose leaves are triangles of cells: bisected quads, red-green quadtrees. A derived class says where
-/// vertices are and what estimates errors.
+/// Triangles that limit points are found for between two chances to cancel: enough for many blocks of these.
+constexpr std::size_t k_limit_block = 1u << 14;
+
+/// A tessellation whose leaves are triangles: bisected quads, red-green quadtrees, those of sqrt(3). A derived class
+/// says where vertices are and what estimates errors.
+/// @tparam Family  the hierarchy; all but sqrt(3), whose leaves lie in no cells: sites of their points, too
 template <class Family>
 class CellTessellator : public TessellationRun {
   protected:
@@ -35,7 +39,7 @@ class CellTessellator : public TessellationRun {
                    std::size_t block = 4096) {
         progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_->triangle_count(); });
         watched_.emplace(estimator, *progress_, block);
-        AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
+        AdaptiveOptions adaptive{aim_, options_.max_triangles, min_depth_, max_depth_};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = base_bytes;
         adaptive.bytes_per_triangle = bytes_per_triangle;
@@ -70,7 +74,7 @@ class CellTessellator : public TessellationRun {
             if (t > 0 && exported_.leaves[t - 1] == leaf && (leaf.valid() || exported_.faces[t - 1] == face))
                 part_[t] = static_cast<std::uint8_t>(part_[t - 1] + 1);
             result_.triangle_face[t] = face.value;
-            result_.triangle_error[t] = round_up(leaf.valid() ? refinement_->error(leaf) : hierarchy_->fan_error(face));
+            result_.triangle_error[t] = round_up(estimated_error(t));
             if (leaf.valid()) result_.deepest_level = std::max(result_.deepest_level, hierarchy_->level(leaf));
         }
         context_.report("export", 1.0);
@@ -83,7 +87,7 @@ class CellTessellator : public TessellationRun {
             const LeafId leaf = exported_.leaves[t];
             if (!leaf.valid())
                 fans.push_back(exported_.faces[t]);
-            else if (hierarchy_->level(leaf) < options_.max_level)
+            else if (hierarchy_->level(leaf) < max_depth_)
                 leaves.push_back(leaf);
         }
         if (leaves.empty() && fans.empty()) return false;
@@ -92,7 +96,6 @@ class CellTessellator : public TessellationRun {
     }
     bool left_over() const override { return refinement_->left_over(); }
     void add_attributes() override {
-        warn_of_fine_control_mesh();
         context_.report("attributes", 0);
         if (options_.normals) add_normals();
         if (options_.uvs && mesh_.has_uvs()) add_uvs(corner_uvs());
@@ -106,13 +109,20 @@ class CellTessellator : public TessellationRun {
     /// Whether a face may do without its centre.
     virtual bool wants_fan(FaceId) const { return true; }
     /// By face, of those that have one in fans_.
-    virtual std::vector<double> fan_errors() = 0;
+    virtual std::vector<double> fan_errors() { return {}; }
     /// Of a triangle, as the last measurement found it.
     virtual double error_of(std::uint32_t t) const { return double{result_.triangle_error[t]}; }
     /// Those of the surface, split where one does not do.
     virtual void add_normals() = 0;
-    /// Three a triangle.
+    /// Three a triangle; none where they are left out.
     virtual std::vector<Vec2d> corner_uvs() = 0;
+
+    /// Of a triangle, as its leaf or fan was estimated.
+    double estimated_error(std::uint32_t t) const {
+        if constexpr (std::is_same_v<Family, QuadFamily>)
+            if (!exported_.leaves[t].valid()) return hierarchy_->fan_error(exported_.faces[t]);
+        return refinement_->error(exported_.leaves[t]);
+    }
 
     /// The largest certified error, tight to a twentieth where it exceeds the aim that is certified, or what was
     /// measured. The first triangle of a fan stands for all of it.
@@ -198,6 +208,7 @@ class CellTessellator : public TessellationRun {
         };
     }
 
+    int min_depth_ = options_.min_level, max_depth_ = options_.max_level;  ///< of the hierarchy's leaves
     std::optional<typename Family::Hierarchy> hierarchy_;
     std::optional<AdaptiveRefinement<typename Family::Hierarchy>> refinement_;
     FanChoice fans_;

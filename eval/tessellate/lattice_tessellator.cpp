@@ -19,9 +19,6 @@ namespace {
 /// limit.
 constexpr std::uint64_t k_lattice_bytes = 800;
 
-/// Triangles estimated between two chances to cancel: enough for many blocks of limit points.
-constexpr std::size_t k_estimator_block = 1u << 14;
-
 /// Texture coordinates at addresses: limits of the chart by the same scheme where it can be subdivided, else linear.
 template <class Family>
 std::vector<Vec2d> uvs_at(std::span<const Site> addresses, const ControlMesh& mesh, const TessellateOptions& options,
@@ -92,7 +89,7 @@ class LatticeTessellator final : public CellTessellator<Family> {
 
     void refine() override {
         this->refine_by(certified() ? static_cast<const ErrorEstimator&>(*bound_) : *by_points_, points_.memory_bytes(),
-                        k_lattice_bytes, k_estimator_block);
+                        k_lattice_bytes, k_limit_block);
     }
 
     void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d>, std::string_view stage,
@@ -137,8 +134,7 @@ class LatticeTessellator final : public CellTessellator<Family> {
         if (!bound_) return;
         // What the bound has decided is certified already.
         const auto known = [&](std::uint32_t t) {
-            const LeafId leaf = exported_.leaves[t];
-            const double error = leaf.valid() ? refinement_->error(leaf) : hierarchy_->fan_error(exported_.faces[t]);
+            const double error = this->estimated_error(t);
             return certified() && error <= aim_ ? error : std::numeric_limits<double>::infinity();
         };
         const double largest = this->largest_error(
@@ -154,6 +150,11 @@ class LatticeTessellator final : public CellTessellator<Family> {
                 bound_->bound_fans(fans_, faces, corners_, floor, errors.subspan(cell_count));
             });
         if (std::isfinite(largest)) result_.certified_error = largest;
+    }
+
+    void add_attributes() override {
+        this->warn_of_fine_control_mesh();
+        Base::add_attributes();
     }
 
     /// Those of the limit surface, or of the triangles where the rules would have to make whole levels that are too

@@ -1,18 +1,13 @@
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/forest/exported_triangles.hpp"
-#include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "../../refine/adaptive/hierarchy_view.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
 #include "../estimate/sqrt3_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
 #include "../surface/site_limits.hpp"
-#include "measure.hpp"
-#include "tessellate_run.hpp"
+#include "cell_tessellator.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -78,84 +73,55 @@ constexpr std::uint64_t k_sqrt3_bytes = 500;
 /// Simple steps that make one level of refine().
 constexpr int k_steps_a_level = 2;
 
-class Sqrt3Tessellator final : public TessellationRun {
+/// By the limit points that leaves would get.
+class Sqrt3Estimator final : public ErrorEstimator {
   public:
-    Sqrt3Tessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : TessellationRun(mesh, options, context),
-          points_(make_hierarchy(mesh, options.scheme.info(),
-                                 {.rules = options.rules, .whole_levels = true, .context = context})),
-          hierarchy_(mesh, sqrt3_seams(mesh, options.uvs)),
-          max_steps_(std::min(k_steps_a_level * options.max_level, forest().max_level() - k_sqrt3_error_steps)) {}
+    Sqrt3Estimator(const Hierarchy& points, const Sqrt3Lattice& lattice) : points_(points), lattice_(lattice) {}
+    using ErrorEstimator::estimate;
+    void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
+    void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override {
+        sqrt3_leaf_errors(points_, lattice_, triangles, errors);
+    }
 
   private:
-    /// By the limit points that leaves would get.
-    class Estimator final : public ErrorEstimator {
-      public:
-        Estimator(const Hierarchy& points, const Sqrt3Lattice& lattice, const RefineProgress& progress)
-            : points_(points), lattice_(lattice), progress_(progress) {}
-        using ErrorEstimator::estimate;
-        void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
-        void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override {
-            Stopwatch watch;
-            const std::vector<double> found =
-                sqrt3_leaf_errors(points_, lattice_, triangles, [&](double) { progress_.again(); });
-            std::ranges::copy(found, errors.begin());
-            seconds_ += watch.lap();
-        }
-        double seconds() const { return seconds_; }
+    const Hierarchy& points_;
+    const Sqrt3Lattice& lattice_;
+};
 
-      private:
-        const Hierarchy& points_;
-        const Sqrt3Lattice& lattice_;
-        const RefineProgress& progress_;
-        mutable double seconds_ = 0;
-    };
+struct Sqrt3Family {
+    using Hierarchy = Sqrt3Hierarchy;
+};
 
-    const Sqrt3Forest& forest() const { return hierarchy_.forest(); }
+class Sqrt3Tessellator final : public CellTessellator<Sqrt3Family> {
+  public:
+    Sqrt3Tessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : CellTessellator(mesh, options, context),
+          points_(make_hierarchy(mesh, options.scheme.info(),
+                                 {.rules = options.rules, .whole_levels = true, .context = context})) {
+        hierarchy_.emplace(mesh, sqrt3_seams(mesh, options.uvs));
+        min_depth_ = k_steps_a_level * options.min_level;
+        max_depth_ = std::min(k_steps_a_level * options.max_level, forest().max_level() - k_sqrt3_error_steps);
+    }
+
+  private:
+    const Sqrt3Forest& forest() const { return hierarchy_->forest(); }
 
     void refine() override {
-        progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_.triangle_count(); });
-        estimator_.emplace(points_, forest().lattice(), *progress_);
-        AdaptiveOptions adaptive{aim_, options_.max_triangles, k_steps_a_level * options_.min_level, max_steps_};
-        adaptive.max_memory_bytes = context_.max_memory_bytes;
-        adaptive.base_bytes = points_.memory_bytes();
-        adaptive.bytes_per_triangle = k_sqrt3_bytes;
-        refinement_.emplace(hierarchy_, *estimator_, adaptive, progress_->context());
-        refinement_->run();
+        estimator_.emplace(points_, forest().lattice());
+        refine_by(*estimator_, points_.memory_bytes(), k_sqrt3_bytes, k_limit_block);
     }
 
-    /// The leaves of a forest, with limit points for vertices.
-    TriangleMesh triangle_mesh(const Sqrt3Forest& forest, std::vector<Site>& sites, const char* stage) const {
-        ExportedTriangles out = forest.exported();
-        sites = std::move(out.sites);
-        TriangleMesh mesh;
-        mesh.triangles = std::move(out.triangles);
-        mesh.positions.resize(sites.size());
-        limit_positions(points_, sites, mesh.positions, [&](double) { context_.report(stage, 0.1); });
-        return mesh;
-    }
-
-    void export_mesh() override {
-        context_.report("export", 0);
-        std::vector<Site> sites;
-        result_.mesh = triangle_mesh(forest(), sites, "export");
-        if (options_.normals) {
-            result_.mesh.normals.resize(sites.size());
-            points_.normals(sites, result_.mesh.normals);
-        }
-        leaves_ = forest().leaves();
-        result_.triangle_error.clear();
-        forest().for_each_leaf(
-            [&](LeafId leaf, FaceId) { result_.triangle_error.push_back(round_up(refinement_->error(leaf))); });
-        estimate_seconds_ = estimator_->seconds();
-        context_.report("export", 1);
+    void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,
+               std::string_view stage, double share) override {
+        limit_positions(points_, sites, positions, [&](double done) { context_.report(stage, share * done); });
+        if (!normals.empty()) points_.normals(sites, normals);
     }
 
     /// Against the mesh of all leaves split some steps further.
     void measure() override {
         const std::size_t count = result_.mesh.triangles.size();
         int deepest = 0;
-        for (const Sqrt3Triangle& leaf : leaves_) deepest = std::max<int>(deepest, leaf.level);
+        for (const LeafId leaf : exported_.leaves) deepest = std::max<int>(deepest, forest().level(leaf));
         // As many triangles as by cutting each in four, of which a step makes three.
         const double bits = reference_bits(count, 0);
         const int steps = std::clamp(static_cast<int>(std::lround(bits * std::log(4.0) / std::log(3.0))),
@@ -166,50 +132,34 @@ class Sqrt3Tessellator final : public TessellationRun {
         ForestChange change;
         for (int i = 0; i < steps; ++i) finer.refine(finer.ordered_leaves(), change);
         context_.report("measure", 0.1);
-        std::vector<Site> sites;
-        TriangleMesh reference = triangle_mesh(finer, sites, "measure");
-        context_.report("measure", 0.3);
+        ExportedTriangles leaves = finer.exported();
+        TriangleMesh reference;
+        reference.triangles = std::move(leaves.triangles);
+        reference.positions.resize(leaves.sites.size());
+        place(leaves.sites, reference.positions, {}, "measure", 0.3);
         measure_triangles(reference, result_, options_.measure_samples / 2, context_);
     }
 
-    /// Splits the triangles that a measurement found to be off. False when there is nothing to split.
-    bool repair(int) override {
-        std::vector<LeafId> off;
-        std::size_t t = 0;
-        forest().for_each_leaf([&](LeafId leaf, FaceId) {
-            if (static_cast<double>(result_.triangle_error[t++]) > off_above_ && hierarchy_.level(leaf) < max_steps_)
-                off.push_back(leaf);
-        });
-        if (off.empty()) return false;
-        refinement_->split(off, {});
-        return true;
-    }
-    bool left_over() const override { return refinement_->left_over(); }
-
     void add_attributes() override {
-        for (const Sqrt3Triangle& leaf : leaves_) {
-            result_.triangle_face.push_back(leaf.control_face().value);
-            result_.deepest_level = std::max(result_.deepest_level, sqrt3_lattice_level(leaf.level));
-        }
-        split_creases();
-        if (!options_.uvs || !mesh_.has_uvs()) return;
+        result_.deepest_level = 0;
+        for (const LeafId leaf : exported_.leaves)
+            result_.deepest_level = std::max(result_.deepest_level, sqrt3_lattice_level(forest().level(leaf)));
+        CellTessellator::add_attributes();
+    }
+    void add_normals() override { split_creases(); }
+    std::vector<Vec2d> corner_uvs() override {
         try {
-            add_uvs(sqrt3_uvs(forest().lattice(), leaves_, options_, context_));
+            return sqrt3_uvs(forest().lattice(), forest().leaves(), options_, context_);
         } catch (const Error& error) {
             if (error.code() != ErrorCode::invalid_input) throw;
             result_.warnings.push_back(std::string("the UV layer cannot be subdivided and is left out (") +
                                        error.what() + ")");
+            return {};
         }
-        context_.report("attributes", 1);
     }
 
     Hierarchy points_;  ///< asked for limits alone
-    Sqrt3Hierarchy hierarchy_;
-    int max_steps_ = 0;
-    std::optional<RefineProgress> progress_;
-    std::optional<Estimator> estimator_;
-    std::optional<AdaptiveRefinement<Sqrt3Hierarchy>> refinement_;
-    std::vector<Sqrt3Triangle> leaves_;  ///< of the result
+    std::optional<Sqrt3Estimator> estimator_;
 };
 
 }  // namespace

@@ -204,9 +204,8 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         // The estimator has a bound for errors within the aim that it has not marked.
         const auto known = [&](std::uint32_t t) {
             const LeafId leaf = exported_.leaves[t];
-            const FaceId face = exported_.faces[t];
-            const double error = leaf.valid() ? refinement_->error(leaf) : hierarchy_->fan_error(face);
-            const ErrorBasis basis = leaf.valid() ? refinement_->basis(leaf) : fan_basis_[face.value];
+            const double error = this->estimated_error(t);
+            const ErrorBasis basis = leaf.valid() ? refinement_->basis(leaf) : fan_basis_[exported_.faces[t].value];
             return basis == ErrorBasis::bound && error > 0 && error <= aim_ ? error
                                                                             : std::numeric_limits<double>::infinity();
         };
@@ -237,6 +236,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
             result_.warnings.push_back(
                 "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
                 "across a seam or a crease): refinement stopped there, far below the tolerance");
+        this->warn_of_fine_control_mesh();
     }
 
     void add_attributes() override {

@@ -3,6 +3,7 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
+#include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../refine/attributes/used_values.hpp"
 #include "../../refine/rules/rule_limit.hpp"
 #include "../../refine/uniform/refine.hpp"
@@ -25,7 +26,7 @@ namespace detail {
 
 void TessellationRun::add_uvs(std::span<const Vec2d> corner_uvs) {
     TriangleMesh& mesh = result_.mesh;
-    if (mesh.triangles.empty()) return;
+    if (corner_uvs.empty()) return;
     auto [uvs, numbers] = number_uvs({mesh.triangles.front().data(), corner_uvs.size()}, corner_uvs);
     mesh.uvs = std::move(uvs);
     mesh.triangle_uvs.resize(mesh.triangles.size());
@@ -215,6 +216,16 @@ void WatchedEstimator::estimate(std::span<const CellTriangle> triangles, std::sp
             block_ = std::max(k_least, static_cast<std::size_t>(k_long / seconds * static_cast<double>(size)));
         seconds_ += seconds;
     }
+}
+
+void WatchedEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const {
+    Stopwatch watch;
+    for (std::size_t begin = 0; begin < triangles.size(); begin += most_) {
+        if (begin > 0) progress_.again();
+        const std::size_t size = std::min(most_, triangles.size() - begin);
+        inner_.estimate_sqrt3(triangles.subspan(begin, size), errors.subspan(begin, size));
+    }
+    seconds_ += watch.lap();
 }
 
 }  // namespace detail

@@ -154,6 +154,7 @@ class WatchedEstimator final : public ErrorEstimator {
     }
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
                   std::span<ErrorBasis> basis) const override;
+    void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override;
     double seconds() const { return seconds_; }
 
   private:
