@@ -100,40 +100,17 @@ struct VertexCorners {
     }
 };
 
-/// Pairs of control faces with an infinitely sharp edge between them.
-class SharpPairs {
-  public:
-    explicit SharpPairs(const ControlMesh* control) {
-        if (control == nullptr) return;
-        for (std::uint32_t e = 0; e < control->edge_count(); ++e) {
-            if (control->sharpness(EdgeId(e)) != k_sharpness_infinity) continue;
-            const HalfedgeId h = control->edge_halfedge(EdgeId(e)), t = control->twin(h);
-            if (!t.valid() || control->is_hole(control->face(h)) || control->is_hole(control->face(t))) continue;
-            pairs_.push_back(key(control->face(h).value, control->face(t).value));
-            if (has_.empty()) has_.assign(control->face_count(), 0);
-            has_[control->face(h).value] = has_[control->face(t).value] = 1;
-        }
-        std::sort(pairs_.begin(), pairs_.end());
-    }
-    bool empty() const { return pairs_.empty(); }
-    bool has(std::uint32_t face) const { return has_[face] != 0; }
-    bool between(std::uint32_t f, std::uint32_t g) const {
-        return f != g && std::binary_search(pairs_.begin(), pairs_.end(), key(f, g));
-    }
-
-  private:
-    static std::uint64_t key(std::uint32_t f, std::uint32_t g) {
-        return std::uint64_t{std::min(f, g)} << 32 | std::max(f, g);
-    }
-    std::vector<std::uint64_t> pairs_;
-    std::vector<std::uint8_t> has_;  ///< per control face
-};
-
 class NormalSplitter {
   public:
     NormalSplitter(TriangleMesh& mesh, std::span<const std::uint32_t> triangle_face, const ControlMesh* control,
                    double crease_degrees)
-        : mesh_(mesh), face_(triangle_face), sharp_(control), least_cosine_(std::cos(glm::radians(crease_degrees))) {}
+        : mesh_(mesh), face_(triangle_face), control_(control), least_cosine_(std::cos(glm::radians(crease_degrees))) {
+        for (std::uint32_t h = 0; control_ != nullptr && h < control_->halfedge_count(); ++h) {
+            if (!divides(HalfedgeId(h))) continue;
+            if (is_beside_sharp_.empty()) is_beside_sharp_.assign(control_->face_count(), 0);
+            is_beside_sharp_[control_->face(HalfedgeId(h)).value] = 1;
+        }
+    }
 
     void run(const SideNormals& side) {
         const std::vector<std::uint8_t> chosen = vertices_to_look_at();
@@ -166,6 +143,20 @@ class NormalSplitter {
     }
 
   private:
+    /// Whether the edge of a control half-edge is infinitely sharp, between two faces of the surface.
+    bool divides(HalfedgeId h) const {
+        const HalfedgeId t = control_->twin(h);
+        return control_->sharpness(control_->edge(h)) == k_sharpness_infinity && t.valid() &&
+               !control_->is_hole(control_->face(h)) && !control_->is_hole(control_->face(t));
+    }
+    bool sharp_between(std::uint32_t face, std::uint32_t other) const {
+        if (face == other || is_beside_sharp_[face] == 0) return false;
+        const std::uint32_t h0 = control_->face_halfedge(FaceId(face)).value;
+        for (std::uint32_t h = h0; h < h0 + control_->face_size(FaceId(face)); ++h)
+            if (divides(HalfedgeId(h)) && control_->face(control_->twin(HalfedgeId(h))).value == other) return true;
+        return false;
+    }
+
     /// Vertices of triangles that their normal does not agree with, and those that may be on a crease.
     std::vector<std::uint8_t> vertices_to_look_at() const {
         const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
@@ -179,10 +170,10 @@ class NormalSplitter {
         for (std::uint32_t t = 0; t < count; ++t)
             for (std::size_t k = 0; k < 3 && off[t] != 0; ++k)
                 if (off[t] >> k & 1u) chosen[mesh_.triangles[t][k]] = 1;
-        if (sharp_.empty()) return chosen;
+        if (is_beside_sharp_.empty()) return chosen;
         std::vector<std::uint32_t> seen(mesh_.positions.size(), k_none);  // a control face around each vertex
         for (std::uint32_t t = 0; t < count; ++t)
-            if (sharp_.has(face_[t]))
+            if (is_beside_sharp_[face_[t]] != 0)
                 for (const std::uint32_t v : mesh_.triangles[t]) {
                     if (seen[v] != k_none && seen[v] != face_[t]) chosen[v] = 1;
                     seen[v] = face_[t];
@@ -198,7 +189,7 @@ class NormalSplitter {
     /// there are.
     std::uint32_t find_groups(std::span<const std::uint64_t> corners, std::span<std::uint32_t> group) const {
         const auto count = static_cast<std::uint32_t>(corners.size());
-        if (sharp_.empty()) {
+        if (is_beside_sharp_.empty()) {
             std::fill_n(group.begin(), count, 0u);
             return 1;
         }
@@ -212,7 +203,7 @@ class NormalSplitter {
             const auto across = std::lower_bound(by_end.begin(), by_end.end(), end(corners[i], 2),
                                                  [&](std::uint32_t j, std::uint32_t v) { return next_end(j) < v; });
             if (across == by_end.end() || next_end(*across) != end(corners[i], 2)) continue;
-            if (sharp_.between(face_[corners[i] / 3], face_[corners[*across] / 3])) continue;
+            if (sharp_between(face_[corners[i] / 3], face_[corners[*across] / 3])) continue;
             sets.unite(i, *across);
         }
         std::uint32_t groups = 0;
@@ -283,10 +274,11 @@ class NormalSplitter {
 
     TriangleMesh& mesh_;
     std::span<const std::uint32_t> face_;
-    SharpPairs sharp_;
+    const ControlMesh* control_;
     double least_cosine_;
-    std::vector<std::uint32_t> group_;  ///< per corner looked at: its group at the vertex
-    std::vector<Vec3d> normals_;        ///< per corner looked at
+    std::vector<std::uint8_t> is_beside_sharp_;  ///< per control face; empty: no edge is infinitely sharp
+    std::vector<std::uint32_t> group_;           ///< per corner looked at: its group at the vertex
+    std::vector<Vec3d> normals_;                 ///< per corner looked at
 };
 
 }  // namespace
