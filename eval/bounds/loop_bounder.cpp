@@ -144,12 +144,6 @@ double LoopBounder::corner_error_in(const LoopNode& cell, const Piece& piece) co
     return corner_error(corner, piece.edge);
 }
 
-QuickError LoopBounder::quick_error(const CellTriangle& leaf) {
-    std::array<Vec3d, 6> s;
-    sample(leaf, 2, s);
-    return QuickError(s);
-}
-
 void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {
     Corners at;
     const LoopNode& cell = locate(leaf, at);

@@ -36,8 +36,6 @@ class LoopBounder : private detail::PatchBounder<> {
         return leaf_error(leaf, floor, sliding, false).upper;
     }
 
-    QuickError quick_error(const CellTriangle& leaf);
-
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points of the limit
     /// surface in the order corner 2 first, rows parallel to the edge corner 0 - corner 1.
     void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions);

@@ -175,12 +175,6 @@ LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double d
     return finish();
 }
 
-QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
-    std::array<Vec3d, 6> s;
-    sample(leaf, 2, s);
-    return QuickError(s);
-}
-
 void QuadBounder::bound_regular(const PathCell& cell, const Piece& piece, const Corners& corners) {
     // The longest side first.
     const auto& E = piece.edge;

@@ -62,7 +62,9 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
 template <class Family>
 double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family::Bounder& bounder,
                                        ErrorBasis& basis) const {
-    const QuickError quick = bounder.quick_error(leaf);
+    std::array<Vec3d, 6> first;
+    bounder.sample(leaf, 2, first);
+    const QuickError quick(first);
     const detail::PlaneMeasure plane(quick.corners);
     // The middle of the longest edge decides most leaves that must be split, and the bound most of those that need not.
     const double middle = plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
