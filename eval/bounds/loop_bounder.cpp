@@ -30,6 +30,16 @@ double relative_size(const std::array<Bary, 3>& at) {
     return 0;
 }
 
+std::array<Bary, 3> corners_of(const CellTriangle& leaf) {
+    const double unit = std::ldexp(1.0, -leaf.level);
+    std::array<Bary, 3> at;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double x = leaf.corner[k].x * unit, y = leaf.corner[k].y * unit;
+        at[k] = {1 - x - y, x, y};
+    }
+    return at;
+}
+
 /// What a quarter of the cell has of a polygon.
 detail::LabelledPolygon<Bary> in_quarter(const detail::LabelledPolygon<Bary>& whole, std::size_t quarter) {
     const auto half = [&](std::size_t k, double sign) {
@@ -44,58 +54,39 @@ detail::LabelledPolygon<Bary> in_quarter(const detail::LabelledPolygon<Bary>& wh
 LoopBounder::LoopBounder(const LoopPatches& patches)
     : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches) {}
 
-const LoopNode& LoopBounder::locate(const CellTriangle& leaf, Corners& at) const {
-    const LoopNode* cell = &patches_.root_node(leaf.root);
-    std::int64_t size = std::int64_t{1} << leaf.level;
-    std::array<std::array<std::int64_t, 3>, 3> p;
-    for (int i = 0; i < 3; ++i) {
-        const std::int64_t x = leaf.corner[i].x, y = leaf.corner[i].y;
-        p[i] = {size - x - y, x, y};
-    }
-    while (cell->kind != LoopNode::Kind::regular && size > 1) {
+const LoopNode& LoopBounder::locate(HalfedgeId root, Corners& at) const {
+    const LoopNode* cell = &patches_.root_node(root);
+    const auto all_in = [&](std::size_t k, double sign) {
+        return std::ranges::all_of(at, [&](const Bary& b) { return sign * (b[k] - 0.5) >= 0; });
+    };
+    while (cell->kind != LoopNode::Kind::regular) {
         // The quarter that holds all three corners, if there is one.
-        const std::int64_t half = size / 2;
-        int quarter = -1;
-        for (int k = 0; k < 3; ++k)
-            if (p[0][k] >= half && p[1][k] >= half && p[2][k] >= half) quarter = k;
-        if (quarter < 0) {
-            bool in_centre = true;
-            for (const auto& b : p) in_centre &= b[0] <= half && b[1] <= half && b[2] <= half;
-            if (!in_centre) break;
-            quarter = 3;
-        }
-        for (auto& b : p) {
-            if (quarter == 3)
-                b = {half - b[0], half - b[1], half - b[2]};
-            else
-                b[quarter] -= half;
-        }
-        size = half;
+        int quarter = all_in(0, -1) && all_in(1, -1) && all_in(2, -1) ? 3 : -1;
+        for (int k = 0; k < 3 && quarter < 0; ++k)
+            if (all_in(static_cast<std::size_t>(k), 1)) quarter = k;
+        if (quarter < 0) break;
+        for (Bary& b : at) b = detail::in_quarter(b, quarter);
         cell = cell->grown() + quarter;
     }
-    const double scale = 1.0 / static_cast<double>(size);
-    for (int i = 0; i < 3; ++i)
-        at[i] = {static_cast<double>(p[i][0]) * scale, static_cast<double>(p[i][1]) * scale,
-                 static_cast<double>(p[i][2]) * scale};
     return *cell;
 }
 
 LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding,
                                   bool may_reject) {
     start(decide_at, may_reject);
-    Piece piece{{}, {0, 1, 2}};
-    const LoopNode& cell = locate(leaf, piece.at);
-    return error_in(cell, piece, sliding);
+    return error_over(leaf.root, corners_of(leaf), sliding);
 }
 
 LeafError LoopBounder::part_error(HalfedgeId root, const std::array<Vec2d, 3>& corners, double decide_at) {
     start(decide_at, false);
-    Piece piece{{}, {0, 1, 2}};
-    for (std::size_t i = 0; i < 3; ++i) piece.at[i] = detail::LoopShape::point(corners[i].x, corners[i].y);
-    return error_in(patches_.root_node(root), piece, {});
+    Corners at;
+    for (std::size_t k = 0; k < 3; ++k) at[k] = detail::LoopShape::point(corners[k].x, corners[k].y);
+    return error_over(root, at, {});
 }
 
-LeafError LoopBounder::error_in(const LoopNode& cell, const Piece& piece, const EdgeSliding& sliding) {
+LeafError LoopBounder::error_over(HalfedgeId root, const Corners& at, const EdgeSliding& sliding) {
+    Piece piece{at, {0, 1, 2}};
+    const LoopNode& cell = locate(root, piece.at);
     // |S - L| first: it is never smaller than the distance, and known for all triangles of a cell.
     const double size = cell.kind == LoopNode::Kind::regular ? relative_size(piece.at) : 0;
     if (size > 0 && settled(size * size * detail::linear_deviation(cell.patch) + pad_)) return finish();
@@ -145,8 +136,8 @@ double LoopBounder::corner_error_in(const LoopNode& cell, const Piece& piece) co
 }
 
 void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {
-    Corners at;
-    const LoopNode& cell = locate(leaf, at);
+    Corners at = corners_of(leaf);
+    const LoopNode& cell = locate(leaf.root, at);
     detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
         Bary b;
         for (std::size_t c = 0; c < 3; ++c) b[c] = b0 * at[0][c] + b1 * at[1][c] + b2 * at[2][c];

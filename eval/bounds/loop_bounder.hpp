@@ -48,9 +48,10 @@ class LoopBounder : private detail::PatchBounder<> {
         Edges edge;
     };
 
-    LeafError error_in(const detail::LoopNode& cell, const Piece& piece, const EdgeSliding& sliding);
-    /// The cell that a leaf lies in, as far down as it is irregular.
-    const detail::LoopNode& locate(const CellTriangle& leaf, Corners& at) const;
+    /// @param at  a triangle in the root
+    LeafError error_over(HalfedgeId root, const Corners& at, const EdgeSliding& sliding);
+    /// The cell that a triangle lies in, as far down as it is irregular. @param at  its corners in the root, then in it
+    const detail::LoopNode& locate(HalfedgeId root, Corners& at) const;
     void bound_cell(const detail::LoopNode& cell, const Piece& piece, int depth);
     /// Bound on the error of a piece of an irregular cell: a star's by norms, any other's by its hull.
     /// @param may_split  as hull_error() has it
