@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace tetrakis {
 
@@ -48,49 +50,33 @@ class QuadBounder : private detail::PatchBounder<> {
     void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions);
 
   private:
-    /// A triangle made of half a cell (right angle at corner `turn`: corners turn, turn + 1, turn + 3), or of a quarter
-    /// (corners: the cell's centre, turn, turn + 1).
+    /// A triangle in a cell.
     struct Piece {
         HalfedgeId root;
         int level = 0;
         std::uint64_t x = 0, y = 0;
-        int turn = 0;
-        bool quarter = false;
-        Edges edge{-1, -1, -1};  ///< of the leaf that edge k (corner k to k + 1) lies on, or -1
+        std::array<Vec2d, 3> at{};  ///< its corners, in sides of the cell
+        Edges edge{-1, -1, -1};     ///< of the leaf that side k (corner k to k + 1) lies on, or -1
     };
-    /// The surface at a piece's corners.
-    using Corners = std::array<Vec3d, 3>;
 
-    /// Corners 1, 2 and 0 of a piece in its cell: the longest side first.
-    static std::array<Vec2d, 3> longest_first(bool quarter, int turn);
-    static bool is_root(const CellTriangle& leaf);
     static Piece piece_of(const CellTriangle& leaf);
     const detail::PathCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
-    static Corners corners_of(const detail::PathCell& cell, const Piece& piece);
-    /// The middle of the base of a leaf that is no root.
-    static Vec3d middle_of(const detail::PathCell& cell, const Piece& piece);
     void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSliding& sliding);
-    /// @param corners  in the triangle's frame
-    void bound(const Piece& piece, const Corners& corners, int depth);
-    void bound(const detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
-    void split(const detail::PathCell& cell, const Piece& piece, const Corners& corners, int depth);
-    /// Bounds a piece of a regular cell.
-    void bound_regular(const detail::PathCell& cell, const Piece& piece, const Corners& corners);
+    void bound(const Piece& piece, int depth);
     /// A cell with a crease of finite sharpness is strips along the crease, each one bicubic patch.
-    /// @param at  the piece's corners in the cell
+    /// @param at  a triangle in the cell
     void bound_strips(const detail::PathCell& cell, const std::array<Vec2d, 3>& at, const Edges& edge);
-    /// @param at       a triangle in the net's parameters
-    /// @param corners  the surface at its corners, in the triangle's frame
-    /// @param weights  of `at`, where someone has them
-    void bound_part(const detail::Net16& net, const std::array<Vec2d, 3>& at, const Corners& corners, const Edges& edge,
-                    const detail::SexticWeights* weights = nullptr);
+    /// @param at  a triangle in the net's parameters, the longest side first
+    void bound_part(const detail::Net16& net, const std::array<Vec2d, 3>& at, const Edges& edge);
+    const detail::SexticWeights& weights_over(const std::array<Vec2d, 3>& at);
+
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
     /// @param may_split  as hull_error() has it
-    double irregular_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners,
-                           bool may_split) const;
+    double irregular_error(const detail::QuadNode& node, const Piece& piece, bool may_split) const;
 
     const QuadPatches& patches_;
     detail::QuadCellPath walk_;
+    std::vector<std::pair<std::array<Vec2d, 3>, detail::SexticWeights>> weights_{};  ///< by triangles they are for
 };
 
 }  // namespace tetrakis

@@ -41,9 +41,4 @@ const PathCell& QuadCellPath::cell(HalfedgeId root, int level, std::uint64_t x, 
     return cells_[static_cast<std::size_t>(level)];
 }
 
-Vec3d PathCell::point(int i) const {
-    const double column = 0.5 * (i % 3), row = 0.5 * (i / 3);
-    return irregular() ? QuadPatches::position(*node, {column, row}) : regular_position(*net, crease, column, row);
-}
-
 }  // namespace tetrakis::detail

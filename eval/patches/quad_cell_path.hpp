@@ -19,8 +19,6 @@ struct PathCell {
         return {&node, regular ? &node.patch.net : nullptr, regular ? node.patch.crease : SideCrease{}, x, y};
     }
     bool irregular() const { return net == nullptr; }
-    /// Limit position at (column / 2, row / 2), i = 3 * row + column.
-    Vec3d point(int i) const;
 };
 
 /// Walks down the cells of a root by subdividing nets and keeps the way, so that cells asked for in path order share

@@ -9,11 +9,6 @@ namespace tetrakis::detail {
 constexpr int k_corner_x[4] = {0, 1, 1, 0};
 constexpr int k_corner_y[4] = {0, 0, 1, 1};
 
-/// Corner k of a cell as a number of its nine points, and the middle of the side from corner k to k + 1.
-constexpr int k_corner_point[4] = {0, 2, 8, 6};
-constexpr int k_side_point[4] = {1, 5, 7, 3};
-constexpr int k_centre_point = 4;
-
 /// Quarters are numbered as the corners they are at.
 constexpr int quad_quarter(int x, int y) { return y == 0 ? x : 3 - x; }
 
