@@ -39,6 +39,22 @@ double unseen_rounding(const Hierarchy& points, const CellTriangle& triangle, co
     return is_seen || points.scheme().is_linear() ? 0 : k_off * longest * std::exp2(triangle.level - most);
 }
 
+/// The limit points over triangles.
+template <class Family>
+std::vector<LimitSamples> samples_of(const Hierarchy& points, std::span<const CellTriangle> triangles) {
+    std::vector<Site> sites(k_limit_samples * triangles.size());
+    for_each_index(
+        static_cast<std::uint32_t>(triangles.size()),
+        [&](std::uint32_t t) {
+            detail::put_lattice_sites<Family>(points.mesh(), triangles[t], k_limit_lattice_bits,
+                                              &sites[std::size_t{k_limit_samples} * t]);
+        },
+        k_grain);
+    std::vector<LimitSamples> samples(triangles.size());
+    if (!samples.empty()) limit_positions_once(points, sites, {samples.front().data(), sites.size()});
+    return samples;
+}
+
 double fan_error(const Hierarchy& points, FaceId face, std::span<const std::array<std::uint8_t, 3>> fan,
                  std::span<const Vec3d> corner_positions, std::span<const LimitSamples> roots) {
     const ControlMesh& mesh = points.mesh();
@@ -92,25 +108,10 @@ double LimitEstimator<Family>::of_samples(const CellTriangle& triangle, const Li
 
 template <class Family>
 void LimitEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
-    const auto count = static_cast<std::uint32_t>(triangles.size());
-    std::vector<Site> sites(std::size_t{k_limit_samples} * count);
+    const std::vector<LimitSamples> samples = samples_of<Family>(points_, triangles);
     for_each_index(
-        count,
-        [&](std::uint32_t t) {
-            detail::put_lattice_sites<Family>(points_.mesh(), triangles[t], k_limit_lattice_bits,
-                                              &sites[std::size_t{k_limit_samples} * t]);
-        },
-        k_grain);
-    std::vector<Vec3d> found(sites.size());
-    limit_positions_once(points_, sites, found);
-    for_each_index(
-        count,
-        [&](std::uint32_t t) {
-            LimitSamples s;
-            std::copy_n(&found[std::size_t{k_limit_samples} * t], s.size(), s.begin());
-            errors[t] = of_samples(triangles[t], s);
-        },
-        k_grain);
+        static_cast<std::uint32_t>(triangles.size()),
+        [&](std::uint32_t t) { errors[t] = of_samples(triangles[t], samples[t]); }, k_grain);
 }
 
 std::vector<double> detail::fan_limit_errors(const Hierarchy& points, const FanChoice& fans,
@@ -119,35 +120,27 @@ std::vector<double> detail::fan_limit_errors(const Hierarchy& points, const FanC
     std::vector<double> errors(mesh.face_count(), 0.0);
     constexpr std::size_t k_roots = 8192;  // evaluated together
     std::vector<FaceId> faces;
-    std::vector<std::uint32_t> first;  // per face: its first root's number in `sites`
-    std::vector<Site> sites;
-    std::vector<Vec3d> positions;
+    std::vector<std::size_t> first;  // per face: the number of its first root
+    std::vector<CellTriangle> roots;
     for (std::uint32_t f = 0; f < mesh.face_count();) {
         context.report("coarsest", static_cast<double>(f) / mesh.face_count());
         faces.clear();
         first.clear();
-        sites.clear();
-        for (; f < mesh.face_count() && sites.size() < k_roots * k_limit_samples; ++f) {
+        roots.clear();
+        for (; f < mesh.face_count() && roots.size() < k_roots; ++f) {
             if (!fans.has(FaceId(f))) continue;
             faces.push_back(FaceId(f));
-            first.push_back(static_cast<std::uint32_t>(sites.size() / k_limit_samples));
+            first.push_back(roots.size());
             const std::uint32_t h0 = mesh.face_halfedge(FaceId(f)).value;
-            for (std::uint32_t r = 0; r < mesh.face_size(FaceId(f)); ++r) {
-                sites.resize(sites.size() + k_limit_samples);
-                put_lattice_sites<QuadFamily>(mesh, root_triangle(HalfedgeId(h0 + r)), k_limit_lattice_bits,
-                                              &sites[sites.size() - k_limit_samples]);
-            }
+            for (std::uint32_t r = 0; r < mesh.face_size(FaceId(f)); ++r)
+                roots.push_back(root_triangle(HalfedgeId(h0 + r)));
         }
-        positions.resize(sites.size());
-        limit_positions_once(points, sites, positions);
+        const std::vector<LimitSamples> samples = samples_of<QuadFamily>(points, roots);
         for_each_index(
             static_cast<std::uint32_t>(faces.size()),
             [&](std::uint32_t k) {
-                std::vector<LimitSamples> roots(mesh.face_size(faces[k]));
-                for (std::size_t r = 0; r < roots.size(); ++r)
-                    std::copy_n(positions.begin() + static_cast<std::ptrdiff_t>((first[k] + r) * k_limit_samples),
-                                k_limit_samples, roots[r].begin());
-                errors[faces[k].value] = fan_error(points, faces[k], fans.of(faces[k]), corner_positions, roots);
+                errors[faces[k].value] = fan_error(points, faces[k], fans.of(faces[k]), corner_positions,
+                                                   std::span(samples).subspan(first[k], mesh.face_size(faces[k])));
             },
             16);
     }
