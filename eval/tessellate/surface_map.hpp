@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../refine/attributes/uv_mesh.hpp"
 #include "../distance/surface_family.hpp"
 #include "../distance/triangle_bvh.hpp"
 #include "../surface/height_detail.hpp"
@@ -17,10 +18,29 @@ template <class Family>
 class UvSurface {
   public:
     /// @param warnings  told when the UV layer cannot be subdivided (uv_mesh.hpp) and is interpolated linearly
-    UvSurface(const ControlMesh& mesh, std::vector<std::string>& warnings);
-    Vec2d at(HalfedgeId root, double x, double y) const;
+    UvSurface(const ControlMesh& mesh, std::vector<std::string>& warnings) : mesh_(mesh) {
+        if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) return;
+        try {
+            uv_mesh_ = uv_mesh(mesh);
+            patches_ = std::make_unique<typename Family::Patches>(uv_mesh_);
+        } catch (const Error& error) {
+            warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
+                               error.what() + ")");
+        }
+    }
+    Vec2d at(HalfedgeId root, double x, double y) const {
+        if (patches_) return Vec2d(patches_->evaluate(root, x, y).position);
+        return Family::linear(mesh_, root, x, y, [&](HalfedgeId h) { return mesh_.data().uvs[mesh_.uv_index(h)]; });
+    }
     /// At a lattice point, in the UV layer's own canonical frame: both sides of an unbroken edge get the same bits.
-    Vec2d at(const Site& address) const;
+    Vec2d at(const Site& address) const {
+        if (patches_) {
+            const Site site = Family::canonical_site(uv_mesh_, address);
+            return Vec2d(patches_->limit(site.root, site.at, site.level));
+        }
+        const double step = std::ldexp(1.0, -address.level);
+        return at(address.root, address.at.x * step, address.at.y * step);
+    }
     /// Of the UV layer; null where it is linear.
     const typename Family::Patches* patches() const { return patches_.get(); }
 
