@@ -1,6 +1,5 @@
 #include "../../hier/base/error.hpp"
 #include "../../schemes/parts/averaging_level.hpp"
-#include "../../schemes/parts/face_split.hpp"
 #include "factored_faces.hpp"
 
 #include <algorithm>
@@ -22,6 +21,7 @@ class FactoredAveraging final : public FactoredFaces {
     FactoredAveraging(const ControlMesh& control, const RuleOptions& rules)
         : FactoredFaces(control), rules_(rules), open_(control.has_boundary()), source_(control.data().source) {
         put_centres();
+        set_states();
         own_ = FactoredFaces::active_mesh();
         rules_.runner = nullptr;
         if (rules.averaging_steps < 0 || rules.averaging_steps > k_most_averaging_steps)
@@ -31,7 +31,10 @@ class FactoredAveraging final : public FactoredFaces {
     int half_steps_per_level() const override { return 2 + rules_.averaging_steps; }
 
     void make_half_step() override {
-        if (rules_.averaging_steps == 0 && done_ == 2) take_split();
+        if (rules_.averaging_steps == 0 && done_ == 2) {
+            take_split(HalfSharpness(mesh_));
+            put_centres();
+        }
         if (done_ == 0)
             rest_centres();
         else if (done_ == 1)
@@ -75,16 +78,6 @@ class FactoredAveraging final : public FactoredFaces {
         std::vector<std::uint32_t> at_vertex, at_quad;  ///< numbers
         std::vector<Vec3d> split{};                     ///< before the first averaging, for sharp rules
     };
-
-    /// Without averaging: the split mesh is the next level's.
-    void take_split() {
-        vertex_ = places();
-        mesh_ = split_polygons(mesh_, HalfSharpness(mesh_));
-        midpoint_.clear();
-        centre_.resize(mesh_.face_count());
-        for (std::uint32_t& c : centre_) c = add({});
-        done_ = 0;
-    }
 
     void average(int averaging) {
         if (averaging == 0) start();
@@ -223,12 +216,7 @@ class FactoredAveraging final : public FactoredFaces {
     }
 
     void set_states() {
-        if (!run_) {
-            FactoredFaces::set_states();
-            if (done_ == 0) return;
-            for (const std::uint32_t c : centre_) state_[c] = FactoredVertex::active;
-            return;
-        }
+        if (!run_) return FactoredFaces::set_states(done_ != 0);
         state_.assign(positions_.size(), FactoredVertex::unused);
         for (const auto& t : averaged_triangles(true))
             for (const std::uint32_t v : t) state_[v] = FactoredVertex::active;

@@ -28,6 +28,7 @@ class FactoredDual final : public FactoredFaces {
   public:
     FactoredDual(const ControlMesh& control, FactoredScheme scheme) : FactoredFaces(control), mask_(mask_of(scheme)) {
         put_centres();
+        set_states();
     }
 
   private:

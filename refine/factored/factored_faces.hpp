@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../schemes/core/rule_mesh.hpp"
+#include "../../schemes/parts/face_split.hpp"
 #include "factored_mesh.hpp"
 
 #include <string>
@@ -20,7 +20,7 @@ class FactoredFaces {
     virtual int half_steps_per_level() const { return 2; }
     /// What half_step() would throw for want of room in one of the next `count`, as far as counts tell.
     virtual void check_half_steps(int count) const;
-    virtual FactoredVertex state(std::uint32_t v) const { return state_[v]; }
+    FactoredVertex state(std::uint32_t v) const { return state_[v]; }
     virtual std::vector<std::array<std::uint32_t, 3>> triangles() const;
     virtual PolygonMesh mesh(std::vector<std::uint32_t>* numbers) const;
     virtual PolygonMesh active_mesh() const;
@@ -66,9 +66,12 @@ class FactoredFaces {
     virtual int face_of_triangle(std::size_t /*triangle*/) const { return 0; }
 
     void insert_midpoints();
+    Vec3d mean_of_corners(int face) const;
     /// Centres rest at the mean of the corners around them.
     void rest_centres();
-    void set_states();
+    /// The split mesh is the next level's, without centres.
+    void take_split(const HalfSharpness& halves);
+    void set_states(bool active_centres = false);
 
     std::vector<Vec3d> positions_;
     RuleMesh mesh_;

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
+#include "../../hier/base/parallel.hpp"
 #include "../attributes/used_values.hpp"
 #include "../rules/rule_refiner.hpp"
 #include "../uniform/refine.hpp"
@@ -25,7 +26,6 @@ void FactoredFaces::put_centres() {
     centre_.resize(mesh_.face_count());
     for (std::uint32_t& c : centre_) c = add({});
     rest_centres();
-    set_states();
 }
 
 std::vector<std::uint32_t> FactoredFaces::places() const {
@@ -125,19 +125,31 @@ void FactoredFaces::insert_midpoints() {
     }
 }
 
-void FactoredFaces::rest_centres() {
-    for (int f = 0; f < mesh_.face_count(); ++f) {
-        Vec3d sum(0);
-        for (const int v : mesh_.corners(f)) sum += positions_[vertex_[v]];
-        positions_[centre_[f]] = sum / static_cast<double>(mesh_.face_size(f));
-    }
+Vec3d FactoredFaces::mean_of_corners(int face) const {
+    Vec3d sum(0);
+    for (const int v : mesh_.corners(face)) sum += positions_[vertex_[v]];
+    return sum / static_cast<double>(mesh_.face_size(face));
 }
 
-void FactoredFaces::set_states() {
+void FactoredFaces::rest_centres() {
+    for_each_index(static_cast<std::uint32_t>(centre_.size()),
+                   [&](std::uint32_t f) { positions_[centre_[f]] = mean_of_corners(static_cast<int>(f)); });
+}
+
+void FactoredFaces::take_split(const HalfSharpness& halves) {
+    vertex_ = places();
+    mesh_ = split_polygons(mesh_, halves);
+    midpoint_.clear();
+    centre_.clear();
+    done_ = 0;
+}
+
+void FactoredFaces::set_states(bool active_centres) {
     state_.assign(positions_.size(), FactoredVertex::unused);
     for (int v = 0; v < mesh_.vertex_count(); ++v)
         if (mesh_.first(v) != RuleMesh::none) state_[vertex_[v]] = FactoredVertex::active;
-    for (const std::uint32_t c : centre_) state_[c] = FactoredVertex::inactive;
+    for (const std::uint32_t c : centre_)
+        state_[c] = active_centres ? FactoredVertex::active : FactoredVertex::inactive;
     for (const std::uint32_t s : midpoint_) state_[s] = FactoredVertex::active;
 }
 

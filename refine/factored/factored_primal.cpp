@@ -3,7 +3,6 @@
 #include "../../schemes/rules/catmull_clark.hpp"
 #include "factored_faces.hpp"
 
-#include <algorithm>
 #include <numeric>
 #include <utility>
 
@@ -23,29 +22,25 @@ class FactoredPrimal final : public FactoredFaces {
           chaikin_(!four_eight_ && mesh.crease_method() == CreaseMethod::chaikin),
           source_(mesh.face_count()) {
         std::iota(source_.begin(), source_.end(), 0u);
-        if (four_eight_ && !mesh_.all_faces_have(4)) {
-            // The tetrakis mesh: centres are there, nothing has moved.
-            std::vector<Vec3d> next = with_centres();
-            std::copy(positions_.begin(), positions_.end(), next.begin());
-            take_centred(std::move(next));
-        }
+        // Else from the tetrakis mesh: centres are there, nothing has moved.
+        if (four_eight_ && !mesh_.all_faces_have(4)) insert_centres();
+        set_states(true);
     }
 
     void make_half_step() override {
-        if (!centred())
-            insert_centres();
-        else
+        if (centred()) {
             insert_edge_points();
-    }
-    FactoredVertex state(std::uint32_t v) const override {
-        const bool isolated = v < control_.vertex_count() && control_.is_isolated(VertexId(v));
-        return isolated ? FactoredVertex::unused : FactoredVertex::active;
+        } else {
+            insert_centres();
+            move_corners();
+        }
+        set_states(true);
     }
     std::vector<std::array<std::uint32_t, 3>> triangles() const override {
         if (centred()) return FactoredFaces::triangles();
         std::vector<std::array<std::uint32_t, 3>> result;
-        if (at_control_) return result;
-        result.reserve(2 * static_cast<std::size_t>(mesh_.face_count()));
+        if (source_.size() == control_.face_count()) return result;  // at the control faces
+        result.reserve(2 * source_.size());
         // A quad is cut from the old vertex to the old face's centre, opposite of it.
         for (int f = 0; f < mesh_.face_count(); ++f) {
             const std::span<const int> v = mesh_.corners(f);
@@ -96,173 +91,98 @@ class FactoredPrimal final : public FactoredFaces {
     static void each(int count, const Body& body) {
         for_each_index(static_cast<std::uint32_t>(count), [&](std::uint32_t i) { body(static_cast<int>(i)); });
     }
-    /// Calls edge(half-edge of it, neighbour) for the edges and face(face) for the faces around a vertex.
-    /// @return  how many edges there are
-    template <class Edge, class Face>
-    int around(int v, const Edge& edge, const Face& face) const {
-        int h = mesh_.first(v), edges = 0;
-        do {
-            edge(h, mesh_.target(h));
-            face(mesh_.face(h));
-            ++edges;
-            const int before = mesh_.prev(h);
-            h = mesh_.twin(before);
-            if (h == RuleMesh::none) {
-                edge(before, mesh_.origin(before));
-                ++edges;
-            }
-        } while (h != RuleMesh::none && h != mesh_.first(v));
-        return edges;
-    }
-    VertexRule rule(int v) const {
-        bool sharp = is_sharp(mesh_.vertex_sharpness(v));
-        around(
-            v, [&](int h, int) { sharp = sharp || mesh_.sharp(h); }, [](int) {});
-        return sharp ? mesh_.rule(v) : VertexRule::smooth;
-    }
-
-    /// Room for the next positions, with those of the faces.
-    std::vector<Vec3d> with_centres() const {
-        const int V = mesh_.vertex_count();
-        std::vector<Vec3d> next(static_cast<std::size_t>(V + mesh_.face_count()));
-        each(mesh_.face_count(), [&](int f) {
-            const std::span<const int> v = mesh_.corners(f);
-            Vec3d& point = next[static_cast<std::size_t>(V + f)];
-            if (v.size() == 4) {
-                point = 0.25 * ((positions_[vertex_[v[0]]] + positions_[vertex_[v[1]]]) +
-                                (positions_[vertex_[v[2]]] + positions_[vertex_[v[3]]]));
-                return;
-            }
-            Vec3d sum(0);
-            for (const int corner : v) sum += positions_[vertex_[corner]];
-            point = sum / static_cast<double>(v.size());
-        });
-        return next;
-    }
-    void take_centred(std::vector<Vec3d> next) {
-        previous_ = std::exchange(positions_, std::move(next));
-        done_ = 1;
-        centre_.resize(static_cast<std::size_t>(mesh_.face_count()));
-        std::iota(centre_.begin(), centre_.end(), static_cast<std::uint32_t>(mesh_.vertex_count()));
+    /// The vertex as it was, and the sums of its neighbours as they were and of the centres around it.
+    struct Around {
+        Vec3d vertex, neighbours{0}, centres{0};
+    };
+    Around around(int v, const RuleMesh::Ring& ring) const {
+        Around result{previous_[vertex_[v]]};
+        for (const int neighbour : ring.neighbour) result.neighbours += previous_[vertex_[neighbour]];
+        for (const int h : ring.halfedge) result.centres += positions_[centre_[mesh_.face(h)]];
+        return result;
     }
 
     // First half-step.
     void insert_centres() {
-        std::vector<Vec3d> next = with_centres();
+        previous_ = positions_;
+        put_centres();
+        done_ = 1;
+    }
+    void move_corners() {
         const HalfSharpness halves(mesh_, chaikin_);
         each(mesh_.vertex_count(), [&](int v) {
-            Vec3d& point = next[vertex_[v]];
-            if (mesh_.first(v) == RuleMesh::none)
-                point = positions_[vertex_[v]];
-            else
-                point = four_eight_ ? waiting_corner(v) : corner(v, halves, next);
+            if (mesh_.first(v) != RuleMesh::none) positions_[vertex_[v]] = corner(v, halves);
         });
-        take_centred(std::move(next));
     }
-    /// Catmull-Clark's corner rule from old neighbours and new centres.
-    Vec3d corner(int v, const HalfSharpness& halves, const std::vector<Vec3d>& next) const {
-        const auto smooth = [&] {
-            const auto first = static_cast<std::uint32_t>(mesh_.vertex_count());
-            Vec3d edges(0), faces(0);
-            const int n = around(
-                v, [&](int, int neighbour) { edges += positions_[vertex_[neighbour]]; },
-                [&](int f) { faces += next[first + static_cast<std::uint32_t>(f)]; });
-            const RingMask m = CatmullClark::vertex_mask(n);
-            return m.vertex * positions_[vertex_[v]] + m.edge * edges + m.face * faces;
-        };
-        if (rule(v) == VertexRule::smooth) return smooth();
+    Vec3d corner(int v, const HalfSharpness& halves) const {
         const RuleMesh::Ring ring = mesh_.ring(v);
+        const Around at = around(v, ring);
+        // 4-8's vertex rule along the sides of the faces; crease vertices wait for the half-step that cuts creases.
+        if (four_eight_) return follows_crease(v) ? at.vertex : 0.5 * at.vertex + (0.5 / ring.edges()) * at.neighbours;
+        // Catmull-Clark's corner rule from old neighbours and new centres.
         const float s = mesh_.vertex_sharpness(v);
         const VertexBlend blend = vertex_blend(ring.sharpness, s, halves.around(ring), child_sharpness(s));
-        Vec3d point = (blend.corner + blend.crease.weight * k_crease_vertex_mask.vertex) * positions_[vertex_[v]];
+        Vec3d point = (blend.corner + blend.crease.weight * k_crease_vertex_mask.vertex) * at.vertex;
         if (blend.crease.weight > 0)
             point += blend.crease.weight * k_crease_vertex_mask.neighbour *
-                     (positions_[vertex_[ring.neighbour[blend.crease.a]]] +
-                      positions_[vertex_[ring.neighbour[blend.crease.b]]]);
-        if (blend.smooth > 0) point += blend.smooth * smooth();
+                     (previous_[vertex_[ring.neighbour[blend.crease.a]]] +
+                      previous_[vertex_[ring.neighbour[blend.crease.b]]]);
+        if (blend.smooth > 0) {
+            const RingMask m = CatmullClark::vertex_mask(ring.edges());
+            point += blend.smooth * (m.vertex * at.vertex + m.edge * at.neighbours + m.face * at.centres);
+        }
         return point;
     }
-    /// 4-8's vertex rule along the sides of the faces; crease vertices wait for the half-step that cuts creases.
-    Vec3d waiting_corner(int v) const {
-        const VertexRule rule = this->rule(v);
-        if (rule == VertexRule::crease || rule == VertexRule::corner) return positions_[vertex_[v]];
-        Vec3d edges(0);
-        const int n = around(
-            v, [&](int, int neighbour) { edges += positions_[vertex_[neighbour]]; }, [](int) {});
-        return 0.5 * positions_[vertex_[v]] + (0.5 / n) * edges;
+    bool follows_crease(int v) const {
+        const VertexRule rule = mesh_.rule(v);
+        return rule == VertexRule::crease || rule == VertexRule::corner;
     }
 
     // Second half-step.
     void insert_edge_points() {
-        const int V = mesh_.vertex_count(), F = mesh_.face_count(), E = mesh_.edge_count();
         const HalfSharpness halves(mesh_, chaikin_);
-        std::vector<Vec3d> next(static_cast<std::size_t>(V) + F + E);
+        insert_midpoints();
+        std::vector<Vec3d> next = positions_;
         if (four_eight_) {
-            each(V, [&](int v) { next[vertex_[v]] = four_eight_vertex(v); });
-            each(F, [&](int f) { next[centre_[f]] = four_eight_centre(f); });
-        } else {
-            std::copy(positions_.begin(), positions_.end(), next.begin());
+            each(mesh_.vertex_count(), [&](int v) { next[vertex_[v]] = four_eight_vertex(v); });
+            each(mesh_.face_count(),
+                 [&](int f) { next[centre_[f]] = 0.5 * (positions_[centre_[f]] + mean_of_corners(f)); });
         }
-        midpoint_.resize(static_cast<std::size_t>(E));
-        std::iota(midpoint_.begin(), midpoint_.end(), static_cast<std::uint32_t>(V + F));
-        each(E, [&](int e) {
-            const int h = mesh_.edge_halfedge(e);
-            next[midpoint_[e]] = four_eight_ ? four_eight_edge(h) : edge_point(h, halves);
-        });
+        each(mesh_.edge_count(), [&](int e) { next[midpoint_[e]] = edge_point(mesh_.edge_halfedge(e), halves); });
         positions_ = std::move(next);
         previous_ = {};
+        // The split mesh is the next level's, with a quad for each half-edge.
+        std::vector<std::uint32_t> source;
+        for (int h = 0; h < mesh_.halfedge_count(); ++h) source.push_back(source_[mesh_.face(h)]);
+        source_ = std::move(source);
         take_split(halves);
     }
-    /// Catmull-Clark's edge rule: the ends as they were, the centres on either side.
+    /// The edge rule: Catmull-Clark's of the ends as they were, 4-8's as they are, and the centres on either side.
     Vec3d edge_point(int h, const HalfSharpness& halves) const {
-        const Vec3d ends = previous_[vertex_[mesh_.origin(h)]] + previous_[vertex_[mesh_.target(h)]];
+        const std::uint32_t u = vertex_[mesh_.origin(h)], w = vertex_[mesh_.target(h)];
+        const Vec3d sharp_ends = previous_[u] + previous_[w];
         const int t = mesh_.twin(h);
-        if (t == RuleMesh::none) return 0.5 * ends;
-        const double crease = halves.crease_weight(h);
-        if (crease == 1) return 0.5 * ends;
+        const double semi_sharp = four_eight_ ? 0 : halves.crease_weight(h);
+        const double crease = t == RuleMesh::none || (four_eight_ && mesh_.sharp(h)) ? 1 : semi_sharp;
+        if (crease == 1) return 0.5 * sharp_ends;
+        const Vec3d ends = four_eight_ ? positions_[u] + positions_[w] : sharp_ends;
         const Vec3d smooth = 0.25 * (ends + (positions_[centre_[mesh_.face(h)]] + positions_[centre_[mesh_.face(t)]]));
-        return crease == 0 ? smooth : crease * 0.5 * ends + (1 - crease) * smooth;
+        return crease * 0.5 * sharp_ends + (1 - crease) * smooth;
     }
     Vec3d four_eight_vertex(int v) const {
-        if (mesh_.first(v) == RuleMesh::none) return positions_[vertex_[v]];
-        const VertexRule rule = this->rule(v);
+        const VertexRule rule = mesh_.first(v) == RuleMesh::none ? VertexRule::corner : mesh_.rule(v);
         if (rule == VertexRule::corner) return positions_[vertex_[v]];
         if (rule == VertexRule::crease) {
             Vec3d along(0);
             for (const int neighbour : mesh_.sharp_neighbours(v)) along += previous_[vertex_[neighbour]];
             return k_crease_vertex_mask.vertex * previous_[vertex_[v]] + k_crease_vertex_mask.neighbour * along;
         }
-        Vec3d faces(0);
-        const int n = around(
-            v, [](int, int) {}, [&](int f) { faces += positions_[centre_[f]]; });
-        return 0.5 * positions_[vertex_[v]] + (0.5 / n) * faces;
-    }
-    Vec3d four_eight_centre(int f) const {
-        Vec3d sum(0);
-        for (const int v : mesh_.corners(f)) sum += positions_[vertex_[v]];
-        return 0.5 * positions_[centre_[f]] + (0.5 / mesh_.face_size(f)) * sum;
-    }
-    Vec3d four_eight_edge(int h) const {
-        const std::uint32_t u = vertex_[mesh_.origin(h)], w = vertex_[mesh_.target(h)];
-        if (mesh_.sharp(h)) return 0.5 * (previous_[u] + previous_[w]);
-        return 0.25 * ((positions_[u] + positions_[w]) +
-                       (positions_[centre_[mesh_.face(h)]] + positions_[centre_[mesh_.face(mesh_.twin(h))]]));
-    }
-    /// The split mesh is the next level's, with a quad for each half-edge.
-    void take_split(const HalfSharpness& halves) {
-        std::vector<std::uint32_t> source;
-        for (int h = 0; h < mesh_.halfedge_count(); ++h) source.push_back(source_[mesh_.face(h)]);
-        source_ = std::move(source);
-        vertex_ = places();
-        mesh_ = split_polygons(mesh_, halves);
-        at_control_ = false;
-        midpoint_.clear();
-        centre_.clear();
-        done_ = 0;
+        const RuleMesh::Ring ring = mesh_.ring(v);
+        return 0.5 * positions_[vertex_[v]] + (0.5 / ring.edges()) * around(v, ring).centres;
     }
 
     ControlMesh control_;
-    bool four_eight_, chaikin_, at_control_ = true;
+    bool four_eight_, chaikin_;
     std::vector<Vec3d> previous_;        ///< between the two half-steps: the level's vertices as they were
     std::vector<std::uint32_t> source_;  ///< control face of each face of the level
 };
