@@ -33,33 +33,6 @@ RuleMesh all_sharp(const RuleMesh& mesh) {
     return RuleMesh(mesh.vertex_count(), std::move(faces), std::vector<float>(mesh.vertex_count(), k_sharp));
 }
 
-/// One step of sqrt3 for both: three triangles of the nine are followed from the child of each corner's half-edge: the
-/// one at the corner, the one beside it inside, and the one on the edge. False where a chart ends before the surface
-/// does.
-/// @param partner  per half-edge of the surface, that of the charts
-bool refine_triangles(RuleMesh& surface, RuleMesh& charts, std::vector<Vec2d>& uvs, std::vector<int>& partner,
-                      const SchemeInfo& scheme, const RuleOptions& rules) {
-    RuleStep step = scheme.step(surface, rules), chart_step = scheme.step(charts, rules);
-    uvs = next_uvs(chart_step.stencils, uvs);
-    std::vector<int> finer(static_cast<std::size_t>(step.mesh.halfedge_count()), RuleMesh::none);
-    for (std::size_t h = 0; h < partner.size(); ++h) {
-        int fine = step.child_halfedge[h], p = chart_step.child_halfedge[partner[h]];
-        if (fine == RuleMesh::none) continue;
-        if (p == RuleMesh::none) return false;
-        for (int face = 0; face < 3; ++face) {
-            if (face > 0) {
-                fine = step.mesh.twin(step.mesh.next(fine));
-                p = chart_step.mesh.twin(chart_step.mesh.next(p));
-            }
-            for (int i = 0; i < 3; ++i, fine = step.mesh.next(fine), p = chart_step.mesh.next(p)) finer[fine] = p;
-        }
-    }
-    partner = std::move(finer);
-    surface = std::move(step.mesh);
-    charts = std::move(chart_step.mesh);
-    return true;
-}
-
 /// Both meshes at one level, and what corners of one are in the other.
 class SideBySide {
   public:
@@ -74,7 +47,9 @@ class SideBySide {
         for (int h = 0; h < surface_.halfedge_count(); ++h) home_[h] = surface_.face(h);
     }
 
-    void refine() {
+    /// @param linear  the charts by linear rules; of triangle schemes
+    void refine(bool linear) {
+        if (linear) charts_.mesh = all_sharp(charts_.mesh);
         RuleStep step = scheme_.step(surface_, rules_), chart_step = scheme_.step(charts_.mesh, rules_);
         charts_.uvs = next_uvs(chart_step.stencils, charts_.uvs);
         const auto halfedges = static_cast<std::size_t>(step.mesh.halfedge_count());
@@ -97,10 +72,16 @@ class SideBySide {
             child[step.mesh.origin(a)] = 1;
             set(a, chart_step.child_halfedge[old_partner[h]], old_home[h], first ? 0 : old_corner[h]);
         }
-        // Around the children of corners, which lie on one side of every seam, then along faces to the other points: to
-        // one at a dart or a tip from the left.
         const RuleMesh &fine = step.mesh, &chart = chart_step.mesh;
         const auto twin = [](const RuleMesh& mesh, int h) { return h == RuleMesh::none ? h : mesh.twin(h); };
+        // sqrt3 cuts every triangle in nine, whether its edges are seams or not: no triangle lies across one.
+        for (std::size_t i = 0; i < queue.size() && scheme_.refinement == Refinement::sqrt3; ++i) {
+            const int h = queue[i], p = partner_[h];
+            set(fine.next(h), chart.next(p), home_[h], corner_[h]);
+            if (const int t = fine.twin(h); t != RuleMesh::none) set(t, chart.twin(p), home_[h], corner_[h]);
+        }
+        // Around the children of corners, which lie on one side of every seam, then along faces to the other points: to
+        // one at a dart or a tip from the left.
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const int h = queue[i], p = partner_[h];
             if (const int left = twin(fine, fine.prev(h)); left != RuleMesh::none)
@@ -177,43 +158,34 @@ class SideBySide {
 
 }  // namespace
 
-FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules) {
-    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
-    const ParallelBlocks runner;
-    RuleOptions with_runner = rules;
-    with_runner.runner = &runner;
-    const ControlMesh charts = uv_mesh(mesh);
-    FollowedUvs out;
-    for (const Vec3d& p : charts.positions()) out.uvs.emplace_back(p);
-    RuleMesh surface = rule_mesh(mesh), chart = rule_mesh(charts);
-    std::vector<int> partner(surface.halfedge_count());
-    std::iota(partner.begin(), partner.end(), 0);
-    for (int level = 0; level < levels; ++level) {
-        if (linear) chart = all_sharp(chart);
-        if (!refine_triangles(surface, chart, out.uvs, partner, scheme, with_runner)) return {};
-    }
-    for (const int p : partner) out.face_uvs.push_back(static_cast<std::uint32_t>(chart.origin(p)));
-    return out;
-}
-
 bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules) {
     const int steps = scheme.has_chosen_steps() ? rules.averaging_steps : 0;
     return steps > 0 && steps % 2 == 0 && (steps > 2 || rules.averaging_boundary == AveragingBoundary::recede);
 }
 
-FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
-                                const RuleOptions& rules) {
+FollowedUvs follow_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules) {
     const ParallelBlocks runner;
     RuleOptions with_runner = rules;
     with_runner.runner = &runner;
     RuleMesh surface = rule_mesh(mesh);
-    SeamExtension charts = extend_over_seams(mesh, surface, scheme, rules);
+    const bool triangles = scheme.refinement == Refinement::sqrt3,
+               linear = triangles && mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    SeamExtension charts;
+    if (triangles) {
+        const ControlMesh cut = uv_mesh(mesh);
+        charts.mesh = rule_mesh(cut);
+        charts.uvs.assign(cut.positions().begin(), cut.positions().end());
+    } else {
+        charts = extend_over_seams(mesh, surface, scheme, rules);
+    }
     std::vector<int> partner(static_cast<std::size_t>(surface.halfedge_count()));
     std::iota(partner.begin(), partner.end(), 0);
     try {
         SideBySide both(std::move(surface), std::move(charts), std::move(partner), scheme, with_runner);
-        for (int level = 0; level < levels; ++level) both.refine();
-        return both.result();
+        for (int level = 0; level < levels; ++level) both.refine(linear);
+        FollowedUvs result = both.result();
+        if (triangles) result.control_face.clear();  // all of a triangle lies in one
+        return result;
     } catch (const std::invalid_argument&) {
         return {};  // the surface is a mesh; what recedes may leave less of its charts
     }

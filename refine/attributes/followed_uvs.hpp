@@ -19,20 +19,19 @@ struct FollowedUvs {
     std::vector<std::uint32_t> control_face;
 };
 
-/// sqrt3: a step cuts every triangle in nine, whether its edges are seams or not, so the charts (with seams as
-/// boundaries, by the scheme's rules; or linear) have the same triangles in another order, found step by step.
-FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules);
-
 /// Whether a scheme that splits faces has no rule for boundaries: the longer averages take copies of them, those that
 /// recede use them up. A seam would then pull the chart together, so there it is continued, too.
 bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules);
 
-/// Dual schemes and honeycomb: mesh and extended charts (SeamExtension) are refined side by side; each corner inside a
-/// chart has its partner there. A face across a seam takes the UVs of one side, the one with the most of its corners,
-/// then the one of the lower control face, then (dual) that of the lower corner of level 1; beyond the seam those of
-/// the extension. So the seam that is seen is the true one to half a face. Where extends_charts(), the charts have all
-/// faces of the mesh.
-FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
-                                const RuleOptions& rules);
+/// The mesh and its charts are refined side by side; each corner inside a chart has its partner there.
+///
+/// Dual schemes and honeycomb: charts are extended (SeamExtension). A face across a seam takes the UVs of one side, the
+/// one with the most of its corners, then the one of the lower control face, then (dual) that of the lower corner of
+/// level 1; beyond the seam those of the extension. So the seam that is seen is the true one to half a face. Where
+/// extends_charts(), the charts have all faces of the mesh.
+///
+/// sqrt3: charts (with seams as boundaries, by the scheme's rules; or linear) have the same triangles as the mesh in
+/// another order.
+FollowedUvs follow_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules);
 
 }  // namespace tetrakis::detail

@@ -154,8 +154,7 @@ bool refine_uvs(const ControlMesh& tagged, const SchemeInfo& scheme, int levels,
             "the texture coordinates were refined smoothly, not linearly as their tag asks: faces of " +
             std::string(scheme.name) + " do not lie in faces of the control mesh");
     if (levels > 0 && (triples || across || (!linear && detail::extends_charts(scheme, options.rules)))) {
-        detail::FollowedUvs followed = triples ? detail::follow_triangles(mesh, scheme, levels, options.rules)
-                                               : detail::follow_across_seams(mesh, scheme, levels, options.rules);
+        detail::FollowedUvs followed = detail::follow_uvs(mesh, scheme, levels, options.rules);
         if (followed.face_uvs.size() != static_cast<std::size_t>(last.halfedge_count())) return false;
         detail::drop_unused(followed.face_uvs, followed.uvs);
         result.uvs = std::move(followed.uvs);
