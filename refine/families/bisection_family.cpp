@@ -9,19 +9,16 @@ namespace tetrakis {
 
 namespace {
 
-class BisectionFamily final : public detail::ForestFamily<BisectionFamily, BisectionForest> {
+class BisectionFamily final : public detail::TriangleForestFamily<BisectionFamily, BisectionForest, CellTriangle> {
   public:
     BisectionFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
-        : ForestFamily(mesh, std::move(source), BisectionForest(mesh),
-                       {.child_count = 2,
-                        .path_bits = 1,
-                        .max_depth = k_max_bisection_depth,
-                        .root_bound = mesh.halfedge_count()}) {}
+        : TriangleForestFamily(mesh, std::move(source), BisectionForest(mesh),
+                               {.child_count = 2,
+                                .path_bits = 1,
+                                .max_depth = k_max_bisection_depth,
+                                .root_bound = mesh.halfedge_count()}) {}
 
     std::string_view name() const override { return "bisection"; }
-    std::unique_ptr<HierarchyFamily> fresh() const override {
-        return std::make_unique<BisectionFamily>(mesh_, source_);
-    }
 
     std::string check_site(const Site& site) const override {
         if (site.root.value >= mesh().halfedge_count())
@@ -72,43 +69,16 @@ class BisectionFamily final : public detail::ForestFamily<BisectionFamily, Bisec
         return leaves;
     }
 
-    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
-                     std::span<double> errors) const override {
-        detail::largest_errors<CellTriangle>(leaves, estimator, errors,
-                                             [&](LeafId leaf, auto& list) { list.push_back(forest_.triangle(leaf)); });
-    }
-    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
-                     std::span<double> errors) const override {
-        detail::largest_errors<CellTriangle>(
-            nodes, estimator, errors, [&](const HierarchyNode& node, auto& list) { list.push_back(triangle(node)); });
-    }
-
-    HierarchyFaces faces(bool with_levels) const override {
-        return detail::faces_of(forest_.exported(), with_levels,
-                                [&](LeafId leaf) { return level(forest_.depth(leaf)); });
-    }
-
-  private:
-    friend class detail::ForestFamily<BisectionFamily, BisectionForest>;
-
-    void describe(LeafId leaf, LeafView& view) const {
-        const BisectionLeaf& l = forest_.leaf(leaf);
-        view.node = node(leaf);
-        view.face = forest_.face(leaf);
-        view.level = level(l.depth);
-        view.corner_count = 3;
-        view.leaf.slot = leaf;
-        for (std::size_t k = 0; k < 3; ++k) {
-            view.point[k] = l.vertex[k];
-            view.corner[k] = forest_.point_site(l.vertex[k]);
-        }
-    }
-    static std::uint8_t level(int depth) { return static_cast<std::uint8_t>(lattice_level(depth) + 1); }
-
+    void describe(LeafId leaf, LeafView& view) const { describe_as(leaf, forest_.leaf(leaf).vertex, view); }
+    std::uint8_t level(LeafId leaf) const { return level(forest_.depth(leaf)); }
+    void add_triangles(LeafId leaf, std::vector<CellTriangle>& list) const { list.push_back(forest_.triangle(leaf)); }
     CellTriangle triangle(const HierarchyNode& node) const {
         return cell_triangle(mesh(), HalfedgeId(node.root), node.depth,
                              node.depth == 0 ? 0 : node.path >> (64 - node.depth));
     }
+
+  private:
+    static std::uint8_t level(int depth) { return static_cast<std::uint8_t>(lattice_level(depth) + 1); }
     // The leaves that a refinement splits: base by base from each marked one.
     void list_split(std::span<const LeafId> marked, FamilyUpdate& update) {
         seen_.resize(std::max<std::size_t>(seen_.size(), forest_.leaf_slots()), 0);

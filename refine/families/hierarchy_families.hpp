@@ -47,34 +47,6 @@ int sqrt3_tree_levels(const ControlMesh& mesh);
 /// What families share.
 namespace detail {
 
-/// The largest of the errors of each item's triangles.
-/// @param add  (item, list): adds its triangles to the list
-template <class Triangle, class Item, class Add>
-void largest_errors(std::span<const Item> items, const ErrorEstimator& estimator, std::span<double> errors,
-                    const Add& add) {
-    constexpr bool k_lattice = std::is_same_v<Triangle, CellTriangle>;
-    const auto count = static_cast<std::uint32_t>(items.size());
-    const std::uint32_t block = k_lattice ? 1024 : std::max(count, 1u);  // estimate_sqrt3() is to see all of them
-    for_each_block(count, block, [&](std::uint32_t begin, std::uint32_t end) {
-        std::vector<Triangle> triangles;
-        std::vector<std::size_t> ends;
-        for (std::uint32_t i = begin; i < end; ++i) {
-            add(items[i], triangles);
-            ends.push_back(triangles.size());
-        }
-        std::vector<double> values(triangles.size());
-        if constexpr (k_lattice)
-            estimator.estimate(triangles, values);
-        else
-            estimator.estimate_sqrt3(triangles, values);
-        std::size_t t = 0;
-        for (std::uint32_t i = begin; i < end; ++i)
-            // Not std::max: an error that is no number has to get through.
-            for (errors[i] = 0; t < ends[i - begin]; ++t)
-                if (!(values[t] <= errors[i]) && !std::isnan(errors[i])) errors[i] = values[t];
-    });
-}
-
 /// The part of a family that is the same for every forest: it holds the forest. A family has, beside what
 /// it overrides, describe(leaf, view), which fills all of a view but the handle's generation (a friend can be private).
 /// For many leaves it is not called by way of a table.
@@ -113,33 +85,105 @@ class ForestFamily : public HierarchyFamily {
                  const HierarchyTree& tree)
         : HierarchyFamily(mesh, std::move(source), tree), forest_(std::move(forest)) {}
 
+    /// Of a refinement that has made groups of four children.
+    void list_parents(FamilyUpdate& update) const {
+        for (std::size_t i = 0; i < update.created.size(); i += 4)
+            update.removed.emplace_back(forest_.parent(update.created[i]), tree_.parent(node(update.created[i])));
+    }
+
     Forest forest_;
 
   private:
     const Family& self() const { return static_cast<const Family&>(*this); }
 };
 
-/// The output mesh of a family whose leaves are exported as triangles. `level(leaf)` is its level as NodeView has it.
-template <class Level>
-HierarchyFaces faces_of(ExportedTriangles exported, bool with_levels, const Level& level) {
-    const auto count = static_cast<std::uint32_t>(exported.triangles.size());
-    HierarchyFaces faces;
-    resize_large(faces.face_offsets, count + std::size_t{1});
-    for_each_index(count, [&](std::uint32_t t) { faces.face_offsets[t + std::size_t{1}] = 3 * (t + 1); });
-    // Appended: to resize it first would go over all of it twice.
-    reserve_large(faces.face_vertices, 3 * std::size_t{count});
-    for (const auto& triangle : exported.triangles)
-        faces.face_vertices.insert(faces.face_vertices.end(), triangle.begin(), triangle.end());
-    if (with_levels) {
-        faces.levels.resize(count);
-        for_each_index(count, [&](std::uint32_t t) { faces.levels[t] = level(exported.leaves[t]); });
+/// The same of families whose leaves are made of triangles. They have, beside describe(), level(leaf), as NodeView has
+/// it, add_triangles(leaf, list), which adds those whose errors count, and triangle(node).
+template <class Family, class Forest, class Triangle>
+class TriangleForestFamily : public ForestFamily<Family, Forest> {
+  public:
+    std::unique_ptr<HierarchyFamily> fresh() const final {
+        return std::make_unique<Family>(this->mesh_, this->source_);
     }
-    faces.control_faces = std::move(exported.faces);
-    faces.sites = std::move(exported.sites);
-    faces.leaves = std::move(exported.leaves);
-    faces.points = std::move(exported.points);
-    return faces;
-}
+
+    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                     std::span<double> errors) const final {
+        largest_errors(leaves, estimator, errors, [&](LeafId leaf, auto& list) { self().add_triangles(leaf, list); });
+    }
+    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        largest_errors(nodes, estimator, errors,
+                       [&](const HierarchyNode& node, auto& list) { list.push_back(self().triangle(node)); });
+    }
+
+    HierarchyFaces faces(bool with_levels) const final {
+        ExportedTriangles exported = this->forest_.exported();
+        const auto count = static_cast<std::uint32_t>(exported.triangles.size());
+        HierarchyFaces faces;
+        resize_large(faces.face_offsets, count + std::size_t{1});
+        for_each_index(count, [&](std::uint32_t t) { faces.face_offsets[t + std::size_t{1}] = 3 * (t + 1); });
+        // Appended: to resize it first would go over all of it twice.
+        reserve_large(faces.face_vertices, 3 * std::size_t{count});
+        for (const auto& triangle : exported.triangles)
+            faces.face_vertices.insert(faces.face_vertices.end(), triangle.begin(), triangle.end());
+        if (with_levels) {
+            faces.levels.resize(count);
+            for_each_index(count, [&](std::uint32_t t) { faces.levels[t] = self().level(exported.leaves[t]); });
+        }
+        faces.control_faces = std::move(exported.faces);
+        faces.sites = std::move(exported.sites);
+        faces.leaves = std::move(exported.leaves);
+        faces.points = std::move(exported.points);
+        return faces;
+    }
+
+  protected:
+    using ForestFamily<Family, Forest>::ForestFamily;
+
+    /// Of forests that keep their points' sites. @param points  of the leaf's corners
+    void describe_as(LeafId leaf, const std::array<PointId, 3>& points, LeafView& view) const {
+        static_cast<NodeView&>(view) = {.node = self().node(leaf),
+                                        .face = this->forest_.face(leaf),
+                                        .level = self().level(leaf),
+                                        .corner_count = 3};
+        view.leaf.slot = leaf;
+        for (std::size_t k = 0; k < 3; ++k) {
+            view.point[k] = points[k];
+            view.corner[k] = this->forest_.point_site(points[k]);
+        }
+    }
+
+    /// The largest of the errors of each item's triangles.
+    /// @param add  (item, list): adds its triangles to the list
+    template <class Item, class Add>
+    static void largest_errors(std::span<const Item> items, const ErrorEstimator& estimator, std::span<double> errors,
+                               const Add& add) {
+        constexpr bool k_lattice = std::is_same_v<Triangle, CellTriangle>;
+        const auto count = static_cast<std::uint32_t>(items.size());
+        const std::uint32_t block = k_lattice ? 1024 : std::max(count, 1u);  // estimate_sqrt3() is to see all of them
+        for_each_block(count, block, [&](std::uint32_t begin, std::uint32_t end) {
+            std::vector<Triangle> triangles;
+            std::vector<std::size_t> ends;
+            for (std::uint32_t i = begin; i < end; ++i) {
+                add(items[i], triangles);
+                ends.push_back(triangles.size());
+            }
+            std::vector<double> values(triangles.size());
+            if constexpr (k_lattice)
+                estimator.estimate(triangles, values);
+            else
+                estimator.estimate_sqrt3(triangles, values);
+            std::size_t t = 0;
+            for (std::uint32_t i = begin; i < end; ++i)
+                // Not std::max: an error that is no number has to get through.
+                for (errors[i] = 0; t < ends[i - begin]; ++t)
+                    if (!(values[t] <= errors[i]) && !std::isnan(errors[i])) errors[i] = values[t];
+        });
+    }
+
+  private:
+    const Family& self() const { return static_cast<const Family&>(*this); }
+};
 
 }  // namespace detail
 

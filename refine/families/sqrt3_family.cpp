@@ -11,18 +11,17 @@ namespace {
 
 constexpr int k_side_bits = 2;
 
-class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> {
+class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3Forest, Sqrt3Triangle> {
   public:
     Sqrt3Family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
-        : ForestFamily(mesh, std::move(source), Sqrt3Forest(mesh),
-                       {.child_count = 3,
-                        .path_bits = k_side_bits,
-                        .max_depth = 2 * sqrt3_tree_levels(mesh),
-                        .root_bound = mesh.face_count(),
-                        .halves = true}) {}
+        : TriangleForestFamily(mesh, std::move(source), Sqrt3Forest(mesh),
+                               {.child_count = 3,
+                                .path_bits = k_side_bits,
+                                .max_depth = 2 * sqrt3_tree_levels(mesh),
+                                .root_bound = mesh.face_count(),
+                                .halves = true}) {}
 
     std::string_view name() const override { return "sqrt3"; }
-    std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<Sqrt3Family>(mesh(), source_); }
 
     std::string check_site(const Site& site) const override {
         if (site.root.value >= mesh().halfedge_count() || site.root.value % 3 != 0)
@@ -43,7 +42,7 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
     int depth(LeafId leaf) const override { return 2 * forest_.level(leaf) - (forest_.is_half(leaf) ? 1 : 0); }
     NodeView view(const HierarchyNode& node) const override {
         NodeView view;
-        const Sqrt3Triangle t = triangle_of(node);
+        const Sqrt3Triangle t = triangle(node);
         view.node = node_of(t);
         view.face = FaceId(view.node.root);
         view.level = t.level;
@@ -59,7 +58,7 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
         std::ranges::copy(forest_.points(leaf), out.point.begin());
     }
     std::vector<LeafId> leaves_on_curve() const override { return forest_.leaves_on_curve(); }
-    std::optional<LeafId> find(const HierarchyNode& node) const override { return forest_.find(triangle_of(node)); }
+    std::optional<LeafId> find(const HierarchyNode& node) const override { return forest_.find(triangle(node)); }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         Sqrt3Forest::Changed removed;
@@ -75,31 +74,27 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
     }
     std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.group(leaf); }
 
-    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
-                     std::span<double> errors) const override {
-        detail::largest_errors<Sqrt3Triangle>(leaves, estimator, errors,
-                                              [&](LeafId leaf, auto& list) { list.push_back(forest_.triangle(leaf)); });
-    }
+    std::uint8_t level(LeafId leaf) const { return static_cast<std::uint8_t>(forest_.level(leaf)); }
+    void add_triangles(LeafId leaf, std::vector<Sqrt3Triangle>& list) const { list.push_back(forest_.triangle(leaf)); }
     // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
     // whole and the half one beyond.
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
         Sqrt3Lattice lattice = forest_.lattice();
-        detail::largest_errors<Sqrt3Triangle>(
-            nodes, estimator, errors, [&](const HierarchyNode& node, std::vector<Sqrt3Triangle>& list) {
-                const Sqrt3Triangle t = triangle_of(node);
-                if (!t.half) return list.push_back(t);
-                const auto above = static_cast<std::uint8_t>(t.level - 1);
-                list.push_back({above, false, Sqrt3Lattice::face(t.face)});
-                if (const std::uint64_t twin = lattice.twin(above, t.face); twin != Sqrt3Lattice::none)
-                    list.push_back({t.level, true, twin});
-            });
+        largest_errors(nodes, estimator, errors, [&](const HierarchyNode& node, auto& list) {
+            const Sqrt3Triangle t = triangle(node);
+            if (!t.half) return list.push_back(t);
+            const auto above = static_cast<std::uint8_t>(t.level - 1);
+            list.push_back({above, false, Sqrt3Lattice::face(t.face)});
+            if (const std::uint64_t twin = lattice.twin(above, t.face); twin != Sqrt3Lattice::none)
+                list.push_back({t.level, true, twin});
+        });
     }
 
-    // Leaves are the triangles, in their order.
-    HierarchyFaces faces(bool with_levels) const override {
-        return detail::faces_of(forest_.exported(), with_levels,
-                                [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
+    static Sqrt3Triangle triangle(const HierarchyNode& node) {
+        Sqrt3Triangle t{static_cast<std::uint8_t>((node.depth + 1) / 2), node.depth % 2 != 0, node.root};
+        for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
+        return t;
     }
 
   private:
@@ -110,11 +105,6 @@ class Sqrt3Family final : public detail::ForestFamily<Sqrt3Family, Sqrt3Forest> 
         node.root = static_cast<std::uint32_t>(face);
         node.depth = static_cast<std::uint8_t>(2 * t.level - (t.half ? 1 : 0));
         return node;
-    }
-    static Sqrt3Triangle triangle_of(const HierarchyNode& node) {
-        Sqrt3Triangle t{static_cast<std::uint8_t>((node.depth + 1) / 2), node.depth % 2 != 0, node.root};
-        for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
-        return t;
     }
 };
 

@@ -9,14 +9,14 @@ namespace tetrakis {
 
 namespace {
 
-class TriangleFamily final : public detail::ForestFamily<TriangleFamily, TriangleForest> {
+class TriangleFamily final : public detail::TriangleForestFamily<TriangleFamily, TriangleForest, CellTriangle> {
   public:
     TriangleFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
-        : ForestFamily(mesh, std::move(source), TriangleForest(mesh),
-                       {.child_count = 4, .path_bits = 2, .max_depth = k_max_level, .root_bound = mesh.face_count()}) {}
+        : TriangleForestFamily(
+              mesh, std::move(source), TriangleForest(mesh),
+              {.child_count = 4, .path_bits = 2, .max_depth = k_max_level, .root_bound = mesh.face_count()}) {}
 
     std::string_view name() const override { return "triangles"; }
-    std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<TriangleFamily>(mesh_, source_); }
 
     std::string check_site(const Site& site) const override {
         if (site.root.value >= mesh().halfedge_count() || mesh().face_halfedge(mesh().face(site.root)) != site.root)
@@ -49,9 +49,7 @@ class TriangleFamily final : public detail::ForestFamily<TriangleFamily, Triangl
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         update.removed.clear();
         forest_.refine(marked, update);
-        if (!with_removed) return;
-        for (std::size_t i = 0; i < update.created.size(); i += 4)
-            update.removed.emplace_back(forest_.parent(update.created[i]), tree_.parent(node(update.created[i])));
+        if (with_removed) list_parents(update);
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
         update.removed.clear();
@@ -59,38 +57,11 @@ class TriangleFamily final : public detail::ForestFamily<TriangleFamily, Triangl
     }
     std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.mergeable_siblings(leaf); }
 
-    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
-                     std::span<double> errors) const override {
-        detail::largest_errors<CellTriangle>(leaves, estimator, errors, [&](LeafId leaf, auto& list) {
-            const GreenTriangles green = forest_.green_triangles(leaf);
-            list.insert(list.end(), green.cell.begin(), green.cell.begin() + green.count);
-        });
-    }
-    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
-                     std::span<double> errors) const override {
-        detail::largest_errors<CellTriangle>(
-            nodes, estimator, errors, [&](const HierarchyNode& node, auto& list) { list.push_back(triangle(node)); });
-    }
-
-    HierarchyFaces faces(bool with_levels) const override {
-        return detail::faces_of(forest_.exported(), with_levels,
-                                [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
-    }
-
-  private:
-    friend class detail::ForestFamily<TriangleFamily, TriangleForest>;
-
-    void describe(LeafId leaf, LeafView& view) const {
-        view.node = node(leaf);
-        view.face = forest_.face(leaf);
-        view.level = view.node.depth;
-        view.corner_count = 3;
-        view.leaf.slot = leaf;
-        const auto points = forest_.points(leaf);
-        for (std::size_t k = 0; k < 3; ++k) {
-            view.point[k] = points[k];
-            view.corner[k] = forest_.point_site(points[k]);
-        }
+    void describe(LeafId leaf, LeafView& view) const { describe_as(leaf, forest_.points(leaf), view); }
+    std::uint8_t level(LeafId leaf) const { return static_cast<std::uint8_t>(forest_.level(leaf)); }
+    void add_triangles(LeafId leaf, std::vector<CellTriangle>& list) const {
+        const GreenTriangles green = forest_.green_triangles(leaf);
+        list.insert(list.end(), green.cell.begin(), green.cell.begin() + green.count);
     }
     // The triangle of a node, from the root down: child k keeps corner k, child 3 is the middle one, turned over.
     CellTriangle triangle(const HierarchyNode& node) const {

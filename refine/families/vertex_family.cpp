@@ -97,8 +97,7 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         update.removed.clear();
         forest_.refine(marked, update);
-        for (std::size_t i = 0; with_removed && i < update.created.size(); i += 4)
-            update.removed.emplace_back(forest_.parent(update.created[i]), tree_.parent(node(update.created[i])));
+        if (with_removed) list_parents(update);
         list_reshaped(update, true);
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
