@@ -48,24 +48,19 @@ class LevelVertices {
     std::vector<Vec3d> value;
 
     std::uint32_t insert(const RootPlace& key) {
-        if (2 * (std::size_t{count_} + 1) > slots_.size()) grow();
-        Slot& slot = find_slot(key);
-        if (slot.stamp != stamp_) {
+        if (2 * (keys.size() + 1) > slots_.size()) grow();
+        std::uint32_t& slot = slots_[slot_of(key)];
+        if (slot == 0) {
             keys.push_back(key);
-            slot = {key, count_++, stamp_};
+            slot = static_cast<std::uint32_t>(keys.size());
         }
-        return slot.number;
+        return slot - 1;
     }
-    /// Cost: that of what is in it; the table keeps its size, unless it is large.
+    /// Cost: that of what is in it; the table keeps its size.
     void clear() {
-        constexpr std::size_t k_large = 1u << 15;
-        if (slots_.size() > k_large) {
-            *this = LevelVertices();
-            return;
-        }
-        ++stamp_;
+        for (const RootPlace& key : keys)
+            for (std::size_t i = home(key); slots_[i] != 0; i = after(i)) slots_[i] = 0;
         keys.clear();
-        count_ = 0;
         stencil_begin.clear();
         source.clear();
         weight.clear();
@@ -73,31 +68,25 @@ class LevelVertices {
     }
 
   private:
-    struct Slot {
-        RootPlace key{};
-        std::uint32_t number = 0;
-        std::uint64_t stamp = 0;  ///< others than the table's: it is empty
-    };
-
-    static std::uint64_t hash(const RootPlace& key) {
+    std::size_t home(const RootPlace& key) const {
         // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants), the upper bits being the good ones.
         std::uint64_t h = (std::uint64_t{key.x} << 32 | key.y) * 0x9E37'79B9'7F4A'7C15u;
         h = (h ^ h >> 29 ^ key.root) * 0xBF58'476D'1CE4'E5B9u;
-        return h ^ h >> 32;
+        return (h ^ h >> 32) & (slots_.size() - 1);
     }
-    Slot& find_slot(const RootPlace& key) {
-        const std::size_t mask = slots_.size() - 1;
-        for (std::size_t i = hash(key) & mask;; i = (i + 1) & mask)
-            if (slots_[i].stamp != stamp_ || slots_[i].key == key) return slots_[i];
+    std::size_t after(std::size_t slot) const { return (slot + 1) & (slots_.size() - 1); }
+    /// Of the key, or the empty one where it would be.
+    std::size_t slot_of(const RootPlace& key) const {
+        std::size_t i = home(key);
+        while (slots_[i] != 0 && keys[slots_[i] - 1] != key) i = after(i);
+        return i;
     }
     void grow() {
-        slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), Slot{});
-        for (std::uint32_t i = 0; i < keys.size(); ++i) find_slot(keys[i]) = {keys[i], i, stamp_};
+        slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), 0);
+        for (std::uint32_t k = 0; k < keys.size(); ++k) slots_[slot_of(keys[k])] = k + 1;
     }
 
-    std::vector<Slot> slots_;
-    std::uint64_t stamp_ = 1;
-    std::uint32_t count_ = 0;  // of the keys
+    std::vector<std::uint32_t> slots_;  ///< a key's number and one; 0: empty
 };
 
 }  // namespace
