@@ -245,10 +245,10 @@ detail::FaceUvs DualCharts::uvs(const VertexForest& forest, DualFaces& faces, bo
 void detail::cut_into_triangles(DualFaces& faces, std::vector<std::uint32_t>* face_uvs) {
     const TriangleCut cut = cut_polygons(faces.face_offsets, faces.diagonal_at_first);
     faces.face_offsets = cut.offsets();
-    cut.pick(cut.corners, faces.face_vertices);
-    cut.pick(cut.faces, faces.control_faces);
+    pick(cut.corners, faces.face_vertices);
+    pick(cut.faces, faces.control_faces);
     faces.corners.clear();
-    if (face_uvs != nullptr) cut.pick(cut.corners, *face_uvs);
+    if (face_uvs != nullptr) pick(cut.corners, *face_uvs);
 }
 
 }  // namespace tetrakis

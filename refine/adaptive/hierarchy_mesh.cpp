@@ -108,9 +108,9 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
         if (cut_faces) {
             const detail::TriangleCut cut = detail::cut_polygons(faces.face_offsets, faces.diagonal_at_first);
             faces.face_offsets = cut.offsets();
-            cut.pick(cut.corners, faces.face_vertices);
-            cut.pick(cut.faces, faces.control_faces);
-            cut.pick(cut.faces, faces.leaves);
+            detail::pick(cut.corners, faces.face_vertices);
+            detail::pick(cut.faces, faces.control_faces);
+            detail::pick(cut.faces, faces.leaves);
         }
         const ControlMeshData& data = mesh().data();
         const auto of_control_face = [&](const std::vector<std::uint32_t>& of, std::vector<std::uint32_t>& out) {

@@ -6,6 +6,16 @@
 
 namespace tetrakis::detail {
 
+/// Replaces the items, of faces or of their corners, by those at some places. Where there are none it does nothing.
+template <class T>
+void pick(const std::vector<std::uint32_t>& places, std::vector<T>& items) {
+    if (items.empty()) return;
+    std::vector<T> picked;
+    picked.reserve(places.size());
+    for (const std::uint32_t i : places) picked.push_back(items[i]);
+    items.swap(picked);
+}
+
 /// Polygons cut into triangles, in their order.
 struct TriangleCut {
     std::vector<std::uint32_t> corners;  ///< three per triangle: places among the polygons' corners
@@ -16,15 +26,6 @@ struct TriangleCut {
         std::vector<std::uint32_t> result(faces.size() + 1);
         for (std::uint32_t t = 0; t < result.size(); ++t) result[t] = 3 * t;
         return result;
-    }
-
-    /// The items at some places: of polygons or of their corners, per triangle or per corner of one.
-    template <class T>
-    static void pick(const std::vector<std::uint32_t>& places, std::vector<T>& items) {
-        std::vector<T> picked;
-        picked.reserve(places.size());
-        for (const std::uint32_t i : places) picked.push_back(items[i]);
-        items.swap(picked);
     }
 };
 

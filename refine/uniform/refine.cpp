@@ -8,6 +8,7 @@
 #include "../attributes/used_values.hpp"
 #include "../attributes/uv_mesh.hpp"
 #include "../rules/rule_refiner.hpp"
+#include "../rules/triangle_cut.hpp"
 #include "refined_points.hpp"
 #include "repeated_rows.hpp"
 
@@ -182,22 +183,16 @@ bool refine_uvs(const ControlMesh& tagged, const SchemeInfo& scheme, int levels,
 }
 
 void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
-    std::vector<std::uint32_t> offsets{0}, vertices, uvs, material, group;
+    std::vector<std::uint32_t> offsets{0}, faces, corners;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
         if (kept[f] == 0) continue;
-        for (std::uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
-            vertices.push_back(mesh.face_vertices[c]);
-            if (!mesh.face_uvs.empty()) uvs.push_back(mesh.face_uvs[c]);
-        }
-        offsets.push_back(static_cast<std::uint32_t>(vertices.size()));
-        if (!mesh.face_material.empty()) material.push_back(mesh.face_material[f]);
-        if (!mesh.face_group.empty()) group.push_back(mesh.face_group[f]);
+        faces.push_back(f);
+        for (std::uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) corners.push_back(c);
+        offsets.push_back(static_cast<std::uint32_t>(corners.size()));
     }
     mesh.face_offsets = std::move(offsets);
-    mesh.face_vertices = std::move(vertices);
-    mesh.face_uvs = std::move(uvs);
-    mesh.face_material = std::move(material);
-    mesh.face_group = std::move(group);
+    for (auto* of_corners : {&mesh.face_vertices, &mesh.face_uvs}) detail::pick(corners, *of_corners);
+    for (auto* of_faces : {&mesh.face_material, &mesh.face_group}) detail::pick(faces, *of_faces);
 }
 
 /// What of a mesh goes with its faces, and only the faces outside holes. Returns whether these are all.
