@@ -3,6 +3,7 @@
 #include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
+#include "../../hier/base/nearest_point.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../attributes/used_values.hpp"
@@ -27,25 +28,6 @@ ControlMesh without_corner_angles(const ControlMesh& mesh) {
     ControlMeshData data = mesh.data();
     data.corner_angles.clear();
     return ControlMesh::build(std::move(data));
-}
-
-double distance_to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
-    const Vec3d along = b - a;
-    const double length2 = glm::dot(along, along);
-    const double t = length2 > 0 ? std::clamp(glm::dot(p - a, along) / length2, 0.0, 1.0) : 0.0;
-    return glm::length(p - (a + t * along));
-}
-
-double distance_to_triangle(const Vec3d& p, const std::array<Vec3d, 3>& t) {
-    const Vec3d normal = glm::cross(t[1] - t[0], t[2] - t[0]);
-    bool above = glm::dot(normal, normal) > 0;
-    double edges = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Vec3d &a = t[i], &b = t[(i + 1) % 3];
-        above = above && glm::dot(glm::cross(b - a, p - a), normal) >= 0;
-        edges = std::min(edges, distance_to_segment(p, a, b));
-    }
-    return above ? std::abs(glm::dot(p - t[0], glm::normalize(normal))) : edges;
 }
 
 /// The cells of a dual scheme's level 1 (VertexRoots) as the faces of a mesh: root r is face r. Positions are zero.
@@ -255,7 +237,9 @@ void AdaptiveFactoredMesh::refine_near(const Vec3d& centre, double radius, int h
             double longest = 0;
             for (std::size_t k = 0; k < 3; ++k)
                 longest = std::max(longest, glm::length(corner[(k + 1) % 3] - corner[k]));
-            if (distance_to_triangle(centre, corner) > radius + 0.5 * longest) continue;
+            const double reach = radius + 0.5 * longest;
+            if (detail::nearest_on_triangle(centre, corner[0], corner[1], corner[2]).squared_distance > reach * reach)
+                continue;
             marked.push_back(now.leaves[t]);
             least = std::min(least, done);
         }
