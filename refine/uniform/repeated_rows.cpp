@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -75,35 +76,32 @@ bool has_whole_faces(const RuleMesh& mesh, bool creases) {
 /// @param points  at the places
 void add_face_normals(const RootLattices& net, const RootLayout& at, const Vec3d* points, std::span<Vec3d> normals,
                       const RunContext& context) {
-    std::vector<std::uint32_t> vertices, roots;
+    std::map<std::uint32_t, FaceNormals> missing;
     for (std::uint32_t i = 0; i < normals.size(); ++i)
-        if (normals[i] == Vec3d(0)) vertices.push_back(i);
-    if (vertices.empty()) return;
-    for (const std::uint32_t v : vertices)
+        if (normals[i] == Vec3d(0)) missing.try_emplace(missing.end(), i);
+    if (missing.empty()) return;
+    std::vector<std::uint32_t> roots;
+    for (const auto& [v, sum] : missing)
         if (!net.in_cells()) net.for_each_root_of(at, v, [&](std::uint32_t root) { roots.push_back(root); });
     std::sort(roots.begin(), roots.end());
     roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
     const RootLattices::Faces faces = net.faces(at.segments(), context, &roots);
     const RootLattices::Numbers numbers = net.point_numbers(at);
-    std::vector<FaceNormals> sums(vertices.size());
     std::vector<std::uint32_t> place(numbers.count - numbers.first_shared);
     for (std::size_t i = numbers.number.size(); i-- > 0;)
         place[numbers.number[i] - numbers.first_shared] = numbers.first_shared + static_cast<std::uint32_t>(i);
     std::vector<Vec3d> corners;
     for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f) {
-        const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
-        for (std::uint32_t c = begin; c < end; ++c) {
-            if (normals[faces.vertices[c]] != Vec3d(0)) continue;
+        const std::span face(faces.vertices.data() + faces.offsets[f], faces.offsets[f + 1] - faces.offsets[f]);
+        for (std::size_t c = 0; c < face.size(); ++c) {
+            if (normals[face[c]] != Vec3d(0)) continue;
             corners.clear();
-            for (std::uint32_t k = begin; k < end; ++k) {
-                const std::uint32_t v = faces.vertices[k];
+            for (const std::uint32_t v : face)
                 corners.push_back(points[v < numbers.first_shared ? v : place[v - numbers.first_shared]]);
-            }
-            const auto found = std::lower_bound(vertices.begin(), vertices.end(), faces.vertices[c]) - vertices.begin();
-            sums[static_cast<std::size_t>(found)].add(corners, c - begin);
+            missing[face[c]].add(corners, c);
         }
     }
-    for (std::size_t i = 0; i < sums.size(); ++i) normals[vertices[i]] = sums[i].normal();
+    for (const auto& [v, sum] : missing) normals[v] = sum.normal();
 }
 
 struct LastLevel {

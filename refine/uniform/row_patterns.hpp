@@ -119,8 +119,6 @@ class RowPatterns {
                       const Progress& progress) const;
     void by_kernel(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out, Work& work) const;
     template <class Finish>
-    void at_corners(const GhostGrid& grid, const GridRows& rows, std::uint32_t f, Vec3d* out, Work& work) const;
-    template <class Finish>
     void regular(const GhostGrid& grid, const GridRows& rows, const RootLayout& fine, std::uint32_t f, Vec3d* out,
                  Work& work) const;
     template <class Finish>

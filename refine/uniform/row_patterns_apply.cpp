@@ -20,7 +20,6 @@ struct PointOfRow {
     static void run(const double* at, const Row* rows, std::uint32_t count, std::uint32_t stride, double* to) {
         row_kernels().any(at, rows[0].data(), rows[0].size(), count, stride, to);
     }
-    static Vec3d result_inside(const Vec3d* sums) { return sums[0]; }
     static Vec3d result(const Vec3d* sums) { return sums[0]; }
 };
 struct NormalOfTangents {
@@ -29,13 +28,13 @@ struct NormalOfTangents {
         row_kernels().normals(at, rows[0].data(), rows[0].size(), rows[1].data(), rows[1].size(), count, stride, to);
     }
     // A normal that looks at a missing point is missing.
-    static Vec3d result_inside(const Vec3d* sums) {
+    static Vec3d unit_normal(const Vec3d* sums) {
         const Vec3d normal = glm::cross(sums[0], sums[1]);
         const double square = glm::dot(normal, normal);
         return square == 0 ? Vec3d(0) : normal * (1 / std::sqrt(square));
     }
     static Vec3d result(const Vec3d* sums) {
-        const Vec3d sum = result_inside(sums) + result_inside(sums + 2);
+        const Vec3d sum = unit_normal(sums) + unit_normal(sums + 2);
         return std::isnan(sum.x) ? sum : unit_of_sum(sum);
     }
 };
@@ -93,7 +92,11 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
                 by_kernel(grid, fine, f, out, work);
             else
                 regular<Finish>(grid, rows, fine, f, out, work);
-            if (!net_.in_cells()) at_corners<Finish>(grid, rows, f, out, work);
+            // The rows of a corner's place are those of place (0, 0), whichever corner it is.
+            for (std::uint32_t s = 0, h = sides * f; s < sides && !net_.in_cells(); ++s, ++h)
+                if (const std::uint32_t v = base.origin[h]; base.vertex_halfedge[v] == h)
+                    Finish::run(&work.grid[static_cast<std::size_t>(grid.side(s).origin)].x, rows.data(), 1, 1,
+                                &out[v].x);
             for (std::uint32_t h = sides * f; h < sides * (f + 1); ++h) {
                 if (side_pattern_[h] != none) side<Finish>(grid, fine, h, out, work);
                 if (corner_pattern_[h] != none) corner<Finish>(coarse, fine, h, in, out);
@@ -165,21 +168,6 @@ void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const 
         if (y == m) continue;
         if (owns_side(sides - 1)) line(y, 0, 0, out + fine.along(h + sides - 1, m - y));
         if (owns_side(1)) line(y, end, end, out + fine.along(h + 1, y));
-    }
-}
-
-template <class Finish>
-void RowPatterns::at_corners(const GhostGrid& grid, const GridRows& regular, std::uint32_t f, Vec3d* out,
-                             Work& work) const {
-    const MeshLevel& base = net_.base();
-    for (std::uint32_t s = 0, h = net_.side_count() * f; s < net_.side_count(); ++s) {
-        const std::uint32_t v = base.origin[h + s];
-        if (base.vertex_halfedge[v] != h + s) continue;
-        // The rows of a corner's place are those of place (0, 0), whichever corner it is.
-        Vec3d sums[Finish::rows_inside];
-        for (std::size_t r = 0; r < Finish::rows_inside; ++r)
-            sums[r] = sum_of(&work.grid[static_cast<std::size_t>(grid.side(s).origin)].x, regular[r]);
-        out[v] = Finish::result_inside(sums);
     }
 }
 
