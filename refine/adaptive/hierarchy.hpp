@@ -274,7 +274,6 @@ class Hierarchy {
                             const RunContext& context, std::span<const HierarchyNode> spared);
     template <class Visit>
     void visit_around(LeafId start, int corner, Visit&& visit) const;
-    void evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const;
     void evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const;
 
     std::unique_ptr<HierarchyFamily> family_;

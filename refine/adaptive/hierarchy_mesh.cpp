@@ -30,17 +30,6 @@ void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::u
 
 }  // namespace
 
-void Hierarchy::evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
-    const auto count = static_cast<std::uint32_t>(faces.sites.size()), block = vertices_at_once(options.context);
-    for (std::uint32_t begin = 0; begin < count; begin += block) {
-        options.context.report("vertices", static_cast<double>(begin) / count);
-        const std::uint32_t size = std::min(block, count - begin);
-        const std::span sites(faces.sites.data() + begin, size);
-        if (options.normals) family_->source().normals(sites, {mesh.normals.data() + begin, size});
-        family_->source().limit_positions(sites, {mesh.positions.data() + begin, size});
-    }
-}
-
 // Positions (and normals) of all vertices. Those of levels go level by level, each vertex at its own.
 void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
     const auto count = static_cast<std::uint32_t>(faces.sites.size()), block = vertices_at_once(options.context);
@@ -48,14 +37,13 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
     const bool limit = options.positions == MeshPositions::limit;
     detail::resize_large(mesh.positions, count);
     if (options.normals) detail::resize_large(mesh.normals, count);
-    if (limit) return evaluate_limits(faces, options, mesh);
-    std::vector<LimitPoint> points;
-    std::vector<std::uint8_t> level(count, 0);
-    for_each_index(count, [&](std::uint32_t v) {
-        const int lowest = source.first_level(faces.sites[v]);
-        const int asked = options.positions == MeshPositions::level ? options.level : 0;
-        level[v] = static_cast<std::uint8_t>(std::max(lowest, asked));
-    });
+    std::vector<std::uint8_t> level(count, 0);  // of limits: all together
+    if (!limit)
+        for_each_index(count, [&](std::uint32_t v) {
+            const int lowest = source.first_level(faces.sites[v]);
+            const int asked = options.positions == MeshPositions::level ? options.level : 0;
+            level[v] = static_cast<std::uint8_t>(std::max(lowest, asked));
+        });
     if (options.positions == MeshPositions::finest)
         for (std::size_t f = 0; f + 1 < faces.face_offsets.size(); ++f)
             for (std::uint32_t i = faces.face_offsets[f]; i < faces.face_offsets[f + 1]; ++i) {
@@ -65,7 +53,8 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
     std::array<std::vector<std::uint32_t>, 256> by_level;
     for (std::uint32_t v = 0; v < count; ++v) by_level[level[v]].push_back(v);
     std::vector<Site> sites;
-    std::vector<Vec3d> positions;
+    std::vector<Vec3d> positions, normals;
+    std::vector<LimitPoint> points;
     std::uint32_t done = 0;
     for (std::size_t l = 0; l < by_level.size(); ++l)
         for (std::size_t begin = 0; begin < by_level[l].size(); begin += block) {
@@ -75,14 +64,21 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
             done += static_cast<std::uint32_t>(some.size());
             sites.clear();
             for (const std::uint32_t v : some) sites.push_back(faces.sites[v]);
-            if (options.normals) {
-                points.assign(some.size(), {});
-                source.frames(sites, static_cast<int>(l), points);
-                for (std::size_t i = 0; i < some.size(); ++i) mesh.normals[some[i]] = points[i].normal;
-            }
             positions.resize(some.size());
-            source.positions(sites, static_cast<int>(l), positions);
-            for (std::size_t i = 0; i < some.size(); ++i) mesh.positions[some[i]] = positions[i];
+            normals.resize(some.size());
+            if (limit) {
+                if (options.normals) source.normals(sites, normals);
+                source.limit_positions(sites, positions);
+            } else {
+                points.assign(options.normals ? some.size() : 0, {});
+                if (options.normals) source.frames(sites, static_cast<int>(l), points);
+                std::ranges::transform(points, normals.begin(), &LimitPoint::normal);
+                source.positions(sites, static_cast<int>(l), positions);
+            }
+            for (std::size_t i = 0; i < some.size(); ++i) {
+                mesh.positions[some[i]] = positions[i];
+                if (options.normals) mesh.normals[some[i]] = normals[i];
+            }
         }
 }
 
