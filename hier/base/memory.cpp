@@ -9,6 +9,7 @@
 
 #include <cassert>
 #include <cstdlib>
+#include <memory_resource>
 #include <mutex>
 #include <string>
 

@@ -18,15 +18,15 @@
 
 namespace tetrakis::detail {
 
-void run_blocks(std::uint32_t count, std::uint32_t grain, BlockCall call, const void* body) {
+void run_blocks(std::uint32_t count, std::uint32_t grain, const BlockBody& body) {
     if (count == 0) return;
-    if (count <= grain) return call(body, 0, count);
+    if (count <= grain) return body(0, count);
 #if defined(__SANITIZE_THREAD__)
     // ThreadSanitizer does not see how oneTBB's threads wait for each other, and would report every loop.
     std::atomic<std::uint64_t> next = 0;
     const auto run = [&] {
         for (std::uint64_t begin; (begin = next.fetch_add(grain)) < count;)
-            call(body, static_cast<std::uint32_t>(begin),
+            body(static_cast<std::uint32_t>(begin),
                  static_cast<std::uint32_t>(std::min<std::uint64_t>(begin + grain, count)));
     };
     std::vector<std::future<void>> others;
@@ -36,13 +36,13 @@ void run_blocks(std::uint32_t count, std::uint32_t grain, BlockCall call, const 
     for (std::future<void>& other : others) other.get();
 #else
     oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::uint32_t>(0, count, grain),
-                              [=](const auto& range) { call(body, range.begin(), range.end()); });
+                              [&](const auto& range) { body(range.begin(), range.end()); });
 #endif
 }
 
 void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunContext& context, std::string_view stage,
-                         double from, double to, BlockCall call, const void* body) {
-    if (!context.progress) return run_blocks(count, grain, call, body);
+                         double from, double to, const BlockBody& body) {
+    if (!context.progress) return run_blocks(count, grain, body);
     constexpr std::uint32_t k_batches = 64, k_grains = 16;
     constexpr auto k_moment = std::chrono::milliseconds(50);
     const std::uint64_t batch = std::max<std::uint64_t>(count / k_batches + 1, std::uint64_t{k_grains} * grain);
@@ -61,7 +61,7 @@ void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunCont
                     last = now;
                 }
             }
-            call(body, first + b, first + e);
+            body(first + b, first + e);
         };
         for_each_block(static_cast<std::uint32_t>(std::min<std::uint64_t>(batch, count - begin)), grain, run);
     }
@@ -70,19 +70,19 @@ void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunCont
 
 bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
 
-void run_in_arena(int threads, WorkCall call, const void* work) {
+void run_in_arena(int threads, const std::function<void()>& work) {
     constexpr int k_most_threads = 1024;
     if (threads < 0 || threads > k_most_threads)
         throw Error(ErrorCode::invalid_input,
                     fmt::format("{} threads; 0 (one a processor) to {} are possible", threads, k_most_threads));
-    if (threads == 0 || (threads == 1 && one_thread())) return call(work);
+    if (threads == 0 || (threads == 1 && one_thread())) return work();
     // The arena alone would be cut to the machine's processors, with a message from oneTBB. Where it is not, the limit
     // is left alone: to set and to reset it wakes the other threads.
     std::optional<oneapi::tbb::global_control> limit;
     if (threads > oneapi::tbb::this_task_arena::max_concurrency())
         limit.emplace(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     oneapi::tbb::task_arena arena(threads);
-    arena.execute([=] { call(work); });
+    arena.execute(work);
 }
 
 }  // namespace tetrakis::detail

@@ -3,6 +3,7 @@
 #include "run_context.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string_view>
 #include <type_traits>
@@ -12,23 +13,15 @@ namespace tetrakis {
 
 namespace detail {
 
-/// A loop's or a task's body without its type. What is called is compiled once, not in each way to run it.
-using BlockCall = void (*)(const void* body, std::uint32_t begin, std::uint32_t end);
-using WorkCall = void (*)(const void* work);
-template <class Body>
-constexpr BlockCall k_block_call =
-    [](const void* body, std::uint32_t begin, std::uint32_t end) { (*static_cast<const Body*>(body))(begin, end); };
-template <class Work>
-constexpr WorkCall k_work_call = [](const void* work) { (*static_cast<Work*>(const_cast<void*>(work)))(); };
+using BlockBody = std::function<void(std::uint32_t begin, std::uint32_t end)>;
 
-/// The one place that calls oneTBB for loops: `call(body, begin, end)` for blocks of about `grain` that cover
-/// [0, count).
-void run_blocks(std::uint32_t count, std::uint32_t grain, BlockCall call, const void* body);
+/// The one place that calls oneTBB for loops: for_each_block(), compiled once.
+void run_blocks(std::uint32_t count, std::uint32_t grain, const BlockBody& body);
 /// The same in batches, with a report before each.
 void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunContext& context, std::string_view stage,
-                         double from, double to, BlockCall call, const void* body);
-/// call(work) in an arena of `threads` threads, or where that is 0 in the one that there is.
-void run_in_arena(int threads, WorkCall call, const void* work);
+                         double from, double to, const BlockBody& body);
+/// Runs the work in an arena of `threads` threads, or where that is 0 in the one that there is.
+void run_in_arena(int threads, const std::function<void()>& work);
 /// Whether what is called from here runs on the calling thread alone.
 bool one_thread();
 
@@ -40,7 +33,7 @@ inline constexpr std::uint32_t k_default_grain = 1024;
 /// Calls body(begin, end) for disjoint ranges that cover [0, count), each about `grain` long.
 template <class Body>
 void for_each_block(std::uint32_t count, std::uint32_t grain, const Body& body) {
-    detail::run_blocks(count, grain, detail::k_block_call<Body>, &body);
+    detail::run_blocks(count, grain, std::cref(body));
 }
 
 /// Calls body(i) for each i in [0, count); serial below one grain. The body writes only what i owns.
@@ -56,7 +49,7 @@ void for_each_index(std::uint32_t count, Body&& body, std::uint32_t grain = k_de
 template <class Body>
 void for_each_reported_block(std::uint32_t count, std::uint32_t grain, const RunContext& context,
                              std::string_view stage, double from, double to, const Body& body) {
-    detail::run_reported_blocks(count, grain, context, stage, from, to, detail::k_block_call<Body>, &body);
+    detail::run_reported_blocks(count, grain, context, stage, from, to, std::cref(body));
 }
 
 /// for_each_index with the same reports.
@@ -73,11 +66,10 @@ template <class Work>
 auto with_threads(const RunContext& context, Work&& work) {
     using Result = std::decay_t<decltype(work())>;
     if constexpr (std::is_void_v<Result>) {
-        detail::run_in_arena(context.threads, detail::k_work_call<std::remove_reference_t<Work>>, &work);
+        detail::run_in_arena(context.threads, std::ref(work));
     } else {
         std::optional<Result> result;
-        const auto keep = [&work, &result] { result.emplace(work()); };
-        detail::run_in_arena(context.threads, detail::k_work_call<decltype(keep)>, &keep);
+        detail::run_in_arena(context.threads, [&] { result.emplace(work()); });
         return std::move(*result);
     }
 }
