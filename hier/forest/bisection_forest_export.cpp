@@ -7,7 +7,8 @@
 
 #include <oneapi/tbb/parallel_sort.h>
 
-#include <algorithm>
+#include <bit>
+#include <numeric>
 #include <span>
 #include <string>
 
@@ -17,82 +18,42 @@ namespace {
 
 constexpr std::uint32_t k_records_ahead = 16;  // records asked for ahead of time: the loops wait for memory
 
-constexpr std::uint32_t k_free = LeafId::none;
-
-struct Key {
-    std::uint64_t path;  // its bits at the upper end
-    std::uint32_t slot;
-    bool operator<(const Key& o) const { return path < o.path; }
-};
-
-/// The leaves of a root: how many, and the greatest depth.
-struct RootLeaves {
-    std::uint32_t count = 0;
-    int deepest = 0;
-
-    std::uint64_t nodes() const { return std::uint64_t{1} << deepest; }
-    /// Whether its leaves are put in order by the places that they have among all nodes of the greatest depth. Not
-    /// where there are many more of these than leaves.
-    bool has_places() const { return deepest < 32 && nodes() <= 4 * std::uint64_t{count}; }
-};
-
 }  // namespace
 
-// Leaves are disjoint, so their paths differ within the shorter one and compare as left-aligned numbers.
+// Leaves are disjoint, so their paths differ within the shorter one and compare as left-aligned numbers. They are put
+// into buckets by their first bits, as many as a root's leaves need: where these are of one depth, each into its own.
 std::vector<LeafId> BisectionForest::ordered_leaves() const {
-    const std::uint32_t slots = leaf_slots(), roots = mesh_->halfedge_count();
-    detail::PoolVector<RootLeaves> of_root(roots);
-    for (std::uint32_t s = 0; s < slots; ++s) {
-        const BisectionLeaf& l = leaves_[s];
-        if (l.depth == k_dead) continue;
-        RootLeaves& of = of_root[root(LeafId(s)).value];
-        ++of.count;
-        of.deepest = std::max<int>(of.deepest, l.depth);
-    }
-    // Where a root's leaves go: places of its own, or keys to be sorted; and in the end.
-    detail::PoolVector<std::uint64_t> first(roots);
-    detail::PoolVector<std::uint32_t> first_in_order(roots + std::size_t{1}, 0);
-    std::uint64_t place_count = 0, key_count = 0;
-    for (std::uint32_t r = 0; r < roots; ++r) {
-        const RootLeaves& of = of_root[r];
-        std::uint64_t& count = of.has_places() ? place_count : key_count;
-        first[r] = count;
-        count += of.has_places() ? of.nodes() : of.count;
-        first_in_order[r + 1] = first_in_order[r] + of.count;
-    }
-    detail::PoolVector<std::uint32_t> places(place_count, k_free);
+    struct Key {
+        std::uint64_t path;  // its bits at the upper end
+        LeafId leaf;
+        bool operator<(const Key& o) const { return path < o.path; }
+    };
+    const std::uint32_t roots = mesh_->halfedge_count();
+    const auto for_each_leaf = [&](auto&& visit) {
+        for (LeafId id(0); id.value < leaf_slots(); ++id.value)
+            if (is_leaf(id)) visit(id, root(id).value);
+    };
+    detail::PoolVector<std::uint32_t> count(roots, 0), first_bucket(roots + std::size_t{1}, 0);
+    for_each_leaf([&](LeafId, std::uint32_t root) { ++count[root]; });
+    for (std::uint32_t r = 0; r < roots; ++r) first_bucket[r + 1] = first_bucket[r] + std::bit_ceil(count[r]);
+    const auto path_of = [&](LeafId id) { return leaves_[id.value].path << (63 - leaves_[id.value].depth) << 1; };
+    const auto bucket_of = [&](LeafId id, std::uint32_t root) {
+        const int bits = std::countr_zero(std::bit_ceil(count[root]));
+        return first_bucket[root] + static_cast<std::uint32_t>(path_of(id) >> 1 >> (63 - bits));
+    };
+    detail::PoolVector<std::uint32_t> begin(first_bucket[roots] + std::size_t{1}, 0);
+    for_each_leaf([&](LeafId id, std::uint32_t root) { ++begin[bucket_of(id, root) + 1]; });
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<Key> keys;  // of no pool: large, and what comes next must fit beside what is kept of it
-    detail::resize_large(keys, key_count);
-    detail::PoolVector<std::uint64_t> next_key(first.begin(), first.end());
-    for (std::uint32_t s = 0; s < slots; ++s) {
-        const BisectionLeaf& l = leaves_[s];
-        if (l.depth == k_dead) continue;
-        const std::uint32_t r = root(LeafId(s)).value;
-        if (of_root[r].has_places())
-            places[first[r] + (l.path << (of_root[r].deepest - l.depth))] = s;
-        else
-            keys[next_key[r]++] = {l.depth == 0 ? 0 : l.path << (64 - l.depth), s};
-    }
-    constexpr std::uint32_t k_roots_per_task = 64;
-    constexpr std::uint32_t k_large_root = 1u << 16;  // worth a parallel sort of its own
-    const auto keys_of = [&](std::uint32_t r) { return std::span(keys.data() + first[r], of_root[r].count); };
-    for (std::uint32_t r = 0; r < roots; ++r)
-        if (!of_root[r].has_places() && of_root[r].count >= k_large_root)
-            oneapi::tbb::parallel_sort(keys_of(r).begin(), keys_of(r).end());
-    std::vector<LeafId> order;
-    detail::resize_large(order, leaf_count_);
-    for_each_block(roots, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
-        for (std::uint32_t r = begin; r < end; ++r) {
-            LeafId* to = order.data() + first_in_order[r];
-            if (of_root[r].has_places()) {
-                for (std::uint64_t i = first[r]; i < first[r] + of_root[r].nodes(); ++i)
-                    if (places[i] != k_free) *to++ = LeafId(places[i]);
-                continue;
-            }
-            if (of_root[r].count < k_large_root) std::sort(keys_of(r).begin(), keys_of(r).end());
-            for (const Key& key : keys_of(r)) *to++ = LeafId(key.slot);
-        }
+    detail::resize_large(keys, leaf_count_);
+    detail::PoolVector<std::uint32_t> end(begin.begin(), begin.end() - 1);
+    for_each_leaf([&](LeafId id, std::uint32_t root) { keys[end[bucket_of(id, root)]++] = {path_of(id), id}; });
+    for_each_index(first_bucket[roots], [&](std::uint32_t b) {
+        if (end[b] - begin[b] > 1) oneapi::tbb::parallel_sort(keys.begin() + begin[b], keys.begin() + end[b]);
     });
+    std::vector<LeafId> order;
+    detail::reserve_large(order, leaf_count_);
+    for (const Key& key : keys) order.push_back(key.leaf);
     return order;
 }
 
