@@ -17,7 +17,6 @@ Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeI
     : lattice_(mesh, kept),
       max_level_(Sqrt3Lattice::max_level(mesh)),
       child_(mesh.face_count(), std::uint32_t{k_whole}),
-      across_(mesh.halfedge_count()),
       shared_(lattice_) {
     if (!mesh.all_triangles())
         throw Error(ErrorCode::unsupported,
@@ -28,11 +27,6 @@ Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeI
             child_[f] = k_dead;
         else
             ++root_leaves_;
-    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
-        const std::uint64_t twin = shared_.lattice.twin(0, h);
-        across_[h] = twin == Sqrt3Lattice::none ? k_kept : static_cast<std::uint32_t>(twin);
-        has_kept_ |= twin == Sqrt3Lattice::none;
-    }
 }
 
 // Names and slots.
@@ -58,17 +52,97 @@ LeafId Sqrt3Forest::find(const Sqrt3Triangle& triangle) const {
 
 // Mesh.
 
+// The half-edge with a number of the lattice.
+std::uint32_t Sqrt3Forest::beyond(int level, std::uint64_t twin) const {
+    if (twin == Sqrt3Lattice::none) return k_kept;
+    const std::uint32_t slot = slot_of(level, Sqrt3Lattice::face(twin));
+    return slot == k_no_slot ? k_apart : 3 * slot + static_cast<std::uint32_t>(twin % 3);
+}
+
+// The half-edge on the other side of an edge.
+std::uint32_t Sqrt3Forest::across(std::uint32_t h) const {
+    const Sqrt3Triangle t = triangle_of(h / 3);
+    return beyond(t.level, shared_.lattice.twin(t.level, 3 * t.face + h % 3));
+}
+
+// Whether splitting this face cuts its first edge (Sqrt3Lattice).
+bool Sqrt3Forest::is_cut(std::uint32_t slot) const {
+    const Sqrt3Triangle t = triangle_of(slot);
+    return shared_.lattice.cut_side(t.level, t.face) != Sqrt3Lattice::none;
+}
+
+// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it. Both faces of a cut edge have its points;
+// those of one of the two records stand for them.
+std::uint32_t Sqrt3Forest::apex(std::uint32_t h) const {
+    std::uint32_t record = child_[h / 3];
+    bool second = false;
+    if (is_cut(h / 3)) {
+        second = h % 3 == 1;
+        const auto [face, slot, level, live] = records_[record];
+        const std::uint64_t beyond = shared_.lattice.beyond(level, 3 * face);
+        if (beyond != Sqrt3Lattice::none && !lattice_.owns_cut(level, face, Sqrt3Lattice::face(beyond))) {
+            record = child_[slot_of(level, Sqrt3Lattice::face(beyond))];
+            second = !second;
+        }
+    }
+    return mesh().vertex_count() + 2 * record + (second ? 1 : 0);
+}
+
+// The point that a half-edge leaves. O(level) on the average.
+std::uint32_t Sqrt3Forest::origin(std::uint32_t h) const {
+    const std::uint32_t roots = mesh().face_count();
+    while (h / 3 >= roots) {
+        const std::uint32_t side = h % 3;
+        h = over(h / 3);
+        if (h % 3 == 0 && is_cut(h / 3)) {
+            if (side != 2) return apex(h + side);
+            h += 2;
+        } else if (side == 2) {
+            return apex(h);
+        } else if (side == 1) {
+            const std::uint32_t twin = across(h);
+            if (twin != k_kept) return apex(twin);
+            h = next(h);
+        }
+    }
+    return mesh().origin(HalfedgeId(h)).value;
+}
+
+std::array<PointId, 3> Sqrt3Forest::points(LeafId leaf) const {
+    const std::scoped_lock lock(shared_.mutex);
+    const std::uint32_t h = 3 * leaf.value;
+    if (leaf.value >= mesh().face_count()) {
+        const std::uint32_t edge = over(leaf.value);
+        if (is_half(leaf)) return {PointId(origin(edge)), PointId(origin(next(edge))), PointId(apex(edge))};
+        // As origin(), but for what all three share.
+        if (const std::uint32_t twin = across(edge); twin != k_kept)
+            return {PointId(origin(edge)), PointId(apex(twin)), PointId(apex(edge))};
+    }
+    return {PointId(origin(h)), PointId(origin(h + 1)), PointId(origin(h + 2))};
+}
+
+Site Sqrt3Forest::site(PointId point) const {
+    if (point.value < mesh().vertex_count()) {
+        const HalfedgeId h = mesh().vertex_halfedge(VertexId(point.value));
+        const Sqrt3Cell root = Sqrt3Lattice::cell(mesh().face(h));
+        return sqrt3_site(mesh(), root.root, root.corner[h.value % 3], 0);
+    }
+    const std::uint32_t made = point.value - mesh().vertex_count();
+    const Record& record = records_[made / 2];
+    const Sqrt3Cell cell = lattice_.cell(record.level, record.face);
+    return sqrt3_site(mesh(), cell.root, Sqrt3Lattice::apex(cell, made % 2), sqrt3_lattice_level(record.level + 1));
+}
+
 // The leaf that has a half-edge of a level which is one of the mesh.
-LeafId Sqrt3Forest::leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const {
+LeafId Sqrt3Forest::leaf_with(int level, std::uint64_t h) const {
     const std::uint64_t face = Sqrt3Lattice::face(h);
     const std::uint32_t slot = slot_of(level, face);
     // A face that is not there but has the half-edge: over an edge that was not flipped, which the level before has,
     // too; else a half triangle on the other side has it for its second side.
-    if (slot == k_no_slot && level % 2 != 0 && lattice.twin(level, h) == Sqrt3Lattice::none)
-        return leaf_with(lattice, level - 1, face);
-    if (slot == k_no_slot) return LeafId(slot_of(level, lattice.twin(level - 1, face)));
-    if (is_split(slot)) return LeafId(first_child(child_[slot]) + static_cast<std::uint32_t>(h % 3));
-    return LeafId(slot);
+    if (slot == k_no_slot && level % 2 != 0 && shared_.lattice.twin(level, h) == Sqrt3Lattice::none)
+        return leaf_with(level - 1, face);
+    if (slot == k_no_slot) return LeafId(slot_of(level, shared_.lattice.twin(level - 1, face)));
+    return LeafId(is_split(slot) ? child_over(3 * slot + static_cast<std::uint32_t>(h % 3)) : slot);
 }
 
 LeafId Sqrt3Forest::neighbour(LeafId leaf, int side) const {
@@ -85,8 +159,8 @@ LeafId Sqrt3Forest::neighbour(LeafId leaf, int side) const {
     }
     std::uint64_t other = lattice.twin(level, h);
     if (other == Sqrt3Lattice::none) other = lattice.beyond(level, h);
-    if (other != Sqrt3Lattice::none && lattice.is_hole(level, Sqrt3Lattice::face(other))) return {};
-    return other == Sqrt3Lattice::none ? LeafId{} : leaf_with(lattice, level, other);
+    if (other == Sqrt3Lattice::none || lattice.is_hole(level, Sqrt3Lattice::face(other))) return {};
+    return leaf_with(level, other);
 }
 
 std::vector<LeafId> Sqrt3Forest::ordered_leaves() const {
@@ -174,24 +248,22 @@ std::vector<LeafId> Sqrt3Forest::leaves_on_curve() const {
 
 // Changes.
 
-// A face that is not split, with what has to be split with it or before it.
-void Sqrt3Forest::add_needed(const Sqrt3Face& face, detail::PoolVector<Wanted>& result) {
+// Adds a face that is not split, with what has to be split with it or before it.
+void Sqrt3Forest::add_needed(const Sqrt3Face& face, detail::PoolVector<Sqrt3Face>& wanted) const {
     Sqrt3Lattice& lattice = shared_.lattice;
-    std::vector<Sqrt3Face> wanted{face};
-    for (std::size_t begin = 0; begin < wanted.size();) {
+    std::size_t begin = wanted.size();
+    wanted.push_back(face);
+    while (begin < wanted.size()) {
         const std::uint8_t level = wanted[begin].level;
         // Those of one level come one after another.
         const auto need = [&](int at, std::uint64_t number) {
             const Sqrt3Face f{static_cast<std::uint8_t>(at), number};
-            if (is_split(at, number)) return;
-            for (std::size_t k = wanted.size(); k-- > 0 && wanted[k].level == f.level;)
-                if (wanted[k] == f) return;
-            wanted.push_back(f);
+            if (number == Sqrt3Lattice::none || is_split(at, number)) return;
+            if (std::find(wanted.begin() + static_cast<std::ptrdiff_t>(begin), wanted.end(), f) == wanted.end())
+                wanted.push_back(f);
         };
         std::size_t end = wanted.size();
-        for (std::size_t i = begin; i < end; ++i)
-            if (const std::uint64_t partner = lattice.partner(level, wanted[i].face); partner != Sqrt3Lattice::none)
-                need(level, partner);
+        for (std::size_t i = begin; i < end; ++i) need(level, lattice.partner(level, wanted[i].face));
         end = wanted.size();
         for (std::size_t i = begin; i < end && level > 0; ++i) {
             const std::uint64_t h = wanted[i].face, t = lattice.twin(level - 1, h);
@@ -200,34 +272,21 @@ void Sqrt3Forest::add_needed(const Sqrt3Face& face, detail::PoolVector<Wanted>& 
         }
         begin = end;
     }
-    for (const Sqrt3Face& f : wanted) result.push_back({f, k_no_slot});
 }
 
 // The faces that have to be split for these leaves to be, the coarsest first.
-detail::PoolVector<Sqrt3Forest::Wanted> Sqrt3Forest::wanted(std::span<const LeafId> marked) {
-    detail::PoolVector<Wanted> result;
+detail::PoolVector<Sqrt3Face> Sqrt3Forest::wanted(std::span<const LeafId> marked) const {
+    detail::PoolVector<Sqrt3Face> result;
     result.reserve(marked.size());
-    const bool has_partners = shared_.lattice.has_lines();
-    const auto add_whole = [&](std::uint32_t slot) {
-        const Sqrt3Triangle t = triangle_of(slot);
-        if (has_partners && is_cut(slot) && shared_.lattice.partner(t.level, t.face) != Sqrt3Lattice::none)
-            add_needed({t.level, t.face}, result);
-        else
-            result.push_back({{t.level, t.face}, slot});
-    };
     for (const LeafId leaf : marked) {
-        if (child_[leaf.value] != k_half) {
-            add_whole(leaf.value);
-            continue;
-        }
-        const std::uint32_t h = over(leaf.value), twin = across(h);
-        if (twin < k_apart && child_[twin / 3] == k_whole) {
-            add_whole(twin / 3);
-            continue;
-        }
-        const int level = level_of(h / 3);
-        const std::uint64_t beyond = shared_.lattice.twin(level, triangle_of(leaf.value).face);
-        add_needed({static_cast<std::uint8_t>(level), Sqrt3Lattice::face(beyond)}, result);
+        const auto [level, half, face] = triangle_of(leaf.value);
+        const auto above = static_cast<std::uint8_t>(level - 1);
+        if (half)
+            add_needed({above, Sqrt3Lattice::face(shared_.lattice.twin(above, face))}, result);
+        else if (shared_.lattice.partner(level, face) != Sqrt3Lattice::none)
+            add_needed({level, face}, result);
+        else
+            result.push_back({level, face});  // whatever it needs is split
     }
     // In many a call all leaves are split, in their order.
     if (!std::is_sorted(result.begin(), result.end())) std::sort(result.begin(), result.end());
@@ -237,9 +296,9 @@ detail::PoolVector<Sqrt3Forest::Wanted> Sqrt3Forest::wanted(std::span<const Leaf
 
 void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed) {
     assert(std::ranges::all_of(marked, [&](LeafId leaf) { return is_leaf(leaf); }));
-    const detail::PoolVector<Wanted> wanted = this->wanted(marked);  // `marked` may be what `change` held
-    for (const Wanted& w : wanted)
-        if (w.face.level >= max_level_)
+    const detail::PoolVector<Sqrt3Face> wanted = this->wanted(marked);  // `marked` may be what `change` held
+    for (const Sqrt3Face& face : wanted)
+        if (face.level >= max_level_)
             throw Error(ErrorCode::unsupported, "level " + std::to_string(max_level_) +
                                                     " is the deepest that has numbers; its faces cannot be split");
     std::vector<LeafId>& created = change.created;
@@ -253,29 +312,21 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
     detail::make_room(records_, records_.size() + fresh);
     detail::make_room(free_records_, records_.size() + fresh);
     detail::make_room(child_, child_.size() + 3 * fresh);
-    detail::make_room(across_, across_.size() + 9 * fresh);
     detail::reserve_large(created, 6 * wanted.size());
     if (removed != nullptr) removed->reserve(4 * wanted.size());
     detail::PoolVector<std::uint32_t> fresh_records;
     fresh_records.reserve(wanted.size());
     detail::PoolVector<LeafId> whole;  // that were half when the call began
     whole.reserve(3 * wanted.size());
-    std::vector<Twins> twins;
-    if (shared_.lattice.has_lines()) {
-        twins.resize(wanted.size());
-        // Those of faces that have links are asked for only where these say nothing: a crease may have become smooth.
-        for (std::size_t i = 0; i < wanted.size(); ++i)
-            for (std::uint32_t side = 0; side < 3; ++side)
-                if (const auto& [face, slot] = wanted[i]; slot == k_no_slot || across_[3 * slot + side] == k_kept)
-                    twins[i][side] = shared_.lattice.twin(face.level, 3 * face.face + side);
-    }
+    detail::PoolVector<Twins> twins(wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        for (std::uint64_t side = 0; side < 3; ++side)
+            twins[i][side] = shared_.lattice.twin(wanted[i].level, 3 * wanted[i].face + side);
     for (std::size_t i = records_.size() + fresh; i-- > records_.size();)
         free_records_.push_back(static_cast<std::uint32_t>(i));
     records_.resize(records_.size() + fresh);
     child_.resize(child_.size() + 3 * fresh, std::uint32_t{k_dead});
-    across_.resize(across_.size() + 9 * fresh, std::uint32_t{k_apart});
-    for (std::size_t i = 0; i < wanted.size(); ++i)
-        fresh_records.push_back(split(wanted[i], twins.empty() ? nullptr : &twins[i], whole, removed));
+    for (std::size_t i = 0; i < wanted.size(); ++i) fresh_records.push_back(split(wanted[i], twins[i], whole, removed));
     const auto is_new_leaf = [&](std::uint32_t slot) {
         if (child_[slot] == k_whole_now) child_[slot] = k_whole;
         if (child_[slot] == k_half_now) child_[slot] = k_half;
@@ -291,15 +342,15 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
 
 // What the lattice remembers serves the next change, but is not to outweigh what it is for.
 void Sqrt3Forest::forget_twins() {
-    if (shared_.lattice.memory_bytes() > child_.capacity() + across_.capacity())
+    if (shared_.lattice.memory_bytes() > child_.capacity() * sizeof(child_[0]))
         shared_.lattice = Sqrt3Lattice(lattice_);
 }
 
-// A face that the forest has split by now; those of coarser levels come first. Returns the record.
-std::uint32_t Sqrt3Forest::split(const Wanted& wanted, const Twins* twins, detail::PoolVector<LeafId>& whole,
+// Splits a face; those of coarser levels come first. Returns the record.
+std::uint32_t Sqrt3Forest::split(const Sqrt3Face& at, const Twins& twins, detail::PoolVector<LeafId>& whole,
                                  Changed* removed) {
-    const auto [level, face] = wanted.face;
-    const std::uint32_t slot = wanted.slot != k_no_slot ? wanted.slot : slot_of(level, face);
+    const auto [level, face] = at;
+    const std::uint32_t slot = slot_of(level, face);
     const auto was = [&](std::uint32_t leaf) {
         if (removed != nullptr) removed->emplace_back(leaf, triangle_of(leaf));
     };
@@ -308,18 +359,13 @@ std::uint32_t Sqrt3Forest::split(const Wanted& wanted, const Twins* twins, detai
     free_records_.pop_back();
     records_[record] = {face, slot, level, true};
     child_[slot] = record;
-    const std::uint32_t first = first_child(record);
     for (std::uint32_t side = 0; side < 3; ++side) {
-        const std::uint32_t h = 3 * slot + side;
-        std::uint32_t twin = across_[h];
-        if (twin == k_kept && twins != nullptr) twin = beyond(h, (*twins)[side]);
-        child_[first + side] = k_whole_now;
-        if (twin == k_kept) {
-            keep(h);
-            continue;
-        }
+        std::uint32_t& child = child_[first_child(record) + side];
+        const std::uint32_t twin = beyond(level, twins[side]);
+        child = k_whole_now;
+        if (twin == k_kept) continue;
         if (twin == k_apart || !is_split(twin / 3)) {
-            child_[first + side] = k_half_now;
+            child = k_half_now;
             continue;
         }
         const std::uint32_t other = child_over(twin);
@@ -328,7 +374,6 @@ std::uint32_t Sqrt3Forest::split(const Wanted& wanted, const Twins* twins, detai
             whole.emplace_back(other);
         }
         child_[other] = k_whole_now;
-        flip(h, twin);
     }
     return record;
 }
@@ -340,7 +385,7 @@ std::uint32_t Sqrt3Forest::record_beyond(std::uint32_t slot) const {
     return twin == k_kept ? k_no_slot : child_[twin / 3];
 }
 
-Sqrt3Forest::Group Sqrt3Forest::group_of(Sqrt3Lattice& lattice, std::uint32_t record) const {
+Sqrt3Forest::Group Sqrt3Forest::group_of(std::uint32_t record) const {
     Group group;
     bool leaves = true;
     const auto add = [&](std::uint32_t slot) {
@@ -350,7 +395,7 @@ Sqrt3Forest::Group Sqrt3Forest::group_of(Sqrt3Lattice& lattice, std::uint32_t re
     };
     const Record& at = records_[record];
     std::array<std::uint32_t, 2> sides{record, record};
-    if (const std::uint64_t partner = lattice.partner(at.level, at.face); partner != Sqrt3Lattice::none)
+    if (const std::uint64_t partner = shared_.lattice.partner(at.level, at.face); partner != Sqrt3Lattice::none)
         sides[1] = child_[slot_of(at.level, partner)];
     for (const std::uint32_t of : sides)
         for (std::uint32_t side = 0; side < 3; ++side) add(first_child(of) + side);
@@ -368,10 +413,9 @@ std::vector<LeafId> Sqrt3Forest::group(LeafId leaf) const {
     const std::uint32_t roots = mesh().face_count();
     if (leaf.value < roots) return {};
     const std::scoped_lock lock(shared_.mutex);
-    Group found = group_of(shared_.lattice, (leaf.value - roots) / 3);
+    Group found = group_of((leaf.value - roots) / 3);
     if (found.slots.empty())
-        if (const std::uint32_t beyond = record_beyond(leaf.value); beyond != k_no_slot)
-            found = group_of(shared_.lattice, beyond);
+        if (const std::uint32_t beyond = record_beyond(leaf.value); beyond != k_no_slot) found = group_of(beyond);
     std::vector<LeafId> result;
     for (std::size_t i = 0; i < found.own; ++i) result.emplace_back(found.slots[i]);
     return result;
@@ -381,7 +425,6 @@ void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, 
     assert(std::ranges::all_of(marked, [&](LeafId leaf) { return is_leaf(leaf); }));
     removed.clear();
     const std::uint32_t roots = mesh().face_count();
-    Sqrt3Lattice& lattice = shared_.lattice;
     std::vector<std::uint32_t> wanted, records;
     for (const LeafId leaf : marked) {
         wanted.push_back(leaf.value);
@@ -395,7 +438,7 @@ void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, 
     records.erase(std::unique(records.begin(), records.end()), records.end());
     std::vector<std::uint32_t> groups;
     std::erase_if(records, [&](std::uint32_t record) {
-        const Group group = group_of(lattice, record);
+        const Group group = group_of(record);
         const std::span own(group.slots.data(), group.own);
         const bool all = !own.empty() && std::all_of(own.begin(), own.end(), [&](std::uint32_t slot) {
             return std::binary_search(wanted.begin(), wanted.end(), slot);
@@ -418,10 +461,7 @@ void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, 
         child_[records_[record].slot] = k_whole;
         created.emplace_back(records_[record].slot);
         free_records_.push_back(record);
-        for (std::uint32_t side = 0; side < 3; ++side) {
-            child_[first_child(record) + side] = k_dead;
-            unlink(first_child(record) + side);
-        }
+        for (std::uint32_t side = 0; side < 3; ++side) child_[first_child(record) + side] = k_dead;
     }
     for (const std::uint32_t slot : groups) {
         if (child_[slot] != k_whole) continue;
@@ -433,14 +473,13 @@ void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, 
 
 std::uint64_t Sqrt3Forest::memory_bytes() const {
     const std::scoped_lock lock(shared_.mutex);
-    return shared_.lattice.memory_bytes() + (child_.capacity() + across_.capacity()) * sizeof(std::uint32_t) +
+    return shared_.lattice.memory_bytes() + child_.capacity() * sizeof(child_[0]) +
            records_.capacity() * sizeof(Record) + free_records_.capacity() * sizeof(free_records_[0]);
 }
 
 void Sqrt3Forest::shrink() {
     shared_.lattice = Sqrt3Lattice(lattice_);  // which remembers nothing
     child_.shrink_to_fit();
-    across_.shrink_to_fit();
     records_.shrink_to_fit();
     free_records_.shrink_to_fit();
 }

@@ -36,8 +36,9 @@ struct Sqrt3Face {
 /// is to split the triangle beyond its edge. What a split has changed is its group: its three triangles, and those that
 /// became whole beyond its edges. Where it cuts an edge, which it does from both sides, the group is that of both.
 ///
-/// Storage: some 32 bytes a leaf. Slots: face r is slot
-/// r, those over the edges of the k-th split triangle are F + 3 k + side. Const calls are safe from several threads.
+/// What lies beyond an edge is found by the lattice's numbers, and from the root down. Storage: some 16 bytes a leaf.
+/// Slots: face r is slot r, those over the edges of the k-th split triangle are F + 3 k + side. Const calls are safe
+/// from several threads.
 class Sqrt3Forest {
   public:
     /// The control faces as leaves, but for holes. Keeps a reference.
@@ -124,7 +125,7 @@ class Sqrt3Forest {
     static constexpr std::uint32_t k_whole = 0xFFFF'FFFFu, k_half = 0xFFFF'FFFEu, k_dead = 0xFFFF'FFFDu;
     static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu, k_half_now = 0xFFFF'FFFBu;  // since the call began
     static constexpr std::uint32_t k_no_slot = 0xFFFF'FFFFu;
-    // across_: a half-edge, 3 slot + side, or one of these.
+    // Half-edges of the face that a slot is, or is half of, are 3 slot + side; or one of these.
     static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;   // the edge is not flipped: boundary, creases, kept ones
     static constexpr std::uint32_t k_apart = 0xFFFF'FFFEu;  // the face beyond has no slot
     static constexpr std::uint32_t k_max_slots = (k_apart - 1) / 3;
@@ -138,19 +139,10 @@ class Sqrt3Forest {
     };
     static_assert(sizeof(Record) == 16);
 
-    // Half-edges of the face that a slot is, or is half of: 3 slot + side.
     static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
     bool is_split(std::uint32_t slot) const { return child_[slot] < k_half_now; }
     /// The slot over a half-edge of a split face.
     std::uint32_t child_over(std::uint32_t h) const { return first_child(child_[h / 3]) + h % 3; }
-    /// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it.
-    std::uint32_t apex(std::uint32_t h) const {
-        return is_cut(h / 3) ? cut_apex(h) : mesh().vertex_count() + 2 * child_[h / 3];
-    }
-    /// Whether splitting this face cuts its first edge (Sqrt3Lattice).
-    bool is_cut(std::uint32_t slot) const {
-        return has_kept_ && across_[3 * slot] == k_kept && level_of(slot) % 2 != 0;
-    }
     bool is_leaf_slot(std::uint32_t slot) const { return child_[slot] == k_whole || child_[slot] == k_half; }
     std::uint32_t first_child(std::uint32_t record) const { return mesh().face_count() + 3 * record; }
     template <class Visit>
@@ -170,25 +162,18 @@ class Sqrt3Forest {
         const Record& record = records_[child / 3];
         return {static_cast<std::uint8_t>(record.level + 1), child_[slot] == k_half, 3 * record.face + child % 3};
     }
-    LeafId leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const;
+    LeafId leaf_with(int level, std::uint64_t h) const;
     /// Slots whose triangles a split has changed, its own first; none where they are not all leaves.
     struct Group {
         std::vector<std::uint32_t> slots;
         std::size_t own = 0;
     };
-    Group group_of(Sqrt3Lattice& lattice, std::uint32_t record) const;
+    Group group_of(std::uint32_t record) const;
     std::uint32_t record_beyond(std::uint32_t slot) const;
-    /// A face to be split.
-    struct Wanted {
-        Sqrt3Face face;
-        std::uint32_t slot;  ///< k_no_slot: not known yet
-        friend bool operator<(const Wanted& a, const Wanted& b) { return a.face < b.face; }
-        friend bool operator==(const Wanted& a, const Wanted& b) { return a.face == b.face; }
-    };
     using Twins = std::array<std::uint64_t, 3>;
-    void add_needed(const Sqrt3Face& face, detail::PoolVector<Wanted>& result);
-    detail::PoolVector<Wanted> wanted(std::span<const LeafId> marked);
-    std::uint32_t split(const Wanted& wanted, const Twins* twins, detail::PoolVector<LeafId>& whole, Changed* removed);
+    void add_needed(const Sqrt3Face& face, detail::PoolVector<Sqrt3Face>& wanted) const;
+    detail::PoolVector<Sqrt3Face> wanted(std::span<const LeafId> marked) const;
+    std::uint32_t split(const Sqrt3Face& face, const Twins& twins, detail::PoolVector<LeafId>& whole, Changed* removed);
 
     /// The half-edge of its split face that a slot stands over.
     std::uint32_t over(std::uint32_t slot) const {
@@ -199,27 +184,17 @@ class Sqrt3Forest {
         const std::uint32_t roots = mesh().face_count();
         return slot < roots ? 0 : records_[(slot - roots) / 3].level + 1;
     }
-    std::uint32_t beyond(std::uint32_t h, std::uint64_t twin) const;
-    std::uint32_t across(std::uint32_t h) const {
-        const std::uint32_t twin = across_[h];
-        return twin != k_kept || !lattice_.has_lines() ? twin : beyond(h);
-    }
-    std::uint32_t beyond(std::uint32_t h) const;
+    std::uint32_t beyond(int level, std::uint64_t twin) const;
+    std::uint32_t across(std::uint32_t h) const;
+    bool is_cut(std::uint32_t slot) const;
+    std::uint32_t apex(std::uint32_t h) const;
     std::uint32_t origin(std::uint32_t h) const;
-    std::uint32_t cut_apex(std::uint32_t h) const;
-    void link(std::uint32_t h, std::uint32_t twin);
-    void keep(std::uint32_t h);
-    void flip(std::uint32_t h, std::uint32_t twin);
-    void link_first(std::uint32_t slot, std::uint32_t beyond);
-    void unlink(std::uint32_t slot);
     void forget_twins();
 
     Sqrt3Lattice lattice_;
     int max_level_ = 0;
-    std::uint32_t root_leaves_ = 0;             // faces outside holes
-    detail::PoolVector<std::uint32_t> child_;   // per slot
-    detail::PoolVector<std::uint32_t> across_;  // per half-edge of the face that a slot is, or is half of
-    bool has_kept_ = false;                     // whether there are edges that are not flipped
+    std::uint32_t root_leaves_ = 0;            // faces outside holes
+    detail::PoolVector<std::uint32_t> child_;  // per slot
     detail::PoolVector<Record> records_;
     detail::PoolVector<std::uint32_t> free_records_;
     struct Shared {
@@ -229,8 +204,8 @@ class Sqrt3Forest {
             lattice = other.lattice;
             return *this;
         }
-        std::recursive_mutex mutex;  // a call that holds it may make another that asks for it
-        Sqrt3Lattice lattice;        // remembers twins
+        std::mutex mutex;
+        Sqrt3Lattice lattice;  // remembers twins: for const calls under the mutex, and changes
     };
     mutable Shared shared_;
 };

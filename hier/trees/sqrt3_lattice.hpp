@@ -102,6 +102,8 @@ class Sqrt3Lattice {
         const Line line = this->line(level, h);
         return line.is_cut() ? line.beyond : none;
     }
+    /// The edge of a face that the step at a level cuts; none if there is none.
+    std::uint64_t cut_side(int level, std::uint64_t f);
     /// The face that can be split only together with this one, as the step cuts the edge between them; else none.
     std::uint64_t partner(int level, std::uint64_t f);
     /// Whether a face lies in a hole.
@@ -114,8 +116,7 @@ class Sqrt3Lattice {
         return hole != hole_beyond ? hole_beyond : f < beyond;
     }
     const ControlMesh& mesh() const { return *mesh_; }
-    /// Of the control mesh: whether an edge inside is not flipped; kept though it may be smooth.
-    bool has_lines() const { return lines_; }
+    /// Of the control mesh: kept though it may be smooth.
     bool is_kept(EdgeId e) const { return kept_ && (*kept_)[e.value] != 0; }
 
     /// A face of a level. It lies in the root's triangle; at odd levels it may lie half beyond a side. O(level).
@@ -150,8 +151,6 @@ class Sqrt3Lattice {
     Sqrt3Cell in_root(Sqrt3Cell cell) const;
     bool cuts(int level) const { return !smooth_ && level % 2 != 0; }
     static constexpr std::size_t k_kept_twins = 32;  // of a level: those of the faces around a few vertices
-    /// The edge of a face that the step at a level cuts; none if there is none.
-    std::uint64_t cut_side(int level, std::uint64_t f);
     std::uint64_t find_twin(int level, std::uint64_t h);
     /// Of a face's half-edges.
     struct Twins {

@@ -228,25 +228,16 @@ bool TreeForest<Rule>::blocks_merge(const Record& record) const {
     return has_finer_beside(record);
 }
 
-// Takes the marks off until none of the marked records has to stay. The reason to stay is of the form "if this stays,
-// so does that", so there is one largest set that can go, whatever the order.
+// Takes the marks off, and out of the list, until none of its records has to stay. The reason to stay is of the form
+// "if this stays, so does that", so there is one largest set that can go, whatever the order.
 template <class Rule>
-void TreeForest<Rule>::keep_largest_mergeable(std::span<const std::uint32_t> records) {
-    std::vector<std::uint32_t> open(records.begin(), records.end());
-    const auto look_again = [&](std::uint32_t link) {
-        if (link < k_coarser && marks_[records_[link / 4].parent] != 0) open.push_back(link / 4);
+void TreeForest<Rule>::keep_largest_mergeable(std::vector<std::uint32_t>& going) {
+    const auto stays = [&](std::uint32_t record) {
+        if (!blocks_merge(records_[record])) return false;
+        marks_[records_[record].parent] = 0;
+        return true;
     };
-    while (!open.empty()) {
-        const Record& record = records_[open.back()];
-        open.pop_back();
-        const std::uint32_t slot = record.parent;
-        if (marks_[slot] == 0 || !blocks_merge(record)) continue;
-        marks_[slot] = 0;
-        for (int side = 0; side < k_sides; ++side) {
-            if ((creases(record) >> side & 1) != 0) look_again(record.link[side]);
-            if (!is_root(slot) && Rule::inside(number(slot), side).first == 4)
-                look_again(records_[record_of(slot)].link[side]);
-        }
+    while (std::erase_if(going, stays) > 0) {
     }
 }
 
@@ -314,13 +305,7 @@ void TreeForest<Rule>::coarsen(std::span<const LeafId> marked, ForestChange& cha
     change.created.reserve(going.size());
 
     for (const std::uint32_t record : going) marks_[records_[record].parent] = 1;
-    try {
-        keep_largest_mergeable(going);
-    } catch (...) {
-        std::fill(marks_.begin(), marks_.end(), std::uint8_t{0});
-        throw;
-    }
-    std::erase_if(going, [&](std::uint32_t record) { return marks_[records_[record].parent] == 0; });
+    keep_largest_mergeable(going);
     change.created.clear();
     change.reshaped.clear();
     for (const std::uint32_t record : going) change.created.emplace_back(records_[record].parent);
