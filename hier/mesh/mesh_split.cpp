@@ -16,10 +16,11 @@ constexpr std::uint32_t k_none = HalfedgeId::none;
 class Splitter {
   public:
     explicit Splitter(ControlMeshData& data) : data_(data) {
-        const auto faces = static_cast<std::uint32_t>(data.face_offsets.size() - 1);
-        face_.resize(data.face_vertices.size());
-        for (std::uint32_t f = 0; f < faces; ++f)
-            for (std::uint32_t h = data.face_offsets[f]; h < data.face_offsets[f + 1]; ++h) face_[h] = f;
+        const std::vector<EdgeUse> uses = sorted_edge_uses(data);
+        for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
+            for (end = i + 1; end < uses.size() && uses[end].same_edge(uses[i]);) ++end;
+            if (end - i > 2 && result_.non_manifold_edges++ == 0) result_.first_edge = {uses[i].low, uses[i].high};
+        }
         cut_.assign(data.face_vertices.size(), 0);
         split_.assign(data.positions.size(), 0);
         result_.origin.resize(data.positions.size());
@@ -29,10 +30,10 @@ class Splitter {
     // Each round that changes something cuts at least one more edge or makes at least one more vertex, and no corner
     // can be cut off twice, so that the rounds end.
     ManifoldSplit run() {
-        for (bool first = true;; first = false) {
-            pair_edges(first);
+        for (;;) {
+            pair_edges();
             const bool vertices_split = split_vertices();
-            if (vertices_split) pair_edges(false);
+            if (vertices_split) pair_edges();
             const bool faces_cut = orient();
             if (!vertices_split && !faces_cut) break;
         }
@@ -45,19 +46,12 @@ class Splitter {
     std::uint32_t next(std::uint32_t h) const { return next_corner(data_, face_[h], h); }
     std::uint32_t prev(std::uint32_t h) const { return prev_corner(data_, face_[h], h); }
 
-    void pair_edges(bool count) {
-        const auto uses = sorted_edge_uses(data_);
-        partner_.assign(data_.face_vertices.size(), k_none);
-        for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
-            for (end = i + 1; end < uses.size() && uses[end].same_edge(uses[i]);) ++end;
-            const std::uint32_t a = uses[i].halfedge;
-            if (end - i == 2 && !cut_[a] && !cut_[uses[i + 1].halfedge]) {
-                partner_[a] = uses[i + 1].halfedge;
-                partner_[uses[i + 1].halfedge] = a;
-            }
-            if (count && end - i > 2 && result_.non_manifold_edges++ == 0)
-                result_.first_edge = {uses[i].low, uses[i].high};
-        }
+    void pair_edges() {
+        MeshLinks links = link_mesh(data_, sorted_edge_uses(data_));
+        face_ = std::move(links.face);
+        partner_ = std::move(links.twin);
+        for (std::uint32_t h = 0; h < partner_.size(); ++h)
+            if (cut_[h] && partner_[h] != k_none) partner_[h] = partner_[partner_[h]] = k_none;
     }
 
     // Gives every fan of corners a vertex of its own; the one with the lowest corner keeps the old number.
