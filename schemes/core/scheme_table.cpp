@@ -55,8 +55,6 @@ EditDistance edit_distance(std::string_view text, std::string_view name) {
     return {*std::min_element(row.begin(), row.end()), row.back()};
 }
 
-bool chooses_steps(const SchemeInfo& scheme) { return scheme.averaging_steps == SchemeInfo::k_chosen_steps; }
-
 }  // namespace
 
 std::span<const SchemeInfo* const> detail::scheme_list() { return k_table; }
@@ -111,7 +109,7 @@ int regular_valence(const SchemeInfo& scheme, bool boundary) {
 }
 
 FanLattice fan_lattice(const SchemeInfo& scheme, const RuleOptions& options) {
-    if (chooses_steps(scheme) && options.averaging_steps % 2 == 0) return FanLattice::quads;
+    if (scheme.has_chosen_steps() && options.averaging_steps % 2 == 0) return FanLattice::quads;
     return scheme.lattice;
 }
 
@@ -120,11 +118,11 @@ bool splits_vertices(const SchemeInfo& scheme, const RuleOptions& options) {
 }
 
 int averaging_steps(const SchemeInfo& scheme, const RuleOptions& options) {
-    return chooses_steps(scheme) ? options.averaging_steps : scheme.averaging_steps;
+    return scheme.has_chosen_steps() ? options.averaging_steps : scheme.averaging_steps;
 }
 
 int rule_rings(const SchemeInfo& scheme, const RuleOptions& options) {
-    return scheme.rule_rings + (chooses_steps(scheme) ? options.averaging_steps / 2 : 0);
+    return scheme.rule_rings + (scheme.has_chosen_steps() ? options.averaging_steps / 2 : 0);
 }
 
 bool boundary_recedes(const SchemeInfo& scheme, const RuleOptions& options) {
@@ -145,7 +143,7 @@ FanLattice fan_lattice(const SchemeInfo& scheme, const FanShape& shape, const Ru
 int fan_rings(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
     if (fan_lattice(scheme, shape, options) == FanLattice::pentagons) return 1;
     const int m = options.averaging_steps;
-    const int rings = !chooses_steps(scheme) ? scheme.rings : m % 2 == 1 ? (m + 1) / 2 : m / 2 + 1;
+    const int rings = !scheme.has_chosen_steps() ? scheme.rings : m % 2 == 1 ? (m + 1) / 2 : m / 2 + 1;
     // Beside a boundary edge of a dual scheme a ring is two rows deep.
     return fan_lattice(scheme, shape, options) == FanLattice::dual && shape.boundary ? rings - 1 : rings;
 }

@@ -28,7 +28,12 @@ struct StencilRow {
         constexpr std::size_t k_short = 64;
         auto& t = terms;
         const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
-        if (t.size() > k_short) std::stable_sort(t.begin(), t.end(), less);
+        if (t.size() > k_short) {
+            const auto [low, high] = std::minmax_element(t.begin(), t.end(), less);
+            const int first = low->first, count = high->first - first + 1;
+            if (t.size() > static_cast<std::size_t>(count)) return sum_all(first, count);
+            std::stable_sort(t.begin(), t.end(), less);
+        }
         for (std::size_t i = 1; i < t.size() && t.size() <= k_short; ++i) {
             const auto term = t[i];
             std::size_t at = i;
@@ -43,6 +48,17 @@ struct StencilRow {
             if (weight != 0) t[kept++] = {point, weight};
         }
         t.shorten(kept);
+    }
+
+  private:
+    /// gather() of more terms than points from the first one to the last: at vertices of many edges, whose rows have
+    /// the whole ring several times, to sort them would be all of the time.
+    void sum_all(int first, int count) {
+        std::vector<double> sums(static_cast<std::size_t>(count), 0.0);
+        for (const auto& [point, weight] : terms) sums[static_cast<std::size_t>(point - first)] += weight;
+        terms.clear();
+        for (int i = 0; i < count; ++i)
+            if (sums[static_cast<std::size_t>(i)] != 0) add(first + i, sums[static_cast<std::size_t>(i)]);
     }
 };
 
@@ -116,11 +132,7 @@ class StencilTable {
     /// The points of the coarse level that `fine`'s rows are made of, where `this` goes from coarse to middle.
     StencilTable then(const StencilTable& fine, const BlockRunner* runner = nullptr) const {
         StencilTable result;
-        const int columns = points_.empty() ? 0 : *std::max_element(points_.begin(), points_.end()) + 1;
         result.push_rows(runner, fine.row_count(), [&](int r) {
-            std::size_t terms = 0;
-            for (const int p : fine.points(r)) terms += size(p);
-            if (terms > k_many && terms > static_cast<std::size_t>(columns)) return dense_sum(fine, r, columns);
             StencilRow sum;
             for (std::size_t i = fine.begin_[r]; i < fine.begin_[r + 1]; ++i)
                 add_row(fine.points_[i], fine.weights_[i], sum);
@@ -142,23 +154,6 @@ class StencilTable {
     friend bool operator==(const StencilTable&, const StencilTable&) = default;
 
   private:
-    // More terms than there are points are summed in a row of all points, in the same order, instead of being sorted:
-    // at vertices of many edges, whose rows have the whole ring, that is all of the time.
-    static constexpr std::size_t k_many = 256;
-
-    StencilRow dense_sum(const StencilTable& fine, int r, int columns) const {
-        std::vector<double> all(static_cast<std::size_t>(columns), 0.0);
-        for (std::size_t i = fine.begin_[r]; i < fine.begin_[r + 1]; ++i) {
-            const std::span<const int> at = points(fine.points_[i]);
-            const std::span<const double> of = weights(fine.points_[i]);
-            for (std::size_t k = 0; k < at.size(); ++k) all[at[k]] += fine.weights_[i] * of[k];
-        }
-        StencilRow sum;
-        for (int p = 0; p < columns; ++p)
-            if (all[p] != 0) sum.add(p, all[p]);
-        return sum;
-    }
-
     std::size_t size(int row) const { return begin_[row + 1] - begin_[row]; }
 
     std::vector<std::size_t> begin_{0};
