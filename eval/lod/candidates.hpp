@@ -203,16 +203,7 @@ class Candidates {
     }
 
   private:
-    /// A double as small as it can be.
-    class Reading {
-      public:
-        Reading() = default;
-        Reading(double value) : bits_(std::bit_cast<decltype(bits_)>(value)) {}
-        operator double() const { return std::bit_cast<double>(bits_); }
-
-      private:
-        std::array<std::uint32_t, 2> bits_{};
-    };
+    using Reading [[gnu::aligned(4)]] = double;  // of which structs are no larger than they have to be
     struct Node {
         Reading due_at;            // 0: it is fresh
         std::uint32_t next, prev;  // of its bucket, a ring
