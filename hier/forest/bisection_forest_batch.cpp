@@ -14,23 +14,6 @@ namespace {
 constexpr std::uint8_t k_waits = 1;        // its leaf is to be split (or merged)
 constexpr std::uint8_t k_split_twice = 3;  // it was, and so was its child 0
 
-constexpr std::ptrdiff_t k_ahead = 12;  // prefetch distance in leaves (bench hierarchy/forest_operations)
-
-/// Prefetches for a loop over a list that has come to `i` and goes `ahead` > 0 or backwards: the record of the leaf two
-/// distances away, and the records across these edges of the leaf one distance away.
-template <class... Edges>
-void prefetch(const detail::PodArray<BisectionLeaf>& leaves, std::span<const LeafId> list, std::size_t i,
-              std::ptrdiff_t ahead, Edges... edges) {
-    // Most records lie across the end of a cache line.
-    const auto record = [&](LeafId id) {
-        __builtin_prefetch(&leaves[id.value], 1);
-        __builtin_prefetch(reinterpret_cast<const char*>(&leaves[id.value] + 1) - 1, 1);
-    };
-    const std::size_t near = i + static_cast<std::size_t>(ahead), far = near + static_cast<std::size_t>(ahead);
-    if (far < list.size()) record(list[far]);
-    if (near < list.size()) (record(leaves[list[near].value].neighbour[edges]), ...);
-}
-
 }  // namespace
 
 void BisectionForest::clear_marks() {
@@ -43,14 +26,12 @@ BisectionForest::SplitCost BisectionForest::mark_closure(std::span<const LeafId>
     const auto add = [&](LeafId id) {
         if (std::exchange(leaves_[id.value].mark, k_waits) == 0) list.push_back(id);
     };
-    for (std::size_t i = 0; i < marked.size(); ++i) {
-        prefetch(leaves_, marked, i, k_ahead);
-        require_splittable(marked[i]);
-        add(marked[i]);
+    for (const LeafId leaf : marked) {
+        require_splittable(leaf);
+        add(leaf);
     }
     SplitCost cost;
     for (std::size_t i = 0; i < list.size(); ++i) {
-        prefetch(leaves_, list, i, k_ahead, 0);
         const LeafId id = list[i], across = leaves_[id.value].neighbour[0];
         if (across.valid()) add(across);
         // A diamond of two leaves of the list is counted once.
@@ -82,14 +63,12 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
             if (std::uint8_t& mark = leaves_[child0.value].mark; mark != 0) ++mark;
     };
     for (std::size_t i = 0; i < split_count; ++i) {
-        prefetch(leaves_, list, i, k_ahead, 0, 1);
         if (leaves_[list[i].value].mark == k_waits) split_from_base(list[i], count_splits);
     }
     // Replaces each leaf of the list by its two to four descendants, from the end, so that none is written over a leaf
     // still to be read. It has no branches, because nothing predicts which child was split as well.
     std::size_t end = created.size();
     for (std::size_t i = split_count; i-- > 0;) {
-        prefetch(leaves_, list, i, -k_ahead, 0, 2);
         const LeafId slot = list[i];
         BisectionLeaf& first = leaves_[slot.value];
         const bool twice = first.mark == k_split_twice;
@@ -108,14 +87,12 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
 std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created) {
     created.clear();
     detail::reserve_large(created, marked.size() / 2);
-    for (std::size_t i = 0; i < marked.size(); ++i) {
-        prefetch(leaves_, marked, i, k_ahead);
-        assert(is_leaf(marked[i]));
-        leaves_[marked[i].value].mark = k_waits;
+    for (const LeafId leaf : marked) {
+        assert(is_leaf(leaf));
+        leaves_[leaf.value].mark = k_waits;
     }
     const std::uint32_t before = midpoint_count_;
     for (std::size_t i = marked.size(); i-- > 0;) {
-        prefetch(leaves_, marked, i, -k_ahead, 1, 2);
         BisectionLeaf& leaf = leaves_[marked[i].value];
         if (leaf.mark == 0) continue;
         const Diamond diamond = find_diamond(marked[i]);
