@@ -33,13 +33,13 @@ std::vector<LeafId> BisectionForest::ordered_leaves() const {
         for (LeafId id(0); id.value < leaf_slots(); ++id.value)
             if (is_leaf(id)) visit(id, root(id).value);
     };
-    detail::PoolVector<std::uint32_t> count(roots, 0), first_bucket(roots + std::size_t{1}, 0);
+    detail::PoolVector<std::uint64_t> count(roots, 0), first_bucket(roots + std::size_t{1}, 0);
     for_each_leaf([&](LeafId, std::uint32_t root) { ++count[root]; });
     for (std::uint32_t r = 0; r < roots; ++r) first_bucket[r + 1] = first_bucket[r] + std::bit_ceil(count[r]);
     const auto path_of = [&](LeafId id) { return leaves_[id.value].path << (63 - leaves_[id.value].depth) << 1; };
     const auto bucket_of = [&](LeafId id, std::uint32_t root) {
         const int bits = std::countr_zero(std::bit_ceil(count[root]));
-        return first_bucket[root] + static_cast<std::uint32_t>(path_of(id) >> 1 >> (63 - bits));
+        return first_bucket[root] + (path_of(id) >> 1 >> (63 - bits));
     };
     detail::PoolVector<std::uint32_t> begin(first_bucket[roots] + std::size_t{1}, 0);
     for_each_leaf([&](LeafId id, std::uint32_t root) { ++begin[bucket_of(id, root) + 1]; });
@@ -48,8 +48,10 @@ std::vector<LeafId> BisectionForest::ordered_leaves() const {
     detail::resize_large(keys, leaf_count_);
     detail::PoolVector<std::uint32_t> end(begin.begin(), begin.end() - 1);
     for_each_leaf([&](LeafId id, std::uint32_t root) { keys[end[bucket_of(id, root)]++] = {path_of(id), id}; });
-    for_each_index(first_bucket[roots], [&](std::uint32_t b) {
-        if (end[b] - begin[b] > 1) oneapi::tbb::parallel_sort(keys.begin() + begin[b], keys.begin() + end[b]);
+    constexpr std::uint32_t k_roots_per_task = 64;
+    for_each_block(roots, k_roots_per_task, [&](std::uint32_t first, std::uint32_t last) {
+        for (std::uint64_t b = first_bucket[first]; b < first_bucket[last]; ++b)
+            if (end[b] - begin[b] > 1) oneapi::tbb::parallel_sort(keys.begin() + begin[b], keys.begin() + end[b]);
     });
     std::vector<LeafId> order;
     detail::reserve_large(order, leaf_count_);
