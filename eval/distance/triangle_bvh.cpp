@@ -274,7 +274,8 @@ double TriangleBvh::longest_side(std::uint32_t triangle) const {
     const auto& corner = state_->triangles[triangle];
     double longest = 0;
     for (std::size_t k = 0; k < 3; ++k)
-        longest = std::max(longest, glm::distance(state_->positions[corner[k]], state_->positions[corner[(k + 1) % 3]]));
+        longest =
+            std::max(longest, glm::distance(state_->positions[corner[k]], state_->positions[corner[(k + 1) % 3]]));
     return longest;
 }
 Box3d TriangleBvh::bounds() const { return state_->bounds; }

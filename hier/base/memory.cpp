@@ -9,7 +9,6 @@
 
 #include <cassert>
 #include <cstdlib>
-#include <memory_resource>
 #include <mutex>
 #include <string>
 
