@@ -3,6 +3,7 @@
 #include "../surface/local_frame.hpp"
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
+#include "star_norms.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,10 +103,7 @@ void LoopBounder::bound_cell(const LoopNode& cell, const Piece& piece, int depth
         if (settled(detail::linear_deviation(cell.patch) + corner_error_in(cell, piece) + pad_)) return;
         return bound_surface(detail::box_spline_triangle(cell.patch).over(piece.at), piece.edge);
     }
-    const auto error = [&](bool may_split) {
-        return cell.kind == LoopNode::Kind::star ? hull_error(cell.star->points, piece.edge, may_split)
-                                                 : hull_error(cell.rings->points(), piece.edge, may_split);
-    };
+    const auto error = [&](bool may_split) { return irregular_error(cell, piece, may_split); };
     if (!needs_split(depth, error)) return;
     const detail::LabelledPolygon<Bary> whole(piece.at, piece.edge);
     for (const int quarter : {3, 2, 1, 0}) {  // the irregular one of a star last
@@ -116,6 +114,15 @@ void LoopBounder::bound_cell(const LoopNode& cell, const Piece& piece, int depth
             bound_cell(cell.grown()[quarter], {at, edge}, depth - 1);
         });
     }
+}
+
+double LoopBounder::irregular_error(const LoopNode& cell, const Piece& piece, bool may_split) const {
+    if (cell.kind != LoopNode::Kind::star) return hull_error(cell.rings->points(), piece.edge, may_split);
+    const detail::LoopStar& star = *cell.star;
+    const detail::StarNorms* norms =
+        star.is_extraordinary(1) || star.is_extraordinary(2) ? nullptr : detail::StarNorms::loop(star.valence[0]);
+    if (!norms) return hull_error(star.points, piece.edge, may_split);
+    return norms->deviation(star.points) + corner_error_in(cell, piece);
 }
 
 double LoopBounder::corner_error_in(const LoopNode& cell, const Piece& piece) const {

@@ -16,7 +16,7 @@ namespace tetrakis {
 /// The error of a leaf with triangle T over the piece S of the surface is QuadBounder's: the largest of the distance
 /// from a point of S to T, and the distance from a point of S on a side of the leaf to that edge of T. It bounds the
 /// distance in both directions. Regular cells are polynomials of degree 4; irregular ones are quartered towards the
-/// extraordinary point until the hull of their control points decides.
+/// extraordinary point: stars are bounded by norms, other cells by the hull of their control points.
 class LoopBounder : private detail::PatchBounder<> {
   public:
     explicit LoopBounder(const LoopPatches& patches);
@@ -53,6 +53,9 @@ class LoopBounder : private detail::PatchBounder<> {
     /// The cell that a triangle lies in, as far down as it is irregular. @param at  its corners in the root, then in it
     const detail::LoopNode& locate(HalfedgeId root, Corners& at) const;
     void bound_cell(const detail::LoopNode& cell, const Piece& piece, int depth);
+    /// Bound on the error of a piece of an irregular cell: a star's by norms, any other's by its hull.
+    /// @param may_split  as hull_error() has it
+    double irregular_error(const detail::LoopNode& cell, const Piece& piece, bool may_split) const;
     /// corner_error() where the surface's corners, and the function linear between them, are the cell's.
     double corner_error_in(const detail::LoopNode& cell, const Piece& piece) const;
 

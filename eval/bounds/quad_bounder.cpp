@@ -3,6 +3,7 @@
 #include "../surface/local_frame.hpp"
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
+#include "star_norms.hpp"
 
 #include <algorithm>
 
@@ -97,10 +98,7 @@ void QuadBounder::bound(const Piece& piece, int depth) {
         const Vec3d corner = face_.local(position(cell, piece.at[k]));
         if (!attain(std::max(node_error(corner, piece.edge[k]), node_error(corner, piece.edge[(k + 2) % 3])))) return;
     }
-    const auto error = [&](bool may_split) {
-        return node.kind == QuadNode::Kind::star ? hull_error(node.star->points, piece.edge, may_split)
-                                                 : hull_error(node.rings->points(), piece.edge, may_split);
-    };
+    const auto error = [&](bool may_split) { return irregular_error(node, piece, may_split); };
     if (!needs_split(depth, error)) return;
     const detail::LabelledPolygon<Vec2d> whole(piece.at, piece.edge);
     for (const int x : {0, 1})
@@ -113,6 +111,24 @@ void QuadBounder::bound(const Piece& piece, int depth) {
                            2 * piece.y + static_cast<std::uint64_t>(y), at, edge},
                           depth - 1);
                 });
+}
+
+double QuadBounder::irregular_error(const QuadNode& node, const Piece& piece, bool may_split) const {
+    if (node.kind != QuadNode::Kind::star) return hull_error(node.rings->points(), piece.edge, may_split);
+    const detail::StarNorms* norms = detail::StarNorms::catmull_clark(node.star->valence, node.star->far_valence);
+    if (!norms) return hull_error(node.star->points, piece.edge, may_split);
+    // The surface against the bilinear function of its corners, and that against the one linear between its values at
+    // the piece's corners: x y is off that by a quarter of |dx dy| along a side at most.
+    const Vec3d c0 = node.corner(0), c1 = node.corner(1), c2 = node.corner(2), c3 = node.corner(3);
+    std::array<Vec3d, 3> corners;
+    double bend = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2d &p = piece.at[k], side = piece.at[(k + 1) % 3] - p;
+        corners[k] = face_.local((1 - p.y) * ((1 - p.x) * c0 + p.x * c1) + p.y * ((1 - p.x) * c3 + p.x * c2));
+        bend = std::max(bend, 0.25 * std::abs(side.x * side.y));
+    }
+    return norms->deviation(node.star->points) + bend * glm::length(c0 - c1 + c2 - c3) +
+           corner_error(corners, piece.edge);
 }
 
 const detail::SexticWeights& QuadBounder::weights_over(const std::array<Vec2d, 3>& at) {

@@ -70,6 +70,10 @@ class QuadBounder : private detail::PatchBounder<> {
     void bound_part(const detail::Net16& net, const std::array<Vec2d, 3>& at, const Edges& edge);
     const detail::SexticWeights& weights_over(const std::array<Vec2d, 3>& at);
 
+    /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
+    /// @param may_split  as hull_error() has it
+    double irregular_error(const detail::QuadNode& node, const Piece& piece, bool may_split) const;
+
     const QuadPatches& patches_;
     detail::QuadCellPath walk_;
     std::vector<std::pair<std::array<Vec2d, 3>, detail::SexticWeights>> weights_{};  ///< by triangles they are for
