@@ -26,9 +26,10 @@ void for_each_batch(const Patches* patches, std::uint32_t count, std::uint32_t g
         for_each_index(
             size, [&](std::uint32_t i) { body(begin + i); }, grain);
         begin += size;
-        const bool large = 4 * (patches->forgettable_bytes() - before) > patches->bytes_to_keep();
+        const std::uint64_t now = patches->forgettable_bytes();  // less than before where the body forgets trees
+        const bool large = now > before && 4 * (now - before) > patches->bytes_to_keep();
         batch = large ? std::max(batch / 2, k_least * grain) : batch <= most / 2 ? 2 * batch : most;
-        if (patches->forgettable_bytes() > patches->bytes_to_keep()) patches->forget_trees();
+        if (now > patches->bytes_to_keep()) patches->forget_trees();
     }
     context.report(stage, to);
 }

@@ -81,7 +81,8 @@ struct Tessellation {
     std::vector<std::uint32_t> triangle_face;  ///< T: the control face each triangle comes from
     std::vector<float> triangle_error;         ///< T: of each triangle, measured or else estimated, unit of the model
     double tolerance_absolute = std::numeric_limits<double>::infinity();
-    /// No estimate is above the tolerance, and neither is what was measured and what the certified estimator certifies.
+    /// No estimate is above the tolerance, and neither is what was measured and what the certified estimator certifies
+    /// (by that one, measured distances from the mesh to the surface do not count: they may be too large).
     /// With the measured estimator and without TessellateOptions::measure the samples that refinement took say so.
     bool tolerance_reached = true;
     /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement,

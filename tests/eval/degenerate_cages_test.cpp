@@ -111,6 +111,22 @@ ControlMesh repaired_fins() {
 
 }  // namespace
 
+TEST_CASE("a proven tolerance is reached, though the way back from the mesh is measured too long") {
+    // An open box with creases of several sharpnesses and a hole: Newton's method ends beside its boundary.
+    const ControlMesh mesh = ControlMesh::build(
+        parse_obj("v -0.26 -0.15 -0.22\nv -0.27 0.18 1.05\nv -0.06 0.74 0.18\nv -0.19 0.78 0.93\n"
+                  "v 0.79 -0.06 -0.02\nv 1.29 -0.05 1.08\nv 0.79 0.87 -0.08\nv 1.28 0.82 0.82\n"
+                  "f 2 4 3\nf 2 3 1\nf 7 8 6\nf 7 6 5\nf 5 6 2\nf 5 2 1\nf 3 4 8\nf 3 8 7\nf 6 8 4\nf 6 4 2\n"
+                  "t crease 2/1/0 0 4 10\nt crease 2/1/0 1 2 0.5\nt crease 2/1/0 2 7 2.5\nt crease 2/1/0 3 5 2.5\n"
+                  "t crease 2/1/0 6 7 10\nt hole 1/0/0 7\n",
+                  "box.obj"));
+    const Tessellation result = tessellate(
+        mesh, {.scheme = SchemeKind::loop, .estimator = EstimatorKind::certified, .tolerance = 1e-3, .measure = true});
+    CHECK(result.certified_error.value() <= result.tolerance_absolute);
+    CHECK(result.measured_error.value().forward <= result.certified_error.value());
+    CHECK(result.tolerance_reached);
+}
+
 TEST_CASE("flat sheets are certified as quickly as others, though hardly a point of them is off") {
     const ControlMesh mesh = flat_sheet();
     for (const double tolerance : {5e-2, 1e-3})
