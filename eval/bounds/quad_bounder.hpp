@@ -25,7 +25,8 @@ namespace tetrakis {
 ///
 /// Both distances are convex functions of the point. On a regular cell the surface over a triangle is a polynomial of
 /// degree 6, so the largest over its control points bounds them; it is bisected until that decides. Irregular cells are
-/// quartered towards the extraordinary point, and the last one lies in the hull of its control points.
+/// quartered towards the extraordinary point: stars are bounded by norms, other cells by the hull of their control
+/// points.
 class QuadBounder : private detail::PatchBounder<> {
   public:
     explicit QuadBounder(const QuadPatches& patches);

@@ -32,7 +32,7 @@ struct SamplingOptions {
     std::uint32_t climbs = 32;
     bool per_triangle = false;  ///< also give the largest distance of each triangle, of both meshes
     /// A sample counts for the triangle of the other mesh that it is nearest to only within that one's longest side:
-    /// what is farther off lies beyond a boundary, and smaller triangles would not help.
+    /// samples farther off lie beyond a boundary, where smaller triangles would not help.
     bool within_size = false;
     /// For meshes whose vertices are points of a surface, and which are finer than what they are measured against. Mean
     /// and RMS weigh a vertex by a third of its triangles' area.

@@ -15,7 +15,8 @@
 
 namespace tetrakis::detail {
 
-/// A face as a cell of a level's lattice: a half-edge that leaves one of its corners, counted counter-clockwise.
+/// A face as a cell of a level's lattice: one of its corners, numbered counter-clockwise, and the half-edge that leaves
+/// it.
 struct CellFrame {
     int halfedge = RuleMesh::none;
     int corner = 0;

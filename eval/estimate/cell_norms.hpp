@@ -33,7 +33,7 @@ struct CellNorms {
     double remainder(std::span<const Vec3d> points) const;
 };
 
-/// A cell of a mesh as one of those that have the same around them.
+/// A cell of a mesh, with the norms that all cells with the same surroundings share.
 struct NormedCell {
     const CellNorms* norms = nullptr;  ///< nullptr: extraordinary points are near each other, or tags semi-sharp
     int first = RuleMesh::none;        ///< half-edge that leaves the cell's first corner
@@ -70,7 +70,8 @@ class CellNormTable {
     /// A cell of a mesh. On the first two levels norms are for regular cells alone: around the others nearly each has
     /// surroundings of its own, and a few cells two levels down cost far less than to find norms.
     /// @param mesh      of one level, with all that is within rings() + 1 rings of the cell
-    /// @param halfedge  leaves the first corner, if nothing speaks for another; always the same for a face
+    /// @param halfedge  of the cell, always the same one for a face. The first corner is its origin, unless the
+    ///                  surroundings decide on another
     /// @param parts     scratch memory
     NormedCell of_cell(const RuleMesh& mesh, int halfedge, int level, MeshPartFinder& parts) const;
 

@@ -96,9 +96,9 @@ PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int c
         low = glm::min(low, at);
         high = glm::max(high, at);
     }
-    // Errors are convex. Every point of the part is a mean of its corners, in a whole cell with the weights that its
-    // patch has; else the patch is off that mean by the covariance of x and y, a quarter of their ranges at most, times
-    // the twist.
+    // Errors are convex, and every point (x, y) of the part is a weighted mean of its corners. In a whole cell the
+    // bilinear patch is the mean of its corners with the same weights. In a smaller part it is off that mean by the
+    // twist times the covariance of the corners' x and y, which is at most a quarter of the product of their ranges.
     error.most = error.at_corners;
     if (cell_corners == 4 && !error.whole)
         error.most +=

@@ -69,7 +69,8 @@ CornerRing side_ring(const CornerRing& from, const CornerRing& to, const CornerR
                      const CornerRing& to_child);
 
 /// The ring of a control vertex; its cell is at a half-edge that leaves the vertex.
-/// @param face_points  of Catmull-Clark, by face: the ring has the far corners that make them those of quads
+/// @param face_points  of Catmull-Clark, by face. Each face counts as a quad with such a far corner that its centre is
+///                     this point
 CornerRing control_ring(const ControlMesh& mesh, SchemeKind scheme, HalfedgeId h,
                         std::span<const Vec3d> face_points = {});
 

@@ -83,9 +83,9 @@ struct PatchNode : PoolNew {
         for (int k = 0; k < k_corners; ++k)
             Shape::set_corner_point(patch, k, rings->corner[static_cast<std::size_t>(k)].limit().position);
     }
-    /// Bytes of what is its own beside the node, without its quarters.
+    /// Bytes of its star or rings; neither the node itself nor its quarters.
     std::uint64_t own_bytes() const { return (star ? star->memory_bytes() : 0) + (rings ? rings->memory_bytes() : 0); }
-    /// Bytes of what has grown below, too.
+    /// The same with all quarters that have grown below.
     std::uint64_t grown_bytes() const {
         std::uint64_t sum = own_bytes();
         if (const PatchQuarters<Shape>* below = quarters.load(std::memory_order_acquire)) {

@@ -91,7 +91,8 @@ void subdivide(const QuadStar& star, std::array<QuadStar, 4>& quarters);
 
 /// The points around a triangle whose corners are smooth and interior, of valences n0, n1, n2: its corners, and the
 /// n0 + n1 + n2 - 9 others in their rings, counter-clockwise from the one across the side from corner 2 to corner 0.
-/// With three valences of 6 that is Net12. Source: Stam 1998, whose cells have n1 = n2 = 6; such are all below a root.
+/// With three valences of 6 that is Net12. Source: Stam 1998, whose cells have n1 = n2 = 6, as all stars below a root
+/// have.
 struct LoopStar : PoolNew {
     std::array<int, 3> valence{};
     StarPoints points;

@@ -71,8 +71,8 @@ bool Sqrt3Forest::is_cut(std::uint32_t slot) const {
     return shared_.lattice.cut_side(t.level, t.face) != Sqrt3Lattice::none;
 }
 
-// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it. Both faces of a cut edge have its points;
-// those of one of the two records stand for them.
+// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it. Both faces of a cut edge have records of
+// its points; the record of one of the two counts.
 std::uint32_t Sqrt3Forest::apex(std::uint32_t h) const {
     std::uint32_t record = child_[h / 3];
     bool second = false;

@@ -36,7 +36,7 @@ struct Sqrt3Face {
 /// is to split the triangle beyond its edge. What a split has changed is its group: its three triangles, and those that
 /// became whole beyond its edges. Where it cuts an edge, which it does from both sides, the group is that of both.
 ///
-/// What lies beyond an edge is found by the lattice's numbers, and from the root down. Storage: some 16 bytes a leaf.
+/// The face beyond an edge is found by the lattice's numbers, from the root down. Storage: some 16 bytes a leaf.
 /// Slots: face r is slot r, those over the edges of the k-th split triangle are F + 3 k + side. Const calls are safe
 /// from several threads.
 class Sqrt3Forest {
@@ -125,7 +125,8 @@ class Sqrt3Forest {
     static constexpr std::uint32_t k_whole = 0xFFFF'FFFFu, k_half = 0xFFFF'FFFEu, k_dead = 0xFFFF'FFFDu;
     static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu, k_half_now = 0xFFFF'FFFBu;  // since the call began
     static constexpr std::uint32_t k_no_slot = 0xFFFF'FFFFu;
-    // Half-edges of the face that a slot is, or is half of, are 3 slot + side; or one of these.
+    // Half-edges of the face that a slot is, or is half of, are 3 slot + side. Instead of a half-edge beyond an edge
+    // there may be one of these.
     static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;   // the edge is not flipped: boundary, creases, kept ones
     static constexpr std::uint32_t k_apart = 0xFFFF'FFFEu;  // the face beyond has no slot
     static constexpr std::uint32_t k_max_slots = (k_apart - 1) / 3;

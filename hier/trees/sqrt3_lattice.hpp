@@ -116,7 +116,7 @@ class Sqrt3Lattice {
         return hole != hole_beyond ? hole_beyond : f < beyond;
     }
     const ControlMesh& mesh() const { return *mesh_; }
-    /// Of the control mesh: kept though it may be smooth.
+    /// Whether an edge of the control mesh is never flipped, though it may be smooth.
     bool is_kept(EdgeId e) const { return kept_ && (*kept_)[e.value] != 0; }
 
     /// A face of a level. It lies in the root's triangle; at odd levels it may lie half beyond a side. O(level).

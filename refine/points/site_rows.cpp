@@ -56,7 +56,7 @@ class LevelVertices {
         }
         return slot - 1;
     }
-    /// Cost: that of what is in it; the table keeps its size.
+    /// O(elements); the table keeps its size.
     void clear() {
         for (const RootPlace& key : keys)
             for (std::size_t i = home(key); slots_[i] != 0; i = after(i)) slots_[i] = 0;

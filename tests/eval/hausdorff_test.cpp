@@ -267,7 +267,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a long thin triangle is sampled all along, and what is far beyond a triangle can be left out of its error") {
+TEST_CASE("a long thin triangle is sampled all along, and samples far beyond a triangle can be left out of its error") {
     // A square, and a strip beside it that the other mesh bends down near its end.
     TriangleMesh square;
     square.positions = {{0, -1, 0}, {1, -1, 0}, {1, 0, 0}, {0, 0, 0}};
