@@ -168,48 +168,44 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
 
 std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int halfedge, int rings,
                                                   MeshPartFinder& parts) {
-    std::vector<int> seeds;
-    for (const int v : mesh.corners(mesh.face(halfedge))) seeds.push_back(v);
-    const MeshPart part = parts.find(mesh, seeds, rings);
-    const RuleMesh& here = part.mesh;
-    for (int h = 0; h < here.halfedge_count(); ++h)
-        if (is_semi_sharp(here.sharpness(h)) || is_semi_sharp(here.vertex_sharpness(here.origin(h))))
-            return std::nullopt;
+    parts.look(mesh, mesh.corners(mesh.face(halfedge)), rings);
     CellSurroundings result;
-    std::vector<int> number(here.vertex_count(), -1), entry{part.halfedge(mesh, halfedge)};
-    std::vector<char> entered(here.face_count(), 0);
-    entered[here.face(entry[0])] = 1;
-    SurroundingsKey& key = result.key;
-    std::vector<double> angles;
+    SurroundingsKey &key = result.key, angles;
+    std::vector<int> number(parts.vertices().size(), -1), entry{halfedge}, sharp_corners;
+    std::vector<char> entered(parts.faces().size(), 0);
+    entered[parts.face_place(mesh.face(halfedge))] = 1;
+    int halfedges = 0;
     for (std::size_t i = 0; i < entry.size(); ++i) {
         int h = entry[i];
-        key.push_back(-here.face_size(here.face(h)));
+        key.push_back(-mesh.face_size(mesh.face(h)));
         do {
-            const int v = here.origin(h), t = here.twin(h);
-            if (number[v] < 0) {
-                number[v] = static_cast<int>(result.vertices.size());
-                result.vertices.push_back(part.vertex[v]);
+            const int v = mesh.origin(h), t = mesh.twin(h);
+            int& number_of_v = number[parts.vertex_place(v)];
+            if (number_of_v < 0) {
+                number_of_v = static_cast<int>(result.vertices.size());
+                result.vertices.push_back(v);
+                if (is_semi_sharp(mesh.vertex_sharpness(v))) return std::nullopt;
+                if (is_sharp(mesh.vertex_sharpness(v))) sharp_corners.push_back(number_of_v);
             }
-            // Inner edges alone: a part's own end is sharp, too.
-            const bool sharp = t != RuleMesh::none && is_sharp(here.sharpness(h));
-            key.push_back(2 * number[v] + (sharp ? 1 : 0));
-            if (here.has_corner_angles()) angles.push_back(here.corner_angle(h));
-            if (t != RuleMesh::none && !std::exchange(entered[here.face(t)], 1)) entry.push_back(t);
-            h = here.next(h);
+            // Inner edges alone: where the part ends nothing is known of them.
+            const bool inner = t != RuleMesh::none && parts.has_face(mesh.face(t));
+            if (inner && is_semi_sharp(mesh.sharpness(h))) return std::nullopt;
+            key.push_back(2 * number_of_v + (inner && is_sharp(mesh.sharpness(h)) ? 1 : 0));
+            if (mesh.has_corner_angles() && mesh.corner_angle(h) != 0) {
+                const auto halves = std::bit_cast<std::array<int, 2>>(mesh.corner_angle(h));
+                angles.insert(angles.end(), {halfedges, halves[0], halves[1]});
+            }
+            ++halfedges;
+            if (inner && !std::exchange(entered[parts.face_place(mesh.face(t))], 1)) entry.push_back(t);
+            h = mesh.next(h);
         } while (h != entry[i]);
     }
-    if (entry.size() != static_cast<std::size_t>(here.face_count())) return std::nullopt;  // in pieces
+    if (entry.size() != parts.faces().size()) return std::nullopt;  // in pieces
     key.push_back(k_corners);
-    for (std::size_t v = 0; v < number.size(); ++v)
-        if (is_sharp(here.vertex_sharpness(static_cast<int>(v)))) key.push_back(number[v]);
-    std::sort(std::find(key.begin(), key.end(), k_corners) + 1, key.end());
-    if (!here.has_corner_angles()) return result;
+    key.insert(key.end(), sharp_corners.begin(), sharp_corners.end());
+    if (angles.empty()) return result;
     key.push_back(k_angles);
-    for (std::size_t i = 0; i < angles.size(); ++i) {
-        if (angles[i] == 0) continue;
-        const auto halves = std::bit_cast<std::array<int, 2>>(angles[i]);
-        key.insert(key.end(), {static_cast<int>(i), halves[0], halves[1]});
-    }
+    key.insert(key.end(), angles.begin(), angles.end());
     return result;
 }
 

@@ -379,8 +379,9 @@ std::optional<CellNormTable::Total> CellNormTable::total(const FanShape& shape) 
 
 NormedCell CellNormTable::of_cell(const RuleMesh& mesh, int halfedge, int level, MeshPartFinder& parts) const {
     const std::span<const int> corners = mesh.corners(mesh.face(halfedge));
-    const auto irregular = std::ranges::count_if(parts.find(mesh, corners, rings_ - 1).vertex,
-                                                 [&](int v) { return !is_regular_vertex(mesh, v, corners_); });
+    parts.look(mesh, corners, rings_ - 1);
+    const auto irregular =
+        std::ranges::count_if(parts.vertices(), [&](int v) { return !is_regular_vertex(mesh, v, corners_); });
     if (level < 0 || irregular > (level < k_irregular_from ? 0 : 1)) return {};
     // Beside corners of some angles there are weights only as seen from the corner itself.
     for (int k = 0; k < corners_; ++k, halfedge = mesh.next(halfedge)) {

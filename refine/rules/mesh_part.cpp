@@ -28,49 +28,48 @@ int MeshPart::halfedge(const RuleMesh& whole, int h) const {
     return mesh.face_begin(static_cast<int>(at - face.begin())) + (h - whole.face_begin(f));
 }
 
-MeshPart MeshPartFinder::find(const RuleMesh& mesh, std::span<const int> seeds, int rings) {
+void MeshPartFinder::look(const RuleMesh& mesh, std::span<const int> seeds, int rings) {
     const std::size_t vertices = static_cast<std::size_t>(mesh.vertex_count()),
                       faces = static_cast<std::size_t>(mesh.face_count());
     if (vertex_seen_.size() < vertices) {
         vertex_seen_.resize(vertices, 0);
-        number_.resize(vertices);
+        vertex_place_.resize(vertices);
     }
     if (face_kept_.size() < faces) {
         face_kept_.resize(faces, 0);
-        face_begin_.resize(faces);
+        face_place_.resize(faces);
     }
     if (++stamp_ == 0) {
         std::fill(vertex_seen_.begin(), vertex_seen_.end(), 0u);
         std::fill(face_kept_.begin(), face_kept_.end(), 0u);
         stamp_ = 1;
     }
-    MeshPart part;
-    std::vector<int> front, next;
+    faces_.clear();
+    vertices_.clear();
     const auto see = [&](int v) {
-        if (vertex_seen_[v] == stamp_) return;
-        vertex_seen_[v] = stamp_;
-        part.vertex.push_back(v);
-        next.push_back(v);
+        if (std::exchange(vertex_seen_[v], stamp_) == stamp_) return;
+        vertex_place_[v] = static_cast<int>(vertices_.size());
+        vertices_.push_back(v);
     };
     const auto keep = [&](int f) {
-        if (face_kept_[f] == stamp_) return;
-        face_kept_[f] = stamp_;
-        part.face.push_back(f);
+        if (std::exchange(face_kept_[f], stamp_) == stamp_) return;
+        face_place_[f] = static_cast<int>(faces_.size());
+        faces_.push_back(f);
         for (const int v : mesh.corners(f)) see(v);
     };
-    for (const int v : seeds) see(v);
-    for (int ring = 0; ring < rings; ++ring) {
-        front = std::exchange(next, {});
-        for (const int v : front) for_each_leaving(mesh, v, [&](int h) { keep(mesh.face(h)); });
-    }
+    const auto keep_around = [&](int v) { for_each_leaving(mesh, v, [&](int h) { keep(mesh.face(h)); }); };
+    for (const int v : seeds)
+        if (mesh.first(v) != RuleMesh::none) see(v);
+    std::size_t inside = 0;  // vertices that have all their faces
+    for (int ring = 0; ring < rings; ++ring)
+        for (const std::size_t end = vertices_.size(); inside < end; ++inside) keep_around(vertices_[inside]);
     for (bool again = true; again;) {
         again = false;
-        for (std::size_t i = 0; i < part.vertex.size(); ++i) {
-            const int v = part.vertex[i];
+        for (std::size_t i = inside; i < vertices_.size(); ++i) {
             int fans = 0;
             bool before = false, first = false, any = false;
-            const bool closed = for_each_leaving(mesh, v, [&](int h) {
-                const bool here = face_kept_[mesh.face(h)] == stamp_;
+            const bool closed = for_each_leaving(mesh, vertices_[i], [&](int h) {
+                const bool here = has_face(mesh.face(h));
                 if (!any) first = here;
                 fans += here && !before ? 1 : 0;
                 before = here;
@@ -78,19 +77,26 @@ MeshPart MeshPartFinder::find(const RuleMesh& mesh, std::span<const int> seeds, 
             });
             if (closed && first && before && fans > 1) --fans;
             if (fans < 2) continue;
-            for_each_leaving(mesh, v, [&](int h) { keep(mesh.face(h)); });
+            keep_around(vertices_[i]);
             again = true;
         }
     }
+}
+
+MeshPart MeshPartFinder::find(const RuleMesh& mesh, std::span<const int> seeds, int rings) {
+    look(mesh, seeds, rings);
+    MeshPart part;
+    part.face = faces_;
+    part.vertex = vertices_;
     std::sort(part.face.begin(), part.face.end());
     std::sort(part.vertex.begin(), part.vertex.end());
-    // Seeds without faces have no place in the part.
-    std::erase_if(part.vertex, [&](int v) { return mesh.first(v) == RuleMesh::none; });
-    for (std::size_t i = 0; i < part.vertex.size(); ++i) number_[part.vertex[i]] = static_cast<int>(i);
+    for (std::size_t i = 0; i < part.vertex.size(); ++i) vertex_place_[part.vertex[i]] = static_cast<int>(i);
+    std::vector<int> face_begin;
     int corners = 0;
-    for (const int f : part.face) {
-        face_begin_[f] = corners;
-        corners += mesh.face_size(f);
+    for (std::size_t i = 0; i < part.face.size(); ++i) {
+        face_place_[part.face[i]] = static_cast<int>(i);
+        face_begin.push_back(corners);
+        corners += mesh.face_size(part.face[i]);
     }
     RuleMesh::Builder builder;
     builder.reserve(part.face.size(), static_cast<std::size_t>(corners));
@@ -100,11 +106,11 @@ MeshPart MeshPartFinder::find(const RuleMesh& mesh, std::span<const int> seeds, 
     for (const int f : part.face) {
         const int begin = mesh.face_begin(f);
         for (int h = begin; h < begin + mesh.face_size(f); ++h) {
-            builder.corner(number_[mesh.origin(h)], mesh.sharpness(h));
+            builder.corner(vertex_place_[mesh.origin(h)], mesh.sharpness(h));
             if (mesh.has_corner_angles()) angles.push_back(mesh.corner_angle(h));
             const int t = mesh.twin(h), beyond = t == RuleMesh::none ? 0 : mesh.face(t);
-            const bool inside = t != RuleMesh::none && face_kept_[beyond] == stamp_;
-            twins.push_back(inside ? face_begin_[beyond] + (t - mesh.face_begin(beyond)) : RuleMesh::none);
+            const bool inside = t != RuleMesh::none && has_face(beyond);
+            twins.push_back(inside ? face_begin[face_place_[beyond]] + (t - mesh.face_begin(beyond)) : RuleMesh::none);
         }
         builder.end_face();
     }

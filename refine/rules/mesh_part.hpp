@@ -21,13 +21,24 @@ struct MeshPart {
 /// Cuts parts out of meshes; keeps its scratch memory.
 class MeshPartFinder {
   public:
-    /// The faces within so many rings (faces that share a vertex) of the seed vertices; more where they would touch in
-    /// a vertex alone. Cost: that of the part (once per mesh size that of the mesh).
+    /// Looks for the faces within so many rings (faces that share a vertex) of the seed vertices; more where they would
+    /// touch in a vertex alone. Cost: that of the part (once per mesh size that of the mesh).
+    void look(const RuleMesh& mesh, std::span<const int> seeds, int rings);
+    /// What the last look found, the nearest first: faces, and their vertices.
+    const std::vector<int>& faces() const { return faces_; }
+    const std::vector<int>& vertices() const { return vertices_; }
+    bool has_face(int face) const { return face_kept_[face] == stamp_; }
+    /// Where in these one of them is.
+    int face_place(int face) const { return face_place_[face]; }
+    int vertex_place(int vertex) const { return vertex_place_[vertex]; }
+
+    /// Looks, and makes a part of what is found.
     MeshPart find(const RuleMesh& mesh, std::span<const int> seeds, int rings);
 
   private:
+    std::vector<int> faces_, vertices_;
     std::vector<unsigned> vertex_seen_, face_kept_;  // stamps
-    std::vector<int> number_, face_begin_;           // in the part
+    std::vector<int> vertex_place_, face_place_;     // or those in a part
     unsigned stamp_ = 0;
 };
 
