@@ -53,11 +53,12 @@ std::string first_of(const std::vector<std::string>& sentences) {
 
 }  // namespace
 
-ControlMeshData parse_obj(std::string_view text, std::string source, const ReadOptions& options) {
+ControlMeshData parse_obj(std::string_view text, std::string source, const ReadOptions& options,
+                          const RunContext& context) {
     if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
         throw Error(ErrorCode::invalid_input, "the file is empty; give an OBJ file with vertices and faces",
                     std::move(source));
-    ControlMeshData data = detail::read_obj_text(text, std::move(source), detail::ObjUse::control_mesh);
+    ControlMeshData data = detail::read_obj_text(text, std::move(source), detail::ObjUse::control_mesh, context);
     complete_layers(data);
     if (options.weld)
         for (const std::string& report : weld(data, *options.weld)) data.warnings.push_back("welded: " + report);
@@ -71,14 +72,14 @@ ControlMeshData parse_obj(std::string_view text, std::string source, const ReadO
     return data;
 }
 
-ControlMeshData read_obj(const std::filesystem::path& path, const ReadOptions& options) {
-    return parse_obj(detail::read_file(path), path.string(), options);
+ControlMeshData read_obj(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context) {
+    return parse_obj(detail::read_file(path, context), path.string(), options, context);
 }
 
 ControlMesh load_control_mesh(const std::filesystem::path& path, const ReadOptions& options,
                               const RunContext& context) {
     context.report("load", 0.0);
-    ControlMeshData data = read_obj(path, options);
+    ControlMeshData data = read_obj(path, options, context);
     context.report("load", 1.0);
     return ControlMesh::build(std::move(data), context);
 }

@@ -21,11 +21,15 @@ struct ReadOptions {
 /// and OpenSubdiv's tag lines (`t crease`, `t corner`, `t hole`, `t interpolateboundary`, ...; see obj_text.hpp).
 /// Numbers are correctly rounded positions; names come out as UTF-8. Without `repair` the data may have faults that
 /// ControlMesh::build reports with their lines.
-/// @throws Error  io (missing, a directory, unreadable), invalid_input (a malformed line: file, line and advice)
-ControlMeshData read_obj(const std::filesystem::path& path, const ReadOptions& options = {});
+/// @param context  progress ("load"), cancelling, and a memory limit, which a larger file exceeds
+/// @throws Error  io (missing, a directory, unreadable), invalid_input (a malformed line: file, line and advice),
+///                cancelled, memory_limit
+ControlMeshData read_obj(const std::filesystem::path& path, const ReadOptions& options = {},
+                         const RunContext& context = {});
 
 /// The same from memory. @param source  name for messages
-ControlMeshData parse_obj(std::string_view text, std::string source, const ReadOptions& options = {});
+ControlMeshData parse_obj(std::string_view text, std::string source, const ReadOptions& options = {},
+                          const RunContext& context = {});
 
 /// read_obj and ControlMesh::build in one call.
 ControlMesh load_control_mesh(const std::filesystem::path& path, const ReadOptions& options = {},

@@ -1,10 +1,12 @@
 #include "../../hier/obj/obj_reader.hpp"
 #include "../kit/input_helpers.hpp"
+#include "../kit/scratch_dir.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <numbers>
 
 using namespace tetrakis;
@@ -314,6 +316,26 @@ TEST_CASE("[bad-input] files that cannot be read say why") {
     CHECK(contains(missing.what(), "there is no such mesh.obj: there is no such file; check the path"));
     const Error nowhere = error_of([&] { load_control_mesh(""); });
     CHECK(nowhere.code() == ErrorCode::io);
+}
+
+TEST_CASE("reading ends where its progress is refused, and before a file larger than the memory limit") {
+    std::string text = k_square;
+    while (text.size() < (std::size_t{2} << 20)) text += "v 0 0 0\n";
+    int reports = 0;
+    RunContext context;
+    context.progress = [&](std::string_view stage, double done) {
+        CHECK(stage == "load");
+        CHECK(done <= 1);
+        return ++reports < 1;
+    };
+    CHECK(error_of([&] { parse_obj(text, "test.obj", {}, context); }).code() == ErrorCode::cancelled);
+    CHECK(reports == 1);
+    const ScratchDir folder;
+    const auto path = folder / "large.obj";
+    std::ofstream(path) << text;
+    context = {};
+    context.max_memory_bytes = 1 << 20;
+    CHECK(error_of([&] { read_obj(path, {}, context); }).code() == ErrorCode::memory_limit);
 }
 
 TEST_CASE("what is left out or filled in is a warning") {

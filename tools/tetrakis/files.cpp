@@ -46,7 +46,7 @@ LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& opt
         LoadedModel model;
         const Stopwatch load;
         context.report("load", 0);
-        ControlMeshData data = read_obj(path, options);
+        ControlMeshData data = read_obj(path, options, context);
         model.load_seconds = load.seconds();
         const Stopwatch build;
         context.report("build", 0);
