@@ -44,16 +44,16 @@ def half_steps(make):
                 "doo-sabin": ("tetrakis mesh: blocks' centres rest", "midpoints of edges", "corner points: one whole step", "midpoints of edges", "corner points: two whole steps")}
     for scheme, texts in captions.items():
         for steps, text in enumerate(texts):
-            data = json.loads(run(make.tool, "factored", control, scheme, steps))
             p = window(models.face_fan(5, 1)[0], (300, 300))
-            for f in data["faces"]:
-                p.line([data["points"][v] for v in f], (170, 178, 190), 1.1, closed=True)
-            for f in data["own"]["faces"]:
-                p.line([data["own"]["points"][v] for v in f], BLUE, 1.7, closed=True)
-            used = {v for f in data["faces"] for v in f}
-            for v, active in enumerate(data["active"]):
-                if active and (v in used or not used):
-                    p.dot(data["points"][v], ORANGE, 3 - 0.4 * steps)
+            points, faces, inactive = make.factored(control, scheme, steps)
+            for f in faces:
+                p.line([points[v] for v in f], (170, 178, 190), 1.1, closed=True)
+            own_points, own_faces, _ = make.factored(control, scheme, steps, "--active")
+            for f in own_faces:
+                p.line([own_points[v] for v in f], BLUE, 1.7, closed=True)
+            for v, point in enumerate(points):
+                if v not in inactive:
+                    p.dot(point, ORANGE, 3 - 0.4 * steps)
             own = "" if steps % 2 == 0 or scheme == "4-8" else "blue: still the last whole step"
             s.add(p.picture(), f"{scheme}, {steps} half-step{'' if steps == 1 else 's'}\n{text}\n{own}")
     make.save(s, "half_steps")
@@ -83,10 +83,7 @@ def factored_models(make):
 
 def near_half_steps(make, path, scheme, steps, spot, radius):
     """The mesh of `refine --factored --near`, and its inactive vertices."""
-    out, report = make.work / "_near.obj", make.work / "_near.json"
-    run(make.build / "tetrakis", "refine", path, "--factored", "--scheme", scheme, "--steps", steps,
-        "--near", ",".join(f"{x:.17g}" for x in spot), "--radius", radius, "-o", out, "--report", report)
-    return *models.read_obj(out), set(json.loads(report.read_text())["inactive_vertices"])
+    return make.factored(path, scheme, steps, "--near", ",".join(f"{x:.17g}" for x in spot), "--radius", radius)
 
 
 @sheet

@@ -45,11 +45,17 @@ class Maker:
     def refine(self, path, scheme, levels, option=None, keep=True):
         """A control mesh refined: points, faces; the GLB stays in meshes/ under the names of both."""
         name = f"{pathlib.Path(path).stem}_{scheme}" + (f"_{option}" if option is not None else "") + f"_{levels}"
-        more = [] if option is None else [option]
-        run(self.tool, "refine", path, scheme, levels, self.work / f"{name}.obj", *more)
-        if keep:
-            run(self.tool, "refine", path, scheme, levels, self.meshes / f"{name}.glb", *more)
-        return models.read_obj(self.work / f"{name}.obj")
+        plain = self.work / f"{name}.obj"
+        more = [] if option is None else ["--steps" if scheme == "averaging" else "--tuning", option]
+        for out in (plain, self.meshes / f"{name}.glb") if keep else (plain,):
+            run(self.build / "tetrakis", "refine", path, "--scheme", scheme, "--levels", levels, *more, "-o", out)
+        return models.read_obj(plain)
+
+    def factored(self, path, scheme, steps, *more):
+        """Half-steps of a factored scheme: points, faces, and the numbers of inactive vertices."""
+        out, report = self.work / "_factored.obj", self.work / "_factored.json"
+        run(self.build / "tetrakis", "refine", path, "--factored", "--scheme", scheme, "--steps", steps, *more, "-o", out, "--report", report)
+        return *models.read_obj(out), set(json.loads(report.read_text())["inactive_vertices"])
 
     def picture(self, points, faces, size=(340, 300), camera="32,20", up="y", flags=()):
         # The camera is fitted to all points: only to those that are shown.

@@ -117,9 +117,11 @@ def refinement_rules(make):
             fine_points = plane_points(fine_points)
         elif scheme in simple:
             # On quads the first half-step of 4-8 makes the tetrakis tiling itself.
-            data = json.loads(run(make.tool, *(("factored", control, "4-8", 2) if name.endswith("dual") else
-                                               ("adaptive", control, "sqrt3", "1:1", "0,0,0", 0, "-"))))
-            fine_points, fine = data["points"], data["faces"]
+            if name.endswith("dual"):
+                fine_points, fine, _ = make.factored(control, "4-8", 2)
+            else:
+                data = json.loads(run(make.tool, "adaptive", control, "sqrt3", "1:1", "0,0,0", 0, "-"))
+                fine_points, fine = data["points"], data["faces"]
         else:
             fine_points, fine = make.refine(control, scheme, 1, keep=False)
         if name.endswith("dual"):
