@@ -2,6 +2,7 @@
 
 #include "../../hier/forest/bisection_path.hpp"
 #include "../../hier/forest/corner_cell.hpp"
+#include "ray_cast.hpp"
 
 #include <algorithm>
 #include <array>
@@ -15,17 +16,15 @@ namespace {
 /// Looks for a ray's first hit among the finest triangles below others.
 class RaySearch {
   public:
-    RaySearch(const Surface& surface, const Vec3d& origin, const Vec3d& direction, double farthest, int depth)
-        : surface_(surface), origin_(origin), direction_(direction), first_(farthest), depth_(depth), known_(depth) {}
+    RaySearch(const Surface& surface, const detail::RayCast& ray, int depth)
+        : surface_(surface), ray_(ray), depth_(depth), known_(depth) {}
 
     void search() {
         const ControlMesh& roots = surface_.roots();
         for (std::uint32_t h = 0; h < roots.halfedge_count(); ++h)
             if (!roots.is_hole(roots.face(HalfedgeId(h)))) search(HalfedgeId(h), BisectionShape::root(), 0);
     }
-    std::optional<SurfaceHit> result() const {
-        return found_ ? std::optional(SurfaceHit{first_, unit_or_zero(across_)}) : std::nullopt;
-    }
+    std::optional<SurfaceHit> result() const { return ray_.hit(); }
     /// To which depth all triangles on the ray's way are known.
     int known_depth() const { return known_; }
 
@@ -44,46 +43,17 @@ class RaySearch {
             for (std::size_t k = 0; k < 3; ++k) sites[k] = corner_site(roots, triangle, k);
             std::array<Place, 3> places;
             surface_.places(sites, places);
-            meet(places[0].position, places[1].position, places[2].position);
+            ray_.meet(places[0].position, places[1].position, places[2].position);
             return;
         }
-        if (!enters(bounds[0])) return;
+        if (!ray_.enters(bounds[0].center, bounds[0].half_sides)) return;
         for (const int bit : {0, 1})
             search(depth == 0 && bit == 1 ? roots.next(cell) : cell, shape.child(depth, bit), depth + 1);
     }
-    bool enters(const DiamondBounds& bounds) const {
-        double begin = 0, end = first_;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double off = bounds.center[axis] - origin_[axis], half = bounds.half_sides[axis];
-            if (direction_[axis] == 0) {
-                if (std::abs(off) > half) return false;
-                continue;
-            }
-            const double a = (off - half) / direction_[axis], b = (off + half) / direction_[axis];
-            begin = std::max(begin, std::min(a, b));
-            end = std::min(end, std::max(a, b));
-        }
-        return begin <= end;
-    }
-    void meet(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-        // Which side of each edge the ray passes on; on an edge both triangles are met.
-        const Vec3d pa = a - origin_, pb = b - origin_, pc = c - origin_;
-        const double u = glm::dot(direction_, glm::cross(pb, pc)), v = glm::dot(direction_, glm::cross(pc, pa)),
-                     w = glm::dot(direction_, glm::cross(pa, pb)), sum = u + v + w;
-        if (sum == 0 || std::min({u, v, w}) * std::max({u, v, w}) < 0) return;
-        const double t = glm::dot(u * pa + v * pb + w * pc, direction_) / (sum * glm::dot(direction_, direction_));
-        if (!(t >= 0 && t <= first_)) return;
-        first_ = t;
-        across_ = glm::cross(b - a, c - a);
-        found_ = true;
-    }
 
     const Surface& surface_;
-    Vec3d origin_, direction_;
-    double first_;
-    Vec3d across_{};  // the nearest triangle
+    detail::RayCast ray_;
     int depth_, known_;
-    bool found_ = false;
 };
 
 }  // namespace
@@ -99,11 +69,12 @@ std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& directi
     // Corners are the middles of larger triangles.
     const SurfaceUse use(*this);
     if (!is_ray(origin, direction, farthest)) return {};
-    RaySearch finest(*this, origin, direction, farthest, max_depth());
+    const detail::RayCast ray(origin, direction, farthest);
+    RaySearch finest(*this, ray, max_depth());
     finest.search();
     if (finest.result() || finest.known_depth() == max_depth()) return finest.result();
     // It may have passed between triangles that are known and coarser ones beside them; those of one depth are closed.
-    RaySearch closed(*this, origin, direction, farthest, finest.known_depth());
+    RaySearch closed(*this, ray, finest.known_depth());
     closed.search();
     return closed.result();
 }

@@ -61,34 +61,25 @@ ControlMesh TerrainLattice::make_roots(const std::function<Vec3d(LatticePlace)>&
     const std::uint32_t side = 1u << log_side;
     const auto across = static_cast<std::uint32_t>(xs.size() - 1) / side,
                down = static_cast<std::uint32_t>(ys.size() - 1) / side;
+    const auto corner = [&](std::uint32_t c, std::uint32_t r) {
+        return LatticePlace{static_cast<std::int32_t>(c * side), static_cast<std::int32_t>(r * side)};
+    };
     ControlMeshData data;
-    std::vector<LatticePlace> corners;
     for (std::uint32_t r = 0; r <= down; ++r)
-        for (std::uint32_t c = 0; c <= across; ++c) {
-            corners.push_back({static_cast<std::int32_t>(c * side), static_cast<std::int32_t>(r * side)});
-            data.positions.push_back(position(corners.back()));
-        }
+        for (std::uint32_t c = 0; c <= across; ++c) data.positions.push_back(position(corner(c, r)));
     data.face_offsets = {0};
+    frames_.clear();
     for (std::uint32_t r = 0; r < down; ++r)
         for (std::uint32_t c = 0; c < across; ++c) {
             const std::uint32_t v = r * (across + 1) + c, below = v + across + 1;
             data.face_vertices.insert(data.face_vertices.end(), {v, below, below + 1, v + 1});
             data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+            frames_.insert(frames_.end(), {{corner(c, r), {0, 1, 1, 0}},
+                                           {corner(c, r + 1), {1, 0, 0, -1}},
+                                           {corner(c + 1, r + 1), {0, -1, -1, 0}},
+                                           {corner(c + 1, r), {-1, 0, 0, 1}}});
         }
-    ControlMesh roots = ControlMesh::build(std::move(data));
-    frames_.clear();
-    for (std::uint32_t i = 0; i < roots.halfedge_count(); ++i) {
-        const HalfedgeId h(i);
-        const LatticePlace at = corners[roots.origin(h).value];
-        const auto towards = [&](VertexId v) {
-            const LatticePlace to = corners[v.value];
-            const auto sign = [](std::int32_t d) { return static_cast<std::int8_t>(d > 0 ? 1 : d < 0 ? -1 : 0); };
-            return std::array{sign(to.x - at.x), sign(to.y - at.y)};
-        };
-        const auto x = towards(roots.target(h)), y = towards(roots.origin(roots.prev(h)));
-        frames_.push_back({at, {x[0], x[1], y[0], y[1]}});
-    }
-    return roots;
+    return ControlMesh::build(std::move(data));
 }
 
 std::optional<LatticePlace> TerrainLattice::square_at(const Vec2d& place) const {
@@ -103,17 +94,15 @@ std::optional<LatticePlace> TerrainLattice::square_at(const Vec2d& place) const 
     return LatticePlace{line(xs, x), line(ys, y)};
 }
 
-GroundPlane GroundSquare::plane(bool above) const {
-    const double slope_x = (above ? ne.z - nw.z : se.z - sw.z) / (se.x - nw.x);
-    const bool west_side = falls != above;  // whether the triangle's other leg is in the west
-    const double slope_y = (west_side ? nw.z - sw.z : ne.z - se.z) / (nw.y - se.y);
+lod::GroundPoint GroundSquare::ground(const Vec2d& place) const {
+    const double across = (place.x - nw.x) / (se.x - nw.x), down = (nw.y - place.y) / (nw.y - se.y);
+    const bool above = down < (falls ? across : 1 - across);  // in the triangle to the north of the diagonal
+    const bool west_side = falls != above;                    // whether the triangle's other leg is in the west
+    const double slope_x = (above ? ne.z - nw.z : se.z - sw.z) / (se.x - nw.x),
+                 slope_y = (west_side ? nw.z - sw.z : ne.z - se.z) / (nw.y - se.y);
     const Vec3d& right_angle = above ? west_side ? nw : ne : west_side ? sw : se;
-    return {{right_angle.x, right_angle.y}, {slope_x, slope_y}, right_angle.z};
-}
-
-bool GroundSquare::is_above(double x, double y) const {
-    const double across = (x - nw.x) / (se.x - nw.x), down = (nw.y - y) / (nw.y - se.y);
-    return falls ? down < across : down < 1 - across;
+    return {right_angle.z + slope_x * (place.x - right_angle.x) + slope_y * (place.y - right_angle.y),
+            glm::normalize(Vec3d(-slope_x, -slope_y, 1))};
 }
 
 Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row) {

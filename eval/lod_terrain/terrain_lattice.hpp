@@ -25,14 +25,6 @@ struct HeightRange {
     }
 };
 
-/// The plane over a triangle: height = at + slopes * (place - corner).
-struct GroundPlane {
-    Vec2d corner, slopes;
-    double at;
-    double height(double x, double y) const { return at + slopes.x * (x - corner.x) + slopes.y * (y - corner.y); }
-    Vec3d normal() const { return glm::normalize(Vec3d(-slopes.x, -slopes.y, 1)); }
-};
-
 /// The ground over a square of the lattice: two of the finest triangles. The diagonals run through the corners with two
 /// even numbers.
 struct GroundSquare {
@@ -49,14 +41,11 @@ struct GroundSquare {
           se(position(LatticePlace{p.x + 1, p.y + 1})),
           falls(((p.x ^ p.y) & 1) == 0) {}
 
-    lod::GroundPoint ground(const Vec2d& place) const {
-        const GroundPlane over = plane(is_above(place.x, place.y));
-        return {over.height(place.x, place.y), over.normal()};
+    lod::GroundPoint ground(const Vec2d& place) const;
+    /// Counter-clockwise from above.
+    std::array<std::array<Vec3d, 3>, 2> triangles() const {
+        return {{{nw, falls ? se : sw, ne}, {falls ? nw : ne, sw, se}}};
     }
-    /// @param above  the triangle to the north of the diagonal, else the one to the south
-    GroundPlane plane(bool above) const;
-    /// Whether a place is to the north of the diagonal.
-    bool is_above(double x, double y) const;
 };
 
 /// The lattice that all roots over a height grid have together: x to the east, y to the south, 2^log_side steps a root.
@@ -72,13 +61,45 @@ struct TerrainLattice {
 
     std::int32_t last_x() const { return static_cast<std::int32_t>(xs.size()) - 1; }
     std::int32_t last_y() const { return static_cast<std::int32_t>(ys.size()) - 1; }
+    bool has(LatticePlace p) const { return p.x >= 0 && p.y >= 0 && p.x <= last_x() && p.y <= last_y(); }
+    /// Places of lines in the grid.
+    std::int32_t column(std::int32_t x) const { return xs[static_cast<std::size_t>(x)]; }
+    std::int32_t row(std::int32_t y) const { return ys[static_cast<std::size_t>(y)]; }
     /// On the ground.
-    double east(std::int32_t x) const { return origin.x + spacing.x * in_samples(xs[static_cast<std::size_t>(x)]); }
-    double north(std::int32_t y) const { return origin.y - spacing.y * in_samples(ys[static_cast<std::size_t>(y)]); }
-    /// From (0, 0) at the first sample to (1, 1) at the last one.
-    Vec2d uv(LatticePlace p) const {
-        return {in_samples(xs[static_cast<std::size_t>(p.x)]) / in_samples(xs.back()),
-                in_samples(ys[static_cast<std::size_t>(p.y)]) / in_samples(ys.back())};
+    double east(std::int32_t x) const { return origin.x + spacing.x * in_samples(column(x)); }
+    double north(std::int32_t y) const { return origin.y - spacing.y * in_samples(row(y)); }
+    Vec3d position(LatticePlace p, double height) const { return {east(p.x), north(p.y), height}; }
+
+    /// A vertex of views. uv: from (0, 0) at the first sample to (1, 1) at the last one.
+    /// @param position  of points of the lattice
+    template <class Position>
+    lod::Place vertex(LatticePlace p, const Vec3d& normal, const Position& position) const {
+        lod::Place place{
+            .position = position(p),
+            .normal = normal,
+            .uv = {in_samples(column(p.x)) / in_samples(xs.back()), in_samples(row(p.y)) / in_samples(ys.back())}};
+        place.on_edge = place.position;
+        if (is_fixed(p)) return place;
+        // Where the edge passes it, on the ground.
+        const LatticeDiamond diamond(p);
+        const Vec3d a = position(diamond.ends[0]), along = position(diamond.ends[1]) - a, off = place.position - a;
+        place.on_edge = a + (off.x * along.x + off.y * along.y) / (along.x * along.x + along.y * along.y) * along;
+        return place;
+    }
+
+    /// What a diamond and all that it can become lie in, of the lattice.
+    struct Rectangle {
+        std::int32_t x0, x1, y0, y1;
+    };
+    Rectangle around(LatticePlace p) const {
+        const std::int32_t reach = LatticeDiamond::reach(p);
+        return {std::max(p.x - reach, 0), std::min(p.x + reach, last_x()), std::max(p.y - reach, 0),
+                std::min(p.y + reach, last_y())};
+    }
+    lod::DiamondBounds bounds(const Rectangle& within, const HeightRange& heights, double error) const {
+        const Vec3d first(east(within.x0), north(within.y1), heights.low),
+            last(east(within.x1), north(within.y0), heights.high);
+        return {(first + last) / 2.0, (last - first) / 2.0, error};
     }
 
     /// Makes the roots, and place() work. @param position  of the roots' corners
@@ -109,13 +130,5 @@ struct TerrainLattice {
 
 /// By the samples on both sides, where there are two.
 Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row);
-
-/// Where the edge from a to b passes a midpoint: its foot on that edge, on the ground.
-inline Vec3d foot_on_edge(const Vec3d& midpoint, const Vec3d& a, const Vec3d& b) {
-    const Vec3d along = b - a;
-    const double t =
-        ((midpoint.x - a.x) * along.x + (midpoint.y - a.y) * along.y) / (along.x * along.x + along.y * along.y);
-    return a + t * along;
-}
 
 }  // namespace tetrakis::detail

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../lod_surfaces/ray_cast.hpp"
 #include "../terrain/grid_triangle.hpp"
 
 #include <algorithm>
@@ -104,8 +105,7 @@ void TerrainSurface::set_errors(const RunContext& context) {
         int worst = 0;
         if (diamond.is_centre || diamond.step > 1)
             for (const auto& child : diamond.children())
-                if (child.x >= 0 && child.y >= 0 && child.x <= last_x && child.y <= last_y)
-                    worst = std::max(worst, int{code(child)});
+                if (lattice_.has(child)) worst = std::max(worst, int{code(child)});
         const bool all_at_samples = diamond.step > 1 && spans_samples(lattice_.xs, x, diamond.step) &&
                                     spans_samples(lattice_.ys, y, diamond.step);
         double error = diamond.step > 1 ? exact_error(diamond) : 0;
@@ -144,53 +144,36 @@ void TerrainSurface::set_errors(const RunContext& context) {
 }
 
 double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
-    const auto vertex = [&](LatticePlace p) {
-        return detail::sampled(grid_, lattice_.xs[static_cast<std::size_t>(p.x)],
-                               lattice_.ys[static_cast<std::size_t>(p.y)]);
-    };
+    const auto vertex = [&](LatticePlace p) { return detail::sampled(grid_, lattice_.column(p.x), lattice_.row(p.y)); };
     const GridVertex a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]);
     double error = 0;
-    for (const LatticePlace& apex : diamond.apexes) {
-        if (apex.x < 0 || apex.y < 0 || static_cast<std::size_t>(apex.x) >= lattice_.xs.size() ||
-            static_cast<std::size_t>(apex.y) >= lattice_.ys.size())
-            continue;
-        error =
-            std::max(error, GridTriangle(grid_, {a, b, vertex(apex)}).error(std::numeric_limits<double>::infinity()));
-    }
+    for (const LatticePlace& apex : diamond.apexes)
+        if (lattice_.has(apex))
+            error = std::max(error,
+                             GridTriangle(grid_, {a, b, vertex(apex)}).error(std::numeric_limits<double>::infinity()));
     return error;
 }
 
 double TerrainSurface::height(LatticePlace p) const {
-    return detail::sampled(grid_, lattice_.xs[static_cast<std::size_t>(p.x)],
-                           lattice_.ys[static_cast<std::size_t>(p.y)])
-        .z;
+    return double{detail::sampled(grid_, lattice_.column(p.x), lattice_.row(p.y)).z};
 }
-
-Vec3d TerrainSurface::position(LatticePlace p) const { return {lattice_.east(p.x), lattice_.north(p.y), height(p)}; }
 
 void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places) const {
     // The loop waits for memory.
     for (const Site& site : sites) {
         const LatticePlace p = lattice_.place(site);
-        const float* const at = grid_.heights.data() +
-                                std::size_t(lattice_.ys[std::size_t(p.y)] / k_grid_unit) * grid_.columns +
-                                std::size_t(lattice_.xs[std::size_t(p.x)] / k_grid_unit);
+        const float* const at = grid_.heights.data() + std::size_t(lattice_.row(p.y) / k_grid_unit) * grid_.columns +
+                                lattice_.column(p.x) / k_grid_unit;
         __builtin_prefetch(at);
         __builtin_prefetch(at + grid_.columns);
         __builtin_prefetch(at - grid_.columns);
     }
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const LatticePlace p = lattice_.place(sites[i]);
-        Place& place = places[i];
-        place.position = place.on_edge = position(p);
-        if (!lattice_.is_fixed(p)) {
-            const LatticeDiamond diamond(p);
-            place.on_edge = detail::foot_on_edge(place.position, position(diamond.ends[0]), position(diamond.ends[1]));
-        }
-        const auto column = static_cast<std::uint32_t>(lattice_.xs[static_cast<std::size_t>(p.x)] / k_grid_unit),
-                   row = static_cast<std::uint32_t>(lattice_.ys[static_cast<std::size_t>(p.y)] / k_grid_unit);
-        place.normal = detail::sample_normal(grid_, column, row);
-        place.uv = lattice_.uv(p);
+        const Vec3d normal =
+            detail::sample_normal(grid_, static_cast<std::uint32_t>(lattice_.column(p.x) / k_grid_unit),
+                                  static_cast<std::uint32_t>(lattice_.row(p.y) / k_grid_unit));
+        places[i] = lattice_.vertex(p, normal, [this](LatticePlace of) { return position(of); });
     }
 }
 
@@ -200,102 +183,51 @@ std::optional<GroundPoint> TerrainSurface::at(const Vec2d& place) const {
     return square(*corner).ground(place);
 }
 
-struct TerrainSurface::RaySearch {
-    Vec3d origin, direction;
-    double first;  ///< the nearest hit, or the farthest that counts
-    bool found = false;
-    Vec3d normal{};
-
-    struct Way {
-        double begin, end;
-    };
-    /// The part of the ray in a box; begin > end: none.
-    Way in(const Vec3d& low, const Vec3d& high) const {
-        Way way{0, first};
-        for (int axis = 0; axis < 3; ++axis) {
-            if (direction[axis] == 0) {
-                if (origin[axis] < low[axis] || origin[axis] > high[axis]) return {1, 0};
-                continue;
-            }
-            const double a = (low[axis] - origin[axis]) / direction[axis],
-                         b = (high[axis] - origin[axis]) / direction[axis];
-            way = {std::max(way.begin, std::min(a, b)), std::min(way.end, std::max(a, b))};
-        }
-        return way;
-    }
-};
-
-void TerrainSurface::search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const {
+void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int32_t side, HeightRange range) const {
     const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
     const auto [x, y] = corner;
     const int k = std::countr_zero(static_cast<std::uint32_t>(side)) - k_log_cell;
-    if (k >= 0) {
-        const HeightLevel& level = heights_[static_cast<std::size_t>(k)];
-        const HeightRange& range = level.row(y / side)[x / side];
-        low = double{range.low};
-        high = double{range.high};
-    }
+    if (k >= 0) range = heights_[static_cast<std::size_t>(k)].row(y / side)[x / side];
+    const DiamondBounds box = lattice_.bounds({x, std::min(x + side, last_x), y, std::min(y + side, last_y)}, range, 0);
     // Wider by what rounding may do.
-    const double room = 1e-9 * (std::abs(low) + std::abs(high) + grid_.spacing.x + grid_.spacing.y);
-    const auto way = ray.in({lattice_.east(x) - room, lattice_.north(std::min(y + side, last_y)) - room, low - room},
-                            {lattice_.east(std::min(x + side, last_x)) + room, lattice_.north(y) + room, high + room});
-    if (way.begin > way.end) return;
-    if (side > 1) {
-        const std::int32_t half = side / 2;
-        // The nearest part first.
-        const std::int32_t first_x = ray.direction.x < 0 ? half : 0, first_y = ray.direction.y > 0 ? half : 0;
-        for (const std::int32_t dy : {first_y, half - first_y})
-            for (const std::int32_t dx : {first_x, half - first_x})
-                if (x + dx < last_x && y + dy < last_y) search(ray, {x + dx, y + dy}, half, low, high);
+    const double room =
+        1e-9 * (std::abs(double{range.low}) + std::abs(double{range.high}) + grid_.spacing.x + grid_.spacing.y);
+    if (!ray.enters(box.center, box.half_sides + room)) return;
+    if (side == 1) {
+        for (const auto& [a, b, c] : square(corner).triangles()) ray.meet(a, b, c);
         return;
     }
-    const detail::GroundSquare ground = square(corner);
-    for (const bool north : {false, true}) {
-        const detail::GroundPlane over = ground.plane(north);
-        const auto above = [&](double t) {
-            const Vec3d p = ray.origin + t * ray.direction;
-            return p.z - over.height(p.x, p.y);
-        };
-        const double begin = above(way.begin), end = above(way.end);
-        if ((begin > 0 && end > 0) || (begin < 0 && end < 0)) continue;
-        const double t = begin == end ? way.begin : way.begin + (way.end - way.begin) * begin / (begin - end);
-        const Vec3d p = ray.origin + t * ray.direction;
-        // On the diagonal both planes are equal.
-        if (ground.is_above(p.x, p.y) != north && std::abs(p.z - ground.plane(!north).height(p.x, p.y)) > room)
-            continue;
-        if (t < ray.first || !ray.found) {
-            ray.first = std::min(ray.first, t);
-            ray.found = true;
-            ray.normal = over.normal();
-        }
-    }
+    const std::int32_t half = side / 2;
+    // The nearest part first.
+    const std::int32_t first_x = ray.direction().x < 0 ? half : 0, first_y = ray.direction().y > 0 ? half : 0;
+    for (const std::int32_t dy : {first_y, half - first_y})
+        for (const std::int32_t dx : {first_x, half - first_x})
+            if (x + dx < last_x && y + dy < last_y) search(ray, {x + dx, y + dy}, half, range);
 }
 
 std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     if (!is_ray(origin, direction, farthest)) return {};
-    RaySearch ray{origin, direction, farthest};
+    detail::RayCast ray(origin, direction, farthest);
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
-    search(ray, {0, 0}, 1 << top, 0, 0);
-    return ray.found ? std::optional(SurfaceHit{ray.first, ray.normal}) : std::nullopt;
+    search(ray, {0, 0}, 1 << top, {});
+    return ray.hit();
 }
 
 /// The cells in which a diamond and all that its splits make possible lie: as wide as that, so two at most along each
 /// axis.
 struct TerrainSurface::Around {
-    Around(const TerrainSurface& surface, LatticePlace p) {
-        const auto last_x = surface.lattice_.last_x(), last_y = surface.lattice_.last_y();
-        const std::int32_t reach = LatticeDiamond::reach(p);
-        x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, last_x);
-        y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, last_y);
-        const int wanted = std::bit_width(static_cast<std::uint32_t>(2 * reach - 1)) - k_log_cell;
+    Around(const TerrainSurface& surface, LatticePlace p) : within(surface.lattice_.around(p)) {
+        const auto [x0, x1, y0, y1] = within;
+        const int wanted = std::bit_width(static_cast<std::uint32_t>(2 * LatticeDiamond::reach(p) - 1)) - k_log_cell;
         const int k = std::clamp(wanted, 0, static_cast<int>(surface.heights_.size()) - 1), shift = k + k_log_cell;
         const HeightLevel& level = surface.heights_[static_cast<std::size_t>(k)];
         north = level.row(y0 >> shift) + (x0 >> shift);
         south = level.row(std::min(y1 >> shift, level.rows - 1)) + (x0 >> shift);
         east = std::min(x1 >> shift, level.columns - 1) - (x0 >> shift);
     }
-    std::int32_t x0, x1, y0, y1, east;
+    detail::TerrainLattice::Rectangle within;
     const HeightRange *north, *south;
+    std::int32_t east;
 };
 
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
@@ -312,13 +244,9 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
         const Around around(*this, p);
         const HeightRange a = around.north[0], b = around.north[around.east], c = around.south[0],
                           d = around.south[around.east];
-        const Vec3d first(lattice_.east(around.x0), lattice_.north(around.y1),
-                          double{std::min(std::min(a.low, b.low), std::min(c.low, d.low))}),
-            last(lattice_.east(around.x1), lattice_.north(around.y0),
-                 double{std::max(std::max(a.high, b.high), std::max(c.high, d.high))});
-        bounds[i].center = (first + last) / 2.0;
-        bounds[i].half_sides = (last - first) / 2.0;
-        bounds[i].error = lengths_.length(code(p));
+        const HeightRange heights{std::min(std::min(a.low, b.low), std::min(c.low, d.low)),
+                                  std::max(std::max(a.high, b.high), std::max(c.high, d.high))};
+        bounds[i] = lattice_.bounds(around.within, heights, lengths_.length(code(p)));
     }
 }
 

@@ -15,6 +15,10 @@
 #include <span>
 #include <vector>
 
+namespace tetrakis::detail {
+class RayCast;
+}
+
 namespace tetrakis::lod {
 
 /// A height grid of any size as a surface: every sample is a vertex of its finest level. x to the east, y to the north,
@@ -55,7 +59,7 @@ class TerrainSurface final : public Terrain {
     void set_errors(const RunContext& context);
     double exact_error(const detail::LatticeDiamond& diamond) const;
     double height(LatticePlace p) const;
-    Vec3d position(LatticePlace p) const;
+    Vec3d position(LatticePlace p) const { return lattice_.position(p, height(p)); }
     std::size_t code_index(LatticePlace p) const {
         return static_cast<std::size_t>(p.y) * lattice_.xs.size() + static_cast<std::size_t>(p.x);
     }
@@ -64,8 +68,7 @@ class TerrainSurface final : public Terrain {
         return {p, [this](LatticePlace corner) { return position(corner); }};
     }
     struct Around;
-    struct RaySearch;
-    void search(RaySearch& ray, LatticePlace corner, std::int32_t side, double low, double high) const;
+    void search(detail::RayCast& ray, LatticePlace corner, std::int32_t side, HeightRange range) const;
 
     HeightGrid grid_;
     detail::TerrainLattice lattice_;

@@ -85,12 +85,9 @@ class DiamondGap {
     /// @param diamond    of a coarser one
     DiamondGap(const TerrainLattice& lattice, const Block<TilePoint>& points, int level, const LatticeDiamond& diamond)
         : lattice_(lattice), points_(points), level_(level), diamond_(diamond) {
-        const auto is_there = [&](LatticePlace p) {
-            return p.x >= 0 && p.y >= 0 && p.x <= lattice.last_x() && p.y <= lattice.last_y();
-        };
         const Vec3d a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]) - a;
         for (const LatticePlace apex : diamond.apexes) {
-            if (!is_there(apex)) continue;
+            if (!lattice.has(apex)) continue;
             const Vec3d c = vertex(apex) - a;
             const double area = cross(Vec2d(b), Vec2d(c));
             const Vec2d slopes((b.z * c.y - c.z * b.y) / area, (c.z * b.x - b.z * c.x) / area);
@@ -123,8 +120,7 @@ class DiamondGap {
     };
 
     Vec3d vertex(LatticePlace p) const {
-        return {double(lattice_.xs[static_cast<std::size_t>(p.x)]), double(lattice_.ys[static_cast<std::size_t>(p.y)]),
-                double{points_.at(p.x >> level_, p.y >> level_).height}};
+        return {lattice_.column(p.x), lattice_.row(p.y), double{points_.at(p.x >> level_, p.y >> level_).height}};
     }
     Corner corner(LatticePlace p) const {
         const Vec3d v = vertex(p);
@@ -223,8 +219,7 @@ class Writer {
     void write_finest(Work work, const HeightGrid& band, std::int32_t first_y, std::int32_t last_y) {
         const TileLayout::Level& level = layout_.levels()[0];
         const auto in_band = [&](std::int32_t x, std::int32_t y) {
-            return std::array{lattice_.xs[static_cast<std::size_t>(x)],
-                              lattice_.ys[static_cast<std::size_t>(y)] - first_row_ * k_grid_unit};
+            return std::array{lattice_.column(x), lattice_.row(y) - first_row_ * k_grid_unit};
         };
         Block<float> heights(std::max(work.x - k_cell, 0), first_y, std::min(work.last_x + k_cell, level.last_x),
                              last_y);
@@ -254,9 +249,9 @@ class Writer {
 
     /// The samples that rows of the lattice need, with those beside them for normals.
     HeightGrid read_band(std::int32_t first, std::int32_t last) {
-        first_row_ = std::max(lattice_.ys[static_cast<std::size_t>(first)] / k_grid_unit - 1, 0);
-        const std::int32_t end = std::min((lattice_.ys[static_cast<std::size_t>(last)] - 1) / k_grid_unit + 3,
-                                          static_cast<std::int32_t>(frame_.rows));
+        first_row_ = std::max(lattice_.row(first) / k_grid_unit - 1, 0);
+        const std::int32_t end =
+            std::min((lattice_.row(last) - 1) / k_grid_unit + 3, static_cast<std::int32_t>(frame_.rows));
         HeightGrid band = frame_;
         band.rows = static_cast<std::uint32_t>(end - first_row_);
         band.heights.resize(std::size_t{band.rows} * band.columns);
@@ -264,16 +259,14 @@ class Writer {
         for (std::size_t i = 0; i < band.heights.size(); ++i) {
             float& height = band.heights[i];
             if (std::isfinite(height)) continue;
-            if (std::isinf(height))
-                throw Error(ErrorCode::invalid_input,
-                            fmt::format("the height at column {}, row {} is larger than single precision holds; take a "
-                                        "smaller scale",
-                                        i % band.columns, i / band.columns + static_cast<std::size_t>(first_row_)));
-            if (!options_.missing_height)
-                throw Error(ErrorCode::invalid_input,
-                            fmt::format("the height at column {}, row {} is missing; TileOptions::missing_height "
-                                        "(--missing; in C `gaps`) is one to take",
-                                        i % band.columns, i / band.columns + static_cast<std::size_t>(first_row_)));
+            if (std::isinf(height) || !options_.missing_height)
+                throw Error(
+                    ErrorCode::invalid_input,
+                    fmt::format("the height at column {}, row {} is {}", i % band.columns,
+                                i / band.columns + static_cast<std::size_t>(first_row_),
+                                std::isinf(height) ? "larger than single precision holds; take a smaller scale"
+                                                   : "missing; TileOptions::missing_height (--missing; in C `gaps`) "
+                                                     "is one to take"));
             height = *options_.missing_height;
         }
         return band;
@@ -370,8 +363,7 @@ class Writer {
         const auto set_error = [&](std::int32_t x, std::int32_t y, double worst) {
             const LatticeDiamond diamond({x << k, y << k});
             const auto vertex = [&](LatticePlace p) {
-                return Vec3d(lattice_.xs[static_cast<std::size_t>(p.x)], lattice_.ys[static_cast<std::size_t>(p.y)],
-                             double{point(work, p.x >> k, p.y >> k).height});
+                return Vec3d(lattice_.column(p.x), lattice_.row(p.y), double{point(work, p.x >> k, p.y >> k).height});
             };
             const std::array ends{vertex(diamond.ends[0]), vertex(diamond.ends[1])};
             // The middle of a side is on it, whatever the apexes are.

@@ -21,7 +21,6 @@ namespace tetrakis::lod {
 namespace {
 
 using detail::HeightRange;
-using detail::LatticeDiamond;
 using detail::LatticePlace;
 using detail::Tile;
 using detail::TileHeader;
@@ -94,18 +93,10 @@ class TiledTerrain::Impl {
             const LatticePlace p = lattice_.place(sites[i]);
             const Spot spot(*this, p);
             const Tile* const tile = find(spot.tile);
-            Place& place = places[i];
-            place.known = tile != nullptr;
+            places[i].known = tile != nullptr;
             if (tile == nullptr) continue;
-            const TilePoint& at = spot.point(*tile, p);
-            place.position = place.on_edge = position(p, at);
-            if (!lattice_.is_fixed(p)) {
-                const LatticeDiamond diamond(p);
-                const auto end = [&](LatticePlace e) { return position(e, spot.point(*tile, e)); };
-                place.on_edge = detail::foot_on_edge(place.position, end(diamond.ends[0]), end(diamond.ends[1]));
-            }
-            place.normal = at.normal();
-            place.uv = lattice_.uv(p);
+            places[i] = lattice_.vertex(p, spot.point(*tile, p).normal(),
+                                        [&](LatticePlace of) { return position(of, spot.point(*tile, of)); });
         }
     }
 
@@ -117,15 +108,8 @@ class TiledTerrain::Impl {
             const Tile* const tile = find(spot.tile);
             bounds[i].known = tile != nullptr;
             if (tile == nullptr) continue;
-            const std::int32_t reach = LatticeDiamond::reach(p);
-            const std::int32_t x0 = std::max(p.x - reach, 0), x1 = std::min(p.x + reach, lattice_.last_x()),
-                               y0 = std::max(p.y - reach, 0), y1 = std::min(p.y + reach, lattice_.last_y());
-            const HeightRange range = spot.heights(*tile, x0, y0, x1, y1);
-            const Vec3d first(lattice_.east(x0), lattice_.north(y1), double{range.low}),
-                last(lattice_.east(x1), lattice_.north(y0), double{range.high});
-            bounds[i].center = (first + last) / 2.0;
-            bounds[i].half_sides = (last - first) / 2.0;
-            bounds[i].error = spot.point(*tile, p).error();
+            const auto within = lattice_.around(p);
+            bounds[i] = lattice_.bounds(within, spot.heights(*tile, within), spot.point(*tile, p).error());
         }
     }
 
@@ -197,16 +181,16 @@ class TiledTerrain::Impl {
             return in.records<TilePoint>(
                 array)[((p.y >> level) - row * array.step) * array.row + (p.x >> level) - column * array.step];
         }
-        /// Of all cells that reach into the open rectangle from (x0, y0) to (x1, y1).
-        HeightRange heights(const Tile& in, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const {
+        /// Of all cells that reach into the open rectangle.
+        HeightRange heights(const Tile& in, const detail::TerrainLattice::Rectangle& within) const {
             const TileLayout::Array& array = layout.cells();
             const auto cell = [&](std::int32_t at, std::int32_t tile_at) {
                 return (at >> level) / TileLayout::k_cell - tile_at * array.step + array.margin;
             };
             HeightRange range;
-            const std::int32_t last_row = cell(y1 - 1, row), last_column = cell(x1 - 1, column);
-            for (std::int32_t r = cell(y0, row); r <= last_row; ++r)
-                for (std::int32_t c = cell(x0, column); c <= last_column; ++c)
+            const std::int32_t last_row = cell(within.y1 - 1, row), last_column = cell(within.x1 - 1, column);
+            for (std::int32_t r = cell(within.y0, row); r <= last_row; ++r)
+                for (std::int32_t c = cell(within.x0, column); c <= last_column; ++c)
                     range.add(in.records<HeightRange>(array)[r * array.row + c]);
             return range;
         }
@@ -228,9 +212,7 @@ class TiledTerrain::Impl {
         Clock::time_point not_before{};
     };
 
-    Vec3d position(LatticePlace p, const TilePoint& point) const {
-        return {lattice_.east(p.x), lattice_.north(p.y), double{point.height}};
-    }
+    Vec3d position(LatticePlace p, const TilePoint& point) const { return lattice_.position(p, double{point.height}); }
 
     /// nullptr: it is to be loaded.
     const Tile* find(std::uint64_t tile) {
