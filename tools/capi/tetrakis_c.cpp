@@ -196,9 +196,15 @@ double fractal_deviation(void* user, double radius) {
     return static_cast<const lod::ProceduralHeights*>(user)->deviation(radius);
 }
 
-template <class Kind, class... Arguments>
-tetrakis_surface* made(Arguments&&... arguments) {
-    return new tetrakis_surface{std::make_unique<const Kind>(std::forward<Arguments>(arguments)...)};
+/// Gives a surface to the caller.
+/// @param make  returns it
+template <class Make>
+tetrakis_status make_surface(tetrakis_surface** to, const Make& make) {
+    return guarded([&] {
+        require(to, "surface");
+        using Kind = decltype(make());
+        *to = new tetrakis_surface{std::unique_ptr<const lod::Surface>(new Kind(make()))};
+    });
 }
 
 /// Writes what a caller may have left out.
@@ -283,19 +289,17 @@ void tetrakis_free_mesh(tetrakis_mesh* mesh) { delete mesh; }
 
 tetrakis_status tetrakis_load_terrain(const char* path, const tetrakis_height_options* options,
                                       tetrakis_surface** surface) {
-    return guarded([&] {
+    return make_surface(surface, [&] {
         require(path, "path");
-        require(surface, "surface");
-        *surface = made<lod::TerrainSurface>(load_heights(path, known_options(options)));
+        return lod::TerrainSurface(load_heights(path, known_options(options)));
     });
 }
 tetrakis_status tetrakis_make_terrain(const float* heights, uint32_t columns, uint32_t rows, double spacing,
                                       tetrakis_surface** surface) {
-    return guarded([&] {
-        require(surface, "surface");
+    return make_surface(surface, [&] {
         HeightGrid grid = grid_of(heights, columns, rows);
         grid.spacing = Vec2d(spacing);
-        *surface = made<lod::TerrainSurface>(std::move(grid));
+        return lod::TerrainSurface(std::move(grid));
     });
 }
 tetrakis_status tetrakis_write_tiles(const char* heights_path, const tetrakis_height_options* options,
@@ -316,27 +320,24 @@ tetrakis_status tetrakis_write_tiles(const char* heights_path, const tetrakis_he
     });
 }
 tetrakis_status tetrakis_open_tiles(const char* tiles_path, uint64_t cache_bytes, tetrakis_surface** surface) {
-    return guarded([&] {
+    return make_surface(surface, [&] {
         require(tiles_path, "tiles_path");
-        require(surface, "surface");
-        *surface = made<lod::TiledTerrain>(tiles_path, lod::TiledTerrainOptions{.cache_bytes = cache_bytes});
+        return lod::TiledTerrain(tiles_path, {.cache_bytes = cache_bytes});
     });
 }
 tetrakis_status tetrakis_make_planet(const float* heights, uint32_t columns, uint32_t rows, double radius, int level,
                                      tetrakis_surface** surface) {
-    return guarded([&] {
-        require(surface, "surface");
-        *surface = made<lod::PlanetSurface>(grid_of(heights, columns, rows), lod::PlanetOptions{radius, level, {}});
+    return make_surface(surface, [&] {
+        return lod::PlanetSurface(grid_of(heights, columns, rows), {radius, level, {}});
     });
 }
 tetrakis_status tetrakis_make_cube_planet(const float* const faces[6], uint32_t side, double radius, int level,
                                           tetrakis_surface** surface) {
-    return guarded([&] {
+    return make_surface(surface, [&] {
         require(faces, "faces");
-        require(surface, "surface");
         std::array<HeightGrid, 6> grids;
         for (std::size_t i = 0; i < grids.size(); ++i) grids[i] = grid_of(faces[i], side, side);
-        *surface = made<lod::PlanetSurface>(std::move(grids), lod::PlanetOptions{radius, level, {}});
+        return lod::PlanetSurface(std::move(grids), {radius, level, {}});
     });
 }
 tetrakis_status tetrakis_make_fractal_heights(double amplitude, double wavelength, int octaves, uint64_t seed,
@@ -358,27 +359,18 @@ void tetrakis_free_fractal_heights(tetrakis_procedural_heights* heights) {
 }
 tetrakis_status tetrakis_make_procedural_plane(double side, double finest, const tetrakis_procedural_heights* heights,
                                                tetrakis_surface** surface) {
-    return guarded([&] {
-        require(surface, "surface");
-        *surface = made<lod::ProceduralSurface>(lod::ProceduralSurface::plane(side, finest, heights_of(heights)));
-    });
+    return make_surface(surface, [&] { return lod::ProceduralSurface::plane(side, finest, heights_of(heights)); });
 }
 tetrakis_status tetrakis_make_procedural_ball(double radius, double finest, const tetrakis_procedural_heights* heights,
                                               tetrakis_surface** surface) {
-    return guarded([&] {
-        require(surface, "surface");
-        *surface = made<lod::ProceduralSurface>(lod::ProceduralSurface::ball(radius, finest, heights_of(heights)));
-    });
+    return make_surface(surface, [&] { return lod::ProceduralSurface::ball(radius, finest, heights_of(heights)); });
 }
 tetrakis_status tetrakis_make_subdivision_surface(const tetrakis_control_mesh* control, const char* scheme, int level,
                                                   tetrakis_surface** surface) {
-    return guarded([&] {
+    return make_surface(surface, [&] {
         require(control, "control");
         require(scheme, "scheme");
-        require(surface, "surface");
-        lod::SubdivisionSurfaceOptions options;
-        options.level = level;
-        *surface = made<lod::SubdivisionSurface>(control->mesh, scheme, options);
+        return lod::SubdivisionSurface(control->mesh, scheme, {.level = level});
     });
 }
 void tetrakis_free_surface(tetrakis_surface* surface) { delete surface; }
