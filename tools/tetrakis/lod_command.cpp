@@ -209,6 +209,11 @@ ExitCode run_checked(const LodCommandOptions& options) {
     std::filesystem::create_directories(options.directory, failure);
     if (failure) throw Error(ErrorCode::io, fmt::format("cannot be made: {}", failure.message()), options.directory);
     FileSet files;
+    std::vector<std::filesystem::path> written;
+    const auto file = [&](const std::filesystem::path& path) -> AtomicFile& {
+        written.push_back(path);
+        return files.add(path);
+    };
     std::string csv =
         "frame,splits,merges,leaves,upload_bytes,milliseconds,promised_pixels,measured_pixels,pop_pixels\n";
     ShownVertices shown;
@@ -218,7 +223,6 @@ ExitCode run_checked(const LodCommandOptions& options) {
     bool kept_promise = true;
     std::uint32_t waiting_frames = 0;
     bool waits = options.wait;
-    std::vector<std::filesystem::path> written{options.directory / "frames.csv"};
     for (std::uint32_t frame = 0; frame < cameras.size(); ++frame) {
         process.context().report("frames", static_cast<double>(frame) / static_cast<double>(cameras.size()));
         const CameraPlace& at = cameras[frame];
@@ -264,20 +268,16 @@ ExitCode run_checked(const LodCommandOptions& options) {
                             next = (std::uint64_t{frame} + 1) * options.images / cameras.size();
         if (next > drawn) {
             images.push_back(picture(shown.mesh(view), at, options.render, process.context()));
-            written.push_back(options.directory / fmt::format("frame_{:05}.png", frame));
-            write_png(files.add(written.back()), images.back());
+            write_png(file(options.directory / fmt::format("frame_{:05}.png", frame)), images.back());
         }
     }
     if (!images.empty()) {
-        written.push_back(options.directory / "sheet.png");
-        write_png(files.add(written.back()), contact_sheet(images));
+        write_png(file(options.directory / "sheet.png"), contact_sheet(images));
         constexpr int k_frames_per_second = 12;
-        written.push_back(options.directory / "flight.png");
-        write_animated_png(files.add(written.back()), images, k_frames_per_second);
+        write_animated_png(file(options.directory / "flight.png"), images, k_frames_per_second);
     }
-    files.add(written.front()).write(csv);
-    written.push_back(options.directory / "last.glb");
-    write_mesh(files.add(written.back()), view.mesh(), process.context());
+    file(options.directory / "frames.csv").write(csv);
+    write_mesh(file(options.directory / "last.glb"), view.mesh(), process.context());
     std::sort(milliseconds.begin(), milliseconds.end());
     const double count = std::max(1.0, static_cast<double>(milliseconds.size()));
     const double median = milliseconds.empty() ? 0 : milliseconds[milliseconds.size() / 2];
@@ -294,8 +294,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
                                            statistics.failures, statistics.last_error));
     }
     if (!options.report.empty()) {
-        written.push_back(options.report);
-        files.add(options.report)
+        file(options.report)
             .write(dump({{"input", options.input.title().string()},
                          {"surface", scene.description},
                          {"frames", cameras.size()},

@@ -24,48 +24,41 @@ namespace tetrakis::cli {
 
 namespace {
 
-/// Where a scene over such a grid is looked at.
-void set_place(LodScene& scene, const HeightGrid& grid, double low, double high) {
+/// @param grid  without its heights
+LodScene terrain_scene(std::unique_ptr<const lod::Surface> surface, const HeightGrid& grid, double lowest,
+                       double highest) {
     const double width = (grid.columns - 1) * grid.spacing.x, height = (grid.rows - 1) * grid.spacing.y;
-    scene.size = std::min(width, height);
-    scene.middle = {grid.origin.x + width / 2, grid.origin.y - height / 2, low + 0.3 * (high - low)};
-}
-
-/// The place over the grid that is nearest.
-Vec2d inside(const HeightGrid& grid, const Vec3d& p) {
-    const double x = grid.origin.x, y = grid.origin.y;
-    return {std::clamp(p.x, x, x + (grid.columns - 1) * grid.spacing.x),
-            std::clamp(p.y, y - (grid.rows - 1) * grid.spacing.y, y)};
-}
-
-LodScene terrain_scene(HeightGrid grid, const Run& process) {
     LodScene scene;
-    const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
-    set_place(scene, grid, double{*low}, double{*high});
+    scene.size = std::min(width, height);
+    scene.middle = {grid.origin.x + width / 2, grid.origin.y - height / 2, lowest + 0.3 * (highest - lowest)};
     scene.description = fmt::format("{} x {} samples", grid.columns, grid.rows);
-    auto surface = std::make_unique<lod::TerrainSurface>(std::move(grid), process.context());
-    scene.surface_bytes = surface->memory_bytes();
-    scene.low = [terrain = surface.get()](const Vec3d& p) {
-        return terrain->at(inside(terrain->grid(), p)).value_or(lod::GroundPoint{}).height;
+    // At the place over the grid that is nearest; of tiles, as far as they are loaded.
+    scene.low = [terrain = surface.get(), west = grid.origin.x, east = grid.origin.x + width, north = grid.origin.y,
+                 south = grid.origin.y - height, top = highest + 1](const Vec3d& p) {
+        const Vec3d above(std::clamp(p.x, west, east), std::clamp(p.y, south, north), top);
+        return top - terrain->hit(above, {0, 0, -1}).value_or(lod::SurfaceHit{1, {}}).t;
     };
     scene.surface = std::move(surface);
     return scene;
 }
 
+LodScene terrain_scene(HeightGrid grid, const Run& process) {
+    const auto [low, high] = std::minmax_element(grid.heights.begin(), grid.heights.end());
+    const double lowest{*low}, highest{*high};
+    auto surface = std::make_unique<lod::TerrainSurface>(std::move(grid), process.context());
+    const lod::TerrainSurface& terrain = *surface;
+    LodScene scene = terrain_scene(std::move(surface), terrain.grid(), lowest, highest);
+    scene.surface_bytes = terrain.memory_bytes();
+    return scene;
+}
+
 LodScene tiles_scene(const std::filesystem::path& path, std::uint64_t cache_bytes) {
-    LodScene scene;
     auto surface = std::make_unique<lod::TiledTerrain>(path, lod::TiledTerrainOptions{.cache_bytes = cache_bytes});
-    const HeightGrid& grid = surface->frame();
-    const auto [lowest, highest] = surface->lowest_highest();
-    set_place(scene, grid, lowest, highest);
-    scene.description = fmt::format("{} x {} samples, tiles", grid.columns, grid.rows);
-    // As far as it is loaded.
-    scene.low = [terrain = surface.get(), top = highest + 1](const Vec3d& p) {
-        return top -
-               terrain->hit(Vec3d(inside(terrain->frame(), p), top), {0, 0, -1}).value_or(lod::SurfaceHit{1, {}}).t;
-    };
-    scene.tiles = surface.get();
-    scene.surface = std::move(surface);
+    const lod::TiledTerrain& tiles = *surface;
+    const auto [lowest, highest] = tiles.lowest_highest();
+    LodScene scene = terrain_scene(std::move(surface), tiles.frame(), lowest, highest);
+    scene.description += ", tiles";
+    scene.tiles = &tiles;
     return scene;
 }
 

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <utility>
 
 namespace tetrakis::cli {
@@ -13,6 +14,15 @@ namespace {
 template <class T>
 Json or_null(const std::optional<T>& value) {
     return value ? Json(*value) : Json(nullptr);
+}
+
+std::array<std::pair<const char*, double>, 6> stages(const StageSeconds& s) {
+    return {{{"load", s.load},
+             {"build", s.build},
+             {"refine", s.refine},
+             {"estimate", s.estimate},
+             {"measure", s.measure},
+             {"write", s.write}}};
 }
 
 }  // namespace
@@ -50,16 +60,11 @@ Json Report::json() const {
                  {"certified_error", or_null(certified_error)},
                  {"measured_error", json_of(measured_error)},
                  {"levels", levels},
-                 {"seconds",
-                  {{"load", seconds.load},
-                   {"build", seconds.build},
-                   {"refine", seconds.refine},
-                   {"estimate", seconds.estimate},
-                   {"measure", seconds.measure},
-                   {"write", seconds.write}}},
+                 {"seconds", Json::object()},
                  {"peak_memory_bytes", peak_memory_bytes()},
                  {"threads", threads},
                  {"version", std::string(k_version)}};
+    for (const auto& [stage, taken] : stages(seconds)) json["seconds"][stage] = taken;
     json.update(more);
     json["warnings"] = warnings;
     return json;
@@ -79,14 +84,8 @@ void write_results(Run& process, Report& report, const std::filesystem::path& re
 }
 
 void finish_summary(Table& table, const Report& report, std::initializer_list<std::filesystem::path> written) {
-    const StageSeconds& s = report.seconds;
     std::string times;
-    for (const auto& [stage, seconds] : {std::pair{"load", s.load},
-                                         {"build", s.build},
-                                         {"refine", s.refine},
-                                         {"estimate", s.estimate},
-                                         {"measure", s.measure},
-                                         {"write", s.write}})
+    for (const auto& [stage, seconds] : stages(report.seconds))
         if (seconds > 0) times += fmt::format("{}{} {}", times.empty() ? "" : ", ", stage, format_seconds(seconds));
     table.row("time", times);
     table.row("memory", format_bytes(peak_memory_bytes()) + " at the peak");
