@@ -250,13 +250,8 @@ void SampledSurface::nest(HalfedgeId cell, std::int32_t step, bool centres) {
         errors_[at] = lengths_.code(std::max(own, k_error_ratio * error));
         radii_[at] = lengths_.code(way + reach);
     };
-    if (centres) {
-        for (std::int32_t y = step; y < n; y += 2 * step)
-            for (std::int32_t x = step; x < n; x += 2 * step) set(x, y);
-        return;
-    }
-    for (std::int32_t y = 0; y <= n; y += step)
-        for (std::int32_t x = (y / step) % 2 == 0 ? step : 0; x <= n; x += 2 * step) set(x, y);
+    for (std::int32_t y = centres ? step : 0; y <= n; y += centres ? 2 * step : step)
+        for (std::int32_t x = centres || (y / step) % 2 == 0 ? step : 0; x <= n; x += 2 * step) set(x, y);
 }
 
 void SampledSurface::places(std::span<const Site> sites, std::span<Place> places) const {

@@ -123,23 +123,16 @@ void TerrainSurface::set_errors(const RunContext& context) {
     for (std::int32_t s = 1; s <= half; s *= 2) {
         context.report("errors",
                        static_cast<double>(std::countr_zero(static_cast<std::uint32_t>(s))) / lattice_.log_side);
-        const std::uint32_t grain = std::max(1, 32 / s);
-        for_each_index(
-            static_cast<std::uint32_t>(last_y / s + 1),
-            [&](std::uint32_t row) {
-                const std::int32_t y = static_cast<std::int32_t>(row) * s;
-                for (std::int32_t x = row % 2 == 0 ? s : 0; x <= last_x; x += 2 * s) set(x, y);
-            },
-            grain);
-        // Centres of roots are there from the start.
-        if (s < half)
+        for (const bool centres : {false, true}) {
+            if (centres && s == half) break;  // centres of roots are there from the start
             for_each_index(
-                static_cast<std::uint32_t>(last_y / (2 * s)),
+                static_cast<std::uint32_t>(centres ? last_y / (2 * s) : last_y / s + 1),
                 [&](std::uint32_t row) {
-                    const std::int32_t y = static_cast<std::int32_t>(2 * row + 1) * s;
-                    for (std::int32_t x = s; x <= last_x; x += 2 * s) set(x, y);
+                    const std::int32_t y = static_cast<std::int32_t>(centres ? 2 * row + 1 : row) * s;
+                    for (std::int32_t x = centres || row % 2 == 0 ? s : 0; x <= last_x; x += 2 * s) set(x, y);
                 },
-                grain);
+                static_cast<std::uint32_t>(std::max(1, 32 / s)));
+        }
     }
 }
 
