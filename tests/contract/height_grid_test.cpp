@@ -52,13 +52,9 @@ std::string floats(const std::vector<float>& values) {
 }
 
 std::string fault(const std::filesystem::path& path, const HeightReadOptions& options = {}) {
-    try {
-        load_height_grid(path, options);
-    } catch (const Error& error) {
-        CHECK(error.file() == path);
-        return error.what();
-    }
-    return "";
+    const Error error = test::error_of([&] { load_height_grid(path, options); });
+    CHECK(error.file() == path);
+    return error.what();
 }
 
 }  // namespace
