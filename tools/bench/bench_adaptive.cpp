@@ -17,41 +17,11 @@ namespace tetrakis::bench {
 
 namespace {
 
-/// A pillow over the square [-1/2, 1/2]^2: two regular triangulations that meet in the rim, the upper one flat.
-ControlMeshData pillow(std::uint32_t n) {
-    ControlMeshData data;
-    data.face_offsets.push_back(0);
-    std::vector<std::uint32_t> number[2];
-    for (int side = 0; side < 2; ++side)
-        for (std::uint32_t j = 0; j <= n; ++j)
-            for (std::uint32_t i = 0; i <= n; ++i) {
-                const bool rim = i == 0 || j == 0 || i == n || j == n;
-                if (rim && side == 1) {
-                    number[1].push_back(number[0][j * (n + 1) + i]);
-                    continue;
-                }
-                number[side].push_back(static_cast<std::uint32_t>(data.positions.size()));
-                data.positions.emplace_back(double(i) / n - 0.5, double(j) / n - 0.5, side == 0 ? 0.0 : -0.25);
-            }
-    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-        for (const std::uint32_t v : {a, b, c}) data.face_vertices.push_back(v);
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    };
-    for (int side = 0; side < 2; ++side)
-        for (std::uint32_t j = 0; j < n; ++j)
-            for (std::uint32_t i = 0; i < n; ++i) {
-                const auto at = [&](std::uint32_t x, std::uint32_t y) { return number[side][y * (n + 1) + x]; };
-                const std::uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1), d = at(i, j + 1);
-                // On either side the diagonals of two opposite corners are turned, so that each triangle has a
-                // neighbour and no two share all their corners.
-                if (side == 0) {
-                    add(a, b, c);
-                    add(a, c, d);
-                } else {
-                    add(a, d, b);
-                    add(b, d, c);
-                }
-            }
+/// A regular triangulation of the square [-1/2, 1/2]^2, flat but at two sides, by which it is joined to the other two:
+/// no triangle is at a boundary.
+ControlMeshData square(std::uint32_t n) {
+    ControlMeshData data = test::grid(n, true, true);
+    for (Vec3d& p : data.positions) p = {p.x / n - 0.5, p.y / n - 0.5, p.x == 0 || p.y == 0 ? -0.25 : 0};
     return data;
 }
 
@@ -63,7 +33,7 @@ struct Case {
 };
 
 const ControlMesh& control(const Case& c) {
-    static const ControlMesh flat = ControlMesh::build(pillow(24)), knot = test::model("knot_tri");
+    static const ControlMesh flat = ControlMesh::build(square(24)), knot = test::model("knot_tri");
     return c.selection == Selection::all ? knot : flat;
 }
 
