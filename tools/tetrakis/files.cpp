@@ -2,6 +2,7 @@
 #include "console.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
+#include "../../hier/mesh/triangulate.hpp"
 
 #include <fmt/format.h>
 
@@ -36,7 +37,8 @@ void add_read_options(CommandLine command, ReadOptions& options) {
     command.flag("--repair", options.repair, "Mend what can be mended safely, and say what was done");
 }
 
-LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context) {
+LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context,
+                       const SchemeInfo* scheme) {
     const std::string extension = lower_extension(path);
     for (const char* other : {".ply", ".glb", ".gltf", ".stl", ".fbx", ".usd", ".usda", ".usdc", ".blend"})
         if (extension == other)
@@ -51,6 +53,9 @@ LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& opt
         const Stopwatch build;
         context.report("build", 0);
         model.mesh = ControlMesh::build(std::move(data), context);
+        model.faces = model.mesh.face_count();
+        if (scheme != nullptr && scheme->family == MeshFamily::triangles && !model.mesh.all_triangles())
+            model.mesh = triangulate(model.mesh, context);
         model.build_seconds = build.seconds();
         return model;
     });

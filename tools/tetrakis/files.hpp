@@ -57,14 +57,17 @@ auto reading(const std::filesystem::path& input, Read&& read) {
 /// A control mesh read from a file, and how long that took.
 struct LoadedModel {
     ControlMesh mesh;
+    std::uint64_t faces = 0;  ///< as read
     double load_seconds = 0, build_seconds = 0;
 };
 
 /// --weld and --repair, which every command that loads a control mesh has.
 void add_read_options(CommandLine command, ReadOptions& options);
 
+/// @param scheme  what is to refine it: for triangle schemes faces are cut into triangles, with a warning; null: none
 /// @throws InputError, Error (memory_limit, cancelled)
-LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context);
+LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context,
+                       const SchemeInfo* scheme = nullptr);
 
 /// A height grid on the command line, and how its file is read.
 struct HeightInput {

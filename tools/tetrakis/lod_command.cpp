@@ -42,15 +42,14 @@ struct LodCommandOptions {
 /// What a camera sees, in pixels.
 class Sight {
   public:
-    Sight(const CameraPlace& view, const RenderOptions& render)
-        : eye_(view.eye),
-          forward_(view.forward()),
-          tan_y_(std::tan(view.fov_degrees * M_PI / 360)),
-          tan_x_(tan_y_ * render.width / render.height),
-          pixels_(render.height / (2 * tan_y_)) {
-        right_ = glm::normalize(glm::cross(forward_, view.up()));
-        up_ = glm::cross(right_, forward_);
-    }
+    explicit Sight(const lod::Camera& camera)
+        : eye_(camera.eye),
+          forward_(camera.direction),
+          right_(glm::normalize(glm::cross(forward_, camera.up))),
+          up_(glm::cross(right_, forward_)),
+          tan_y_(std::tan(camera.vertical_fov / 2)),
+          tan_x_(tan_y_ * camera.width / camera.height),
+          pixels_(camera.height / (2 * tan_y_)) {}
     bool sees(const Vec3d& p) const {
         const Vec3d off = p - eye_;
         const double depth = glm::dot(off, forward_);
@@ -249,7 +248,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
             waits = after.loads > before.loads || after.failures == before.failures;
         }
         if (update.waiting > 0) ++waiting_frames;
-        const Sight sight(at, options.render);
+        const Sight sight(camera);
         const double error = places.empty() ? 0 : measured_pixels(view.mesh(), places, sight, process.context()),
                      pop = shown.move_to(view, update, at.eye, sight);
         csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{},{:.4g}\n", frame, splits, merges, update.leaves, upload,

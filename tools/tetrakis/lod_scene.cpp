@@ -174,9 +174,8 @@ LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) 
         scene.surface = std::move(surface);
         return scene;
     }
-    LoadedModel model = load_model(heights.path, read_mesh, process.context());
     const SchemeInfo& chosen = chosen_scheme(scheme.empty() ? std::string(name(SchemeKind::catmull_clark)) : scheme);
-    prepare_for(chosen, model.mesh, process.context());
+    const LoadedModel model = load_model(heights.path, read_mesh, process.context(), &chosen);
     const Box3d box = model.mesh.bounding_box();
     scene.middle = 0.5 * (box.lower + box.upper);
     scene.size = box.diagonal();

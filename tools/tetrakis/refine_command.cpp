@@ -158,13 +158,8 @@ PolygonMesh refine_by_levels(const RefineCommandOptions& options, const SchemeIn
 ExitCode run_checked(const RefineCommandOptions& options, const SchemeInfo& scheme,
                      std::optional<FactoredScheme> factored, const std::optional<HalfStepSphere>& sphere) {
     Run process(options.run);
-    LoadedModel model = load_model(options.input, options.read, process.context());
-    const std::uint64_t faces = model.mesh.face_count();
-    const Stopwatch build;
-    prepare_for(scheme, model.mesh, process.context());
-    model.build_seconds += build.seconds();
+    const LoadedModel model = load_model(options.input, options.read, process.context(), &scheme);
     Report report = Report::of(options.input, scheme.name, model, options.run);
-    report.faces = faces;  // as read
     report.levels = options.levels;
     report.more = {{"limit", options.limit}};
     std::string refined = fmt::format("{}, {} levels{}", scheme.name, options.levels,

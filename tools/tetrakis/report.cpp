@@ -41,7 +41,7 @@ Report Report::of(const std::filesystem::path& input, std::string_view scheme, c
     Report report;
     report.input = input;
     report.scheme = scheme;
-    report.faces = model.mesh.face_count();
+    report.faces = model.faces;
     report.threads = run.thread_count();
     report.seconds.load = model.load_seconds;
     report.seconds.build = model.build_seconds;

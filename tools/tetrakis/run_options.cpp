@@ -1,7 +1,6 @@
 #include "run_options.hpp"
 
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/core/rule_options.hpp"
 #include "console.hpp"
@@ -316,10 +315,6 @@ const SchemeInfo& chosen_scheme(std::string text) {
     } catch (const Error& error) {
         throw UsageError(error.what());
     }
-}
-
-void prepare_for(const SchemeInfo& scheme, ControlMesh& mesh, const RunContext& context) {
-    if (scheme.family == MeshFamily::triangles && !mesh.all_triangles()) mesh = triangulate(mesh, context);
 }
 
 }  // namespace tetrakis::cli

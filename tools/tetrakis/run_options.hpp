@@ -2,7 +2,6 @@
 
 #include "../../eval/render/render.hpp"
 #include "../../hier/base/run_context.hpp"
-#include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "command_line.hpp"
 #include "console.hpp"
@@ -105,9 +104,5 @@ std::vector<std::string> unused_rule_options(const RuleOptions& rules, const Sch
 
 /// Names of the schemes with a certified bound, with commas between.
 std::string certified_scheme_names();
-
-/// Makes the mesh one that the scheme can refine: for triangle schemes its faces are cut into triangles, with a
-/// warning.
-void prepare_for(const SchemeInfo& scheme, ControlMesh& mesh, const RunContext& context);
 
 }  // namespace tetrakis::cli

@@ -188,11 +188,7 @@ TriangleMesh read_target(const std::filesystem::path& path, const RunContext& co
 ExitCode run_checked(TessellateCommandOptions& options) {
     Run process(options.run);
     const RunContext& context = process.context();
-    LoadedModel model = load_model(options.input, options.read, context);
-    const std::uint64_t faces = model.mesh.face_count();
-    const Stopwatch prepare;
-    prepare_for(options.tessellate.scheme.info(), model.mesh, context);
-    model.build_seconds += prepare.seconds();
+    LoadedModel model = load_model(options.input, options.read, context, &options.tessellate.scheme.info());
 
     const Stopwatch load_others;
     TriangleMesh target;
@@ -219,7 +215,6 @@ ExitCode run_checked(TessellateCommandOptions& options) {
     if (!options.heat_image.empty()) heat_image = draw(result, options, true, context);
 
     Report report = make_report(options, model, result);
-    report.faces = faces;
     const bool missed = options.tessellate.tolerance && !result.tolerance_reached;
     write_results(process, report, options.report, [&](FileSet& files) {
         write_mesh(files.add(options.output), result.mesh, context);
