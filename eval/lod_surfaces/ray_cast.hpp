@@ -16,22 +16,16 @@ class RayCast {
 
     const Vec3d& direction() const { return direction_; }
     std::optional<lod::SurfaceHit> hit() const {
-        return found_ ? std::optional(lod::SurfaceHit{first_, unit_or_zero(across_)}) : std::nullopt;
+        return found_ ? std::optional(lod::SurfaceHit{skipped_ + first_, unit_or_zero(across_)}) : std::nullopt;
     }
     /// Whether it is in a box before the first hit.
-    bool enters(const Vec3d& center, const Vec3d& half_sides) const {
-        double begin = 0, end = first_;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double off = center[axis] - origin_[axis], half = half_sides[axis];
-            if (direction_[axis] == 0) {
-                if (std::abs(off) > half) return false;
-                continue;
-            }
-            const double a = (off - half) / direction_[axis], b = (off + half) / direction_[axis];
-            begin = std::max(begin, std::min(a, b));
-            end = std::min(end, std::max(a, b));
-        }
-        return begin <= end;
+    bool enters(const Vec3d& center, const Vec3d& half_sides) const { return entry(center, half_sides).has_value(); }
+    /// Leaves out the way to a box, outside which nothing is met: from far away little is left of a triangle's digits.
+    void skip_to(const Vec3d& center, const Vec3d& half_sides) {
+        const double begin = entry(center, half_sides).value_or(0);
+        origin_ += begin * direction_;
+        first_ -= begin;
+        skipped_ += begin;
     }
     void meet(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
         // Which side of each edge the ray passes on; on an edge both triangles are met.
@@ -47,9 +41,25 @@ class RayCast {
     }
 
   private:
+    /// Where it enters a box, if before the first hit.
+    std::optional<double> entry(const Vec3d& center, const Vec3d& half_sides) const {
+        double begin = 0, end = first_;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double off = center[axis] - origin_[axis], half = half_sides[axis];
+            if (direction_[axis] == 0) {
+                if (std::abs(off) > half) return {};
+                continue;
+            }
+            const double a = (off - half) / direction_[axis], b = (off + half) / direction_[axis];
+            begin = std::max(begin, std::min(a, b));
+            end = std::min(end, std::max(a, b));
+        }
+        return begin <= end ? std::optional(begin) : std::nullopt;
+    }
+
     Vec3d origin_, direction_;
-    double first_;    // the first hit, or the farthest that counts
-    Vec3d across_{};  // the first triangle's normal, of any length
+    double skipped_ = 0, first_;  // the first hit after that, or the farthest that counts
+    Vec3d across_{};              // the first triangle's normal, of any length
     bool found_ = false;
 };
 

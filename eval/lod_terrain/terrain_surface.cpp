@@ -201,6 +201,9 @@ void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int3
 std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     if (!is_ray(origin, direction, farthest)) return {};
     detail::RayCast ray(origin, direction, farthest);
+    const DiamondBounds all =
+        lattice_.bounds({0, lattice_.last_x(), 0, lattice_.last_y()}, heights_.back().cells[0], 0);
+    ray.skip_to(all.center, 2.0 * all.half_sides + grid_.spacing.x);  // roomy, for what rounding may do
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
     search(ray, {0, 0}, 1 << top, {});
     return ray.hit();
