@@ -57,15 +57,30 @@ std::uint32_t mirrored_place(std::uint32_t i, std::uint32_t count) {
     return i < count ? i : 2 * (count - 1) - i;
 }
 
-HeightGrid mirrored(const HeightGrid& tile, std::uint32_t side) {
-    HeightGrid grid{.columns = side,
-                    .rows = side,
-                    .heights = std::vector<float>(std::size_t{side} * side),
-                    .spacing = tile.spacing};
-    for (std::uint32_t y = 0; y < side; ++y)
-        for (std::uint32_t x = 0; x < side; ++x)
-            grid.heights[y * std::size_t{side} + x] =
-                tile.at(mirrored_place(x, tile.columns), mirrored_place(y, tile.columns));
+/// The mirrored terrain, of which only 1025 x 1025 samples are in memory.
+class MirroredSource final : public HeightSource {
+  public:
+    explicit MirroredSource(std::uint32_t side) {
+        frame_.columns = frame_.rows = side;
+        frame_.spacing = tile_.spacing;
+    }
+    const HeightGrid& frame() const override { return frame_; }
+    void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
+        for (std::uint32_t y = 0; y < count; ++y)
+            for (std::uint32_t x = 0; x < frame_.columns; ++x)
+                heights[y * std::size_t{frame_.columns} + x] =
+                    tile_.at(mirrored_place(x, tile_.columns), mirrored_place(first_row + y, tile_.columns));
+    }
+
+  private:
+    HeightGrid tile_ = fractal(1025), frame_;
+};
+
+HeightGrid mirrored(std::uint32_t side) {
+    MirroredSource source(side);
+    HeightGrid grid = source.frame();
+    grid.heights.resize(std::size_t{side} * side);
+    source.read(0, side, grid.heights);
     return grid;
 }
 
@@ -74,7 +89,7 @@ const lod::TerrainSurface& surface(std::uint32_t side) {
     static std::unique_ptr<lod::TerrainSurface> kept;
     if (!kept || kept->grid().columns != side) {
         kept.reset();
-        kept = std::make_unique<lod::TerrainSurface>(mirrored(fractal(1025), side));
+        kept = std::make_unique<lod::TerrainSurface>(mirrored(side));
     }
     return *kept;
 }
@@ -186,7 +201,7 @@ void teleport(benchmark::State& state) {
 BENCHMARK(teleport)->Arg(0)->Arg(4)->Iterations(6)->Unit(benchmark::kMillisecond);
 
 void make_surface(benchmark::State& state) {
-    const HeightGrid grid = mirrored(fractal(1025), static_cast<std::uint32_t>(state.range(0)));
+    const HeightGrid grid = mirrored(static_cast<std::uint32_t>(state.range(0)));
     for (auto _ : state) {
         const lod::TerrainSurface terrain(grid);
         benchmark::DoNotOptimize(terrain.max_depth());
@@ -199,32 +214,13 @@ BENCHMARK(make_surface)->Arg(1025)->Arg(4097)->Unit(benchmark::kMillisecond);
 
 /// One mesh of all of it, by all threads.
 void mesh_terrain(benchmark::State& state) {
-    const HeightGrid grid = mirrored(fractal(1025), static_cast<std::uint32_t>(state.range(0)));
+    const HeightGrid grid = mirrored(static_cast<std::uint32_t>(state.range(0)));
     std::size_t triangles = 0;
     for (auto _ : state)
         triangles = terrain_mesh(grid, {.max_error = static_cast<double>(state.range(1))}).mesh.triangles.size();
     state.counters["triangles"] = static_cast<double>(triangles);
 }
 BENCHMARK(mesh_terrain)->Args({4097, 45})->Args({16385, 45})->Unit(benchmark::kMillisecond)->UseRealTime();
-
-/// The mirrored terrain, of which only 1025 x 1025 samples are in memory.
-class MirroredSource final : public HeightSource {
-  public:
-    explicit MirroredSource(std::uint32_t side) {
-        frame_.columns = frame_.rows = side;
-        frame_.spacing = tile_.spacing;
-    }
-    const HeightGrid& frame() const override { return frame_; }
-    void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
-        for (std::uint32_t y = 0; y < count; ++y)
-            for (std::uint32_t x = 0; x < frame_.columns; ++x)
-                heights[y * std::size_t{frame_.columns} + x] =
-                    tile_.at(mirrored_place(x, tile_.columns), mirrored_place(first_row + y, tile_.columns));
-    }
-
-  private:
-    HeightGrid tile_ = fractal(1025), frame_;
-};
 
 std::filesystem::path tiles_path(std::uint32_t side) {
     return std::filesystem::temp_directory_path() / ("tetrakis_bench_" + std::to_string(side) + ".tiles");
