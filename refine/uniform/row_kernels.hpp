@@ -11,6 +11,14 @@ struct GridTerm {
     double weight;
 };
 
+/// A row, the first of the points on a line that it is read at, and how many numbers further on the next one begins.
+struct GridRow {
+    const double* at;
+    std::ptrdiff_t step;
+    const GridTerm* terms;
+    std::size_t term_count;
+};
+
 /// A line of a root's grid: its first point, and how many numbers further on the next point and the next line begin. On
 /// a grid of triangles the neighbours of point p are p +- along, p +- across and p +- (across - along).
 struct GridLine {
@@ -22,12 +30,10 @@ struct GridLine {
 /// The inner loops of structured refinement, compiled once per instruction set; all sets give the same bytes. Points
 /// are three numbers side by side; one number past the last point of a grid may be read.
 struct RowKernels {
-    /// Sums of one row for `count` points side by side, the first at `at`; written `stride` points apart.
-    void (*any)(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count,
-                std::uint32_t stride, double* to);
-    /// Cross products of two rows' sums, scaled to length 1; zero stays zero.
-    void (*normals)(const double* at, const GridTerm* first, std::size_t first_count, const GridTerm* second,
-                    std::size_t second_count, std::uint32_t count, std::uint32_t stride, double* to);
+    /// Sums of one row for `count` points; written `stride` points apart.
+    void (*any)(const GridRow& row, std::uint32_t count, std::uint32_t stride, double* to);
+    /// Cross products of two rows' sums, scaled to length 1; zero stays zero. Written side by side.
+    void (*normals)(const GridRow& first, const GridRow& second, std::uint32_t count, double* to);
     // Catmull-Clark's and Loop's regular rules: the finer points on a line, or halfway between it and the one across;
     // all but the first and the last of them, one after the other. Between lines of triangles, the one across has a
     // segment less.

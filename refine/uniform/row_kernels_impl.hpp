@@ -46,28 +46,28 @@ TETRAKIS_INLINE void for_each_block_of_points(std::uint32_t count, const Write& 
 }
 
 template <std::uint32_t Points>
-TETRAKIS_INLINE void add_sums(const double* at, const GridTerm* terms, std::size_t term_count, Lane (&sums)[Points]) {
-    for (std::size_t t = 0; t < term_count; ++t)
-        for (std::uint32_t i = 0; i < Points; ++i) sums[i] += terms[t].weight * load(at + terms[t].offset + 3 * i);
+TETRAKIS_INLINE void add_sums(const GridRow& row, std::uint32_t first, Lane (&sums)[Points]) {
+    const double* const at = row.at + first * row.step;
+    for (std::size_t t = 0; t < row.term_count; ++t)
+        for (std::uint32_t i = 0; i < Points; ++i)
+            sums[i] += row.terms[t].weight * load(at + row.terms[t].offset + i * row.step);
 }
 
-void any_row(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count, std::uint32_t stride,
-             double* to) {
+void any_row(const GridRow& row, std::uint32_t count, std::uint32_t stride, double* to) {
     for_each_block_of_points(
         count, [&]<std::uint32_t Points>(std::uint32_t begin) __attribute__((always_inline)) {
             Lane sums[Points] = {};
-            add_sums(at + std::size_t{3} * begin, terms, term_count, sums);
+            add_sums(row, begin, sums);
             for (std::uint32_t i = 0; i < Points; ++i) store_last(to + std::size_t{3} * (begin + i) * stride, sums[i]);
         });
 }
 
-void unit_normals(const double* at, const GridTerm* first, std::size_t first_count, const GridTerm* second,
-                  std::size_t second_count, std::uint32_t count, std::uint32_t stride, double* to) {
+void unit_normals(const GridRow& first, const GridRow& second, std::uint32_t count, double* to) {
     for_each_block_of_points(
         count, [&]<std::uint32_t Points>(std::uint32_t begin) __attribute__((always_inline)) {
             Lane a[Points] = {}, b[Points] = {};
-            add_sums(at + std::size_t{3} * begin, first, first_count, a);
-            add_sums(at + std::size_t{3} * begin, second, second_count, b);
+            add_sums(first, begin, a);
+            add_sums(second, begin, b);
             double scale[Points];
             for (std::uint32_t i = 0; i < Points; ++i) {
                 a[i] =
@@ -77,8 +77,7 @@ void unit_normals(const double* at, const GridTerm* first, std::size_t first_cou
                 scale[i] = squares[0] + squares[1] + squares[2];
             }
             for (double& s : scale) s = s == 0 ? 0 : 1 / __builtin_sqrt(s);
-            for (std::uint32_t i = 0; i < Points; ++i)
-                store_last(to + std::size_t{3} * (begin + i) * stride, scale[i] * a[i]);
+            for (std::uint32_t i = 0; i < Points; ++i) store_last(to + std::size_t{3} * (begin + i), scale[i] * a[i]);
         });
 }
 

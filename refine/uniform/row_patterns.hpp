@@ -37,8 +37,7 @@ class RowPatterns {
     RowPatterns(const RootLattices& net, std::uint32_t factor, Kind kind);
 
     /// Rows of a level, by the places of a root's grid.
-    using GridRow = std::vector<GridTerm>;
-    using GridRows = std::vector<GridRow>;
+    using GridRows = std::vector<std::vector<GridTerm>>;
 
     /// False where the rows do not repeat, or templates are too small to see whether they do.
     /// @param corners  of the net
@@ -117,7 +116,6 @@ class RowPatterns {
     template <class Finish>
     void apply_to_all(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
                       const Progress& progress) const;
-    void by_kernel(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out, Work& work) const;
     template <class Finish>
     void regular(const GhostGrid& grid, const GridRows& rows, const RootLayout& fine, std::uint32_t f, Vec3d* out,
                  Work& work) const;

@@ -12,20 +12,18 @@ namespace {
 
 constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 16384;  // per task
 
-using Row = std::vector<GridTerm>;
-
 /// What a result is made of, and how.
 struct PointOfRow {
     static constexpr std::size_t rows = 1, rows_inside = 1;
-    static void run(const double* at, const Row* rows, std::uint32_t count, std::uint32_t stride, double* to) {
-        row_kernels().any(at, rows[0].data(), rows[0].size(), count, stride, to);
+    static void run(const GridRow* rows, std::uint32_t count, std::uint32_t stride, Vec3d* to) {
+        row_kernels().any(rows[0], count, stride, &to->x);
     }
     static Vec3d result(const Vec3d* sums) { return sums[0]; }
 };
 struct NormalOfTangents {
     static constexpr std::size_t rows = 4, rows_inside = 2;
-    static void run(const double* at, const Row* rows, std::uint32_t count, std::uint32_t stride, double* to) {
-        row_kernels().normals(at, rows[0].data(), rows[0].size(), rows[1].data(), rows[1].size(), count, stride, to);
+    static void run(const GridRow* rows, std::uint32_t count, std::uint32_t /*stride*/, Vec3d* to) {
+        row_kernels().normals(rows[0], rows[1], count, &to->x);  // of the points' own level
     }
     // A normal that looks at a missing point is missing.
     static Vec3d unit_normal(const Vec3d* sums) {
@@ -53,7 +51,6 @@ Vec3d sum_of(const double* at, const std::vector<GridTerm>& row) {
 
 struct RowPatterns::Work {
     std::vector<Vec3d> grid;  ///< a root of the points' level with its ghosts
-    std::vector<Vec3d> line;  ///< of results
     GridRows side;
 };
 
@@ -85,18 +82,9 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
     const auto refine_roots = [&](std::uint32_t begin, std::uint32_t end) {
         Work work;
         work.grid.resize(grid.size() + 1, Vec3d(0));  // kernels read on
-        work.line.resize(net_.last_place(fine) + std::size_t{1});
         for (std::uint32_t f = begin; f < end; ++f) {
             grid.fill(f, in, work.grid.data());
-            if (kernel_)
-                by_kernel(grid, fine, f, out, work);
-            else
-                regular<Finish>(grid, rows, fine, f, out, work);
-            // The rows of a corner's place are those of place (0, 0), whichever corner it is.
-            for (std::uint32_t s = 0, h = sides * f; s < sides && !net_.in_cells(); ++s, ++h)
-                if (const std::uint32_t v = base.origin[h]; base.vertex_halfedge[v] == h)
-                    Finish::run(&work.grid[static_cast<std::size_t>(grid.side(s).origin)].x, rows.data(), 1, 1,
-                                &out[v].x);
+            regular<Finish>(grid, rows, fine, f, out, work);
             for (std::uint32_t h = sides * f; h < sides * (f + 1); ++h) {
                 if (side_pattern_[h] != none) side<Finish>(grid, fine, h, out, work);
                 if (corner_pattern_[h] != none) corner<Finish>(coarse, fine, h, in, out);
@@ -107,67 +95,54 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
                             refine_roots);
 }
 
-/// All points of a root but those at its corners, line by line.
-void RowPatterns::by_kernel(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out,
-                            Work& work) const {
-    const MeshLevel& base = net_.base();
-    const std::uint32_t sides = net_.side_count(), n = fine.segments() / 2, h = sides * f;
-    const auto on = sides == 4 ? row_kernels().quads_on : row_kernels().triangles_on,
-               between = sides == 4 ? row_kernels().quads_between : row_kernels().triangles_between;
-    const double* const points = &work.grid.data()->x;
-    // From place (0, 0) seen from a side.
-    const auto line = [&](std::uint32_t s, std::uint32_t segments) {
-        const GhostGrid::Side& side = grid.side(s);
-        return GridLine{points + 3 * side.origin, 3 * side.along, 3 * side.away, segments};
-    };
-    for (std::uint32_t s = 0; s < sides; ++s) {
-        const std::uint32_t side = base.edge_side[h + s];
-        if ((side & 1) == 0) on(line(s, n), &out[fine.edge_begin(side >> 1)].x);
-    }
-    GridLine at = line(0, n);
-    for (std::uint32_t y = 0; y < n; ++y) {
-        if (y > 0) on(at, &out[fine.at(f, 1, 2 * y)].x);
-        if (sides == 4 || at.segments > 1) between(at, &out[fine.at(f, 1, 2 * y + 1)].x);
-        at.first += at.across;
-        if (sides == 3) --at.segments;
-    }
-}
-
 /// All results of a root by the rows inside, with its ghosts; those that have other rows are written once more.
-/// But for those at corners, in lattices.
 template <class Finish>
 void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const RootLayout& fine, std::uint32_t f,
                           Vec3d* out, Work& work) const {
     const MeshLevel& base = net_.base();
     const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
-    const auto owns_side = [&](std::uint32_t s) { return (base.edge_side[h + s] & 1) == 0; };
-    const auto line = [&](std::uint32_t y, std::uint32_t begin, std::uint32_t last, Vec3d* to) {
-        for (std::uint32_t x = begin; x < begin + factor_ && x <= last; ++x) {
-            const auto* const rows = &regular[(y % factor_ * factor_ + x % factor_) * std::size_t{Finish::rows_inside}];
-            const auto at = static_cast<std::size_t>(grid.index({x / factor_, y / factor_}));
-            Finish::run(&work.grid[at].x, rows, (last - x) / factor_ + 1, factor_, &to[x - begin].x);
+    // Results side by side, from one place on in a direction.
+    const auto line = [&](RootLattices::Place at, std::uint32_t dx, std::uint32_t dy, std::uint32_t count, Vec3d* to) {
+        const std::ptrdiff_t step = 3 * (static_cast<std::int32_t>(dx) + static_cast<std::int32_t>(dy) * grid.stride());
+        for (std::uint32_t i = 0; i < std::min(factor_, count); ++i, at = {at.x + dx, at.y + dy}) {
+            const Vec3d* const first = work.grid.data() + grid.index({at.x / factor_, at.y / factor_});
+            const std::size_t kind = (at.y % factor_ * factor_ + at.x % factor_) * Finish::rows_inside;
+            GridRow rows[Finish::rows_inside];
+            for (std::size_t r = 0; r < Finish::rows_inside; ++r)
+                rows[r] = {&first->x, step, regular[kind + r].data(), regular[kind + r].size()};
+            Finish::run(rows, (count - 1 - i) / factor_ + 1, factor_, to + i);
         }
     };
-    for (std::uint32_t y = 0; y <= m; ++y) {
-        const std::uint32_t end = sides == 4 ? m : m - y;
-        if (net_.in_cells()) {
-            line(y, 0, end, out + net_.number_at(fine, f, {0, y}));
-            continue;
-        }
-        // Points inside are side by side; those on sides belong to one of two roots, those at corners to one.
-        if (y == 0 || (sides == 4 && y == m)) {
-            const std::uint32_t s = y == 0 ? 0 : 2;
-            if (!owns_side(s) || m < 2) continue;
-            // Along the root's own half-edge points are side by side, too.
-            Vec3d* const first = s == 0 ? out + fine.along(h, 1) : work.line.data();
-            line(y, 1, m - 1, first);
-            if (s == 2) std::reverse_copy(first, first + m - 1, out + fine.along(h + 2, 1));
-            continue;
-        }
-        if (end > 1) line(y, 1, end - 1, out + fine.at(f, 1, y));
-        if (y == m) continue;
-        if (owns_side(sides - 1)) line(y, 0, 0, out + fine.along(h + sides - 1, m - y));
-        if (owns_side(1)) line(y, end, end, out + fine.along(h + 1, y));
+    if (net_.in_cells()) {
+        for (std::uint32_t y = 0; y <= m; ++y) line({0, y}, 1, 0, m + 1, out + net_.number_at(fine, f, {0, y}));
+        return;
+    }
+    const RowKernels& kernels = row_kernels();
+    const auto on = sides == 4 ? kernels.quads_on : kernels.triangles_on,
+               between = sides == 4 ? kernels.quads_between : kernels.triangles_between;
+    const double* const points = &work.grid.data()->x;
+    for (std::uint32_t s = 0; s < sides; ++s) {
+        const RootLattices::Place corner = net_.turned(m, s, 0, 0), next = net_.turned(m, s, 1, 0);
+        const std::uint32_t v = base.origin[h + s];
+        if (base.vertex_halfedge[v] == h + s) line(corner, 1, 0, 1, out + v);
+        // Points along the half-edge that an edge is numbered by are side by side.
+        if ((base.edge_side[h + s] & 1) != 0 || m < 2) continue;
+        Vec3d* const to = out + fine.along(h + s, 1);
+        const auto& [origin, along, away] = grid.side(s);
+        if (kernel_)
+            on({points + 3 * origin, 3 * along, 3 * away, m / 2}, &to->x);
+        else
+            line(next, next.x - corner.x, next.y - corner.y, m - 1, to);
+    }
+    for (std::uint32_t y = 1; y < m; ++y) {
+        const std::uint32_t end = sides == 4 ? m : m - y, row = y / 2;
+        if (end < 2) break;
+        Vec3d* const to = out + fine.at(f, 1, y);
+        if (kernel_)
+            (y % 2 == 0 ? on : between)({points + 3 * grid.index({0, row}), 3, 3 * grid.stride(), (end + 1) / 2},
+                                        &to->x);
+        else
+            line({1, y}, 1, 0, end - 1, to);
     }
 }
 
