@@ -8,8 +8,8 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <string>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -24,20 +24,12 @@ std::span<const std::uint32_t> template_segments(bool cells, const SchemeInfo& s
     return all.subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
 }
 
-/// All that a corner's rows depend on.
-auto key_of(const SchemeInfo& scheme, const RuleOptions& rules, const RootLattices& net, const CornerKind& kind,
-            std::uint32_t segments, bool limits) {
-    const auto& [beside, loop, hoppe, beta, gamma, reflect, w, tuning, steps, boundary, angle, measured, chaikin,
-                 runner] = rules;
-    return std::tuple(&scheme, net.side_count(), net.in_cells(), kind, segments, limits, beside, loop, hoppe, beta,
-                      gamma, reflect, w, tuning, steps, boundary, angle, measured, chaikin, runner);
-}
-
 /// What the rules have said, of the schemes of the table. Any thread may ask.
 class KnownCorners {
   public:
-    using Key = std::invoke_result_t<decltype(key_of), const SchemeInfo&, const RuleOptions&, const RootLattices&,
-                                     const CornerKind&, std::uint32_t, bool>;
+    /// All that a corner's rows depend on: the rules by rule_choices(), how many sides roots have and whether points
+    /// are cells, the corner, the template's segments, and whether the rows are those of limits.
+    using Key = std::tuple<const SchemeInfo*, std::string, std::uint32_t, bool, CornerKind, std::uint32_t, bool>;
     using Rows = std::shared_ptr<const CornerRows>;
 
     /// Null: not known.
@@ -115,6 +107,7 @@ bool learn_from_templates(RowSource& source, LimitSearch* limits, const Learn& l
     static KnownCorners known;
     // Others than the table's may be gone, and their addresses used again.
     const bool keeps = find_scheme(source.scheme.name) == &source.scheme;
+    const std::string rules = rule_choices(source.rules);
     CornerKind regular;
     regular.sharp.assign(source.net.side_count() == 4 ? 4 : 6, 0.0f);
     const std::vector<CornerKind>& kinds = source.corners.kinds;
@@ -123,7 +116,8 @@ bool learn_from_templates(RowSource& source, LimitSearch* limits, const Learn& l
         std::vector<KnownCorners::Rows> all(kinds.size() + 1);
         const auto take = [&](std::uint32_t i) {
             const CornerKind& kind = i < kinds.size() ? kinds[i] : regular;
-            const KnownCorners::Key key = key_of(source.scheme, source.rules, source.net, kind, n, limits != nullptr);
+            const KnownCorners::Key key(&source.scheme, rules, source.net.side_count(), source.net.in_cells(), kind, n,
+                                        limits != nullptr);
             if (keeps) all[i] = known.find(key);
             if (all[i]) return;
             all[i] = limits != nullptr ? limit_rows(source, kind, n, *limits) : step_rows(source, kind, n);
