@@ -21,15 +21,6 @@ using Sums = SiteRows::Sums;
 using Wanted = SiteRows::Wanted;
 constexpr int k_own_level = SiteRows::k_own_level;
 
-/// A vertex of a level that the rules have made.
-struct RuleVertex {
-    const WholeLevels::Level& level;
-    int v;
-
-    Vec3d point() const { return level.points[static_cast<std::size_t>(v)]; }
-    const LimitPoint& limit() const { return level.limits[static_cast<std::size_t>(v)]; }
-};
-
 class RowPoints final : public LevelSource {
   public:
     RowPoints(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots* roots,
@@ -91,16 +82,16 @@ class RowPoints final : public LevelSource {
     void own_limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const {
         evaluate(
             sites, Wanted::limits, k_own_level, out, [](const Sums& sums, Vec3d& point) { point = sums.value[0]; },
-            [&](const RuleVertex& at, Vec3d& point) { point = at.limit().position; });
+            [&](const WholeLevels::Level& made, std::size_t v, Vec3d& point) { point = made.limits[v].position; });
     }
     void points_of(std::span<const Site> sites, int level, std::span<Vec3d> out) const {
         evaluate(
             sites, Wanted::positions, level, out, [](const Sums& sums, Vec3d& point) { point = sums.value[0]; },
-            [](const RuleVertex& at, Vec3d& point) { point = at.point(); });
+            [](const WholeLevels::Level& made, std::size_t v, Vec3d& point) { point = made.points[v]; });
     }
 
     /// @param finish   (sums of rows, result)
-    /// @param by_rule  (vertex of a whole level, result), of those that have no rows
+    /// @param by_rule  (whole level, its vertex, result), of those that have no rows
     template <class Result, class Finish, class ByRule>
     void evaluate(std::span<const Site> sites, Wanted wanted, int level, std::span<Result> out, const Finish& finish,
                   const ByRule& by_rule) const {
@@ -118,7 +109,8 @@ class RowPoints final : public LevelSource {
             vertices.clear();
             for (const std::size_t i : here) vertices.push_back(by_rules_.vertex(sites[i], l));
             if (wanted == Wanted::limits || wanted == Wanted::normals) by_rules_.find_limits(l, vertices);
-            for (std::size_t k = 0; k < here.size(); ++k) by_rule(RuleVertex{made, vertices[k]}, out[here[k]]);
+            for (std::size_t k = 0; k < here.size(); ++k)
+                by_rule(made, static_cast<std::size_t>(vertices[k]), out[here[k]]);
         }
     }
 
@@ -145,7 +137,7 @@ class RowPoints final : public LevelSource {
                     point.tangent2 = sums.value[1];
                     point.has_tangent_plane = sums.last_row < 2 && point.normal != Vec3d(0);
                 },
-                [&](const RuleVertex& at, LimitPoint& point) { point = at.limit(); });
+                [&](const WholeLevels::Level& made, std::size_t v, LimitPoint& point) { point = made.limits[v]; });
         std::vector<Site> flat;
         std::vector<std::size_t> number;
         for (std::size_t i = 0; i < sites.size(); ++i) {
@@ -186,13 +178,13 @@ class RowPoints final : public LevelSource {
                     visit(i, std::array{p[0], p[k], p[k + 1], p[k + 2]});
                 for (std::size_t k = 1; triangles_ && k + 1 < p.size(); ++k) visit(i, std::array{p[0], p[k], p[k + 1]});
             },
-            [&](const RuleVertex& at, std::size_t i) {
-                const RuleMesh& mesh = at.level.step.mesh;
+            [&](const WholeLevels::Level& made, std::size_t v, std::size_t i) {
+                const RuleMesh& mesh = made.step.mesh;
                 std::vector<Vec3d> face;
-                for (const int first : mesh.ring(at.v).halfedge) {
+                for (const int first : mesh.ring(static_cast<int>(v)).halfedge) {
                     face.clear();
                     for (int h = first; face.empty() || h != first; h = mesh.next(h))
-                        face.push_back(at.level.points[static_cast<std::size_t>(mesh.origin(h))]);
+                        face.push_back(made.points[static_cast<std::size_t>(mesh.origin(h))]);
                     visit(i, face);
                 }
             });
