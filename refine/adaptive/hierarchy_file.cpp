@@ -67,35 +67,23 @@ void for_each_node(const HierarchyTree& tree, const std::function<bool(std::uint
     }
 }
 
-class Fingerprint {
-  public:
-    // FNV-1a on 64-bit words.
-    void word(std::uint64_t w) { state_ = (state_ ^ w) * 0x0000'0100'0000'01B3u; }
-    template <class T>
-    void array(std::span<const T> items) {
-        word(items.size());
-        for (const T& item : items) word(item);
-    }
-    // Words differ in their upper bits, too, which the product alone would not bring down.
-    std::uint64_t value() const { return state_ ^ state_ >> 32; }
-
-  private:
-    std::uint64_t state_ = 0xCBF2'9CE4'8422'2325u;
-};
-
 }  // namespace
 
+// FNV-1a on 64-bit words.
 std::uint64_t mesh_fingerprint(const ControlMesh& mesh) {
-    Fingerprint print;
+    std::uint64_t state = 0xCBF2'9CE4'8422'2325u;
+    const auto add = [&](std::uint64_t word) { state = (state ^ word) * 0x0000'0100'0000'01B3u; };
     const ControlMeshData& data = mesh.data();
-    print.array(std::span<const std::uint32_t>(data.face_offsets));
-    print.array(std::span<const std::uint32_t>(data.face_vertices));
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) print.word(mesh.is_hole(FaceId(f)));
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(EdgeId(e))));
+    for (const auto* numbers : {&data.face_offsets, &data.face_vertices}) {
+        add(numbers->size());
+        for (const std::uint32_t number : *numbers) add(number);
+    }
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.is_hole(FaceId(f)));
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) add(std::bit_cast<std::uint32_t>(mesh.sharpness(EdgeId(e))));
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-        print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(VertexId(v))));
-    return print.value();
+        add(std::bit_cast<std::uint32_t>(mesh.sharpness(VertexId(v))));
+    // Words differ in their upper bits, too, which the product alone would not bring down.
+    return state ^ state >> 32;
 }
 
 std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const HierarchyTree& tree,
@@ -197,6 +185,13 @@ detail::HierarchyFileHeader header(const HierarchyFamily& family, const SchemeIn
     throw Error(ErrorCode::invalid_input, "saved hierarchy: its leaves are no conforming refinement");
 }
 
+std::vector<HierarchyNode> ordered_nodes(const HierarchyFamily& family) {
+    std::vector<HierarchyNode> nodes;
+    nodes.reserve(family.leaf_count());
+    for (LeafId leaf : family.ordered_leaves()) nodes.push_back(family.node(leaf));
+    return nodes;
+}
+
 /// Splits leaves of `family` that are ancestors of the nodes until its leaves are the nodes.
 void restore(HierarchyFamily& family, std::span<const HierarchyNode> nodes) {
     const HierarchyTree& tree = family.tree();
@@ -215,18 +210,15 @@ void restore(HierarchyFamily& family, std::span<const HierarchyNode> nodes) {
         family.refine(marked, false, update);
         open = update.created;
     }
-    if (family.leaf_count() != nodes.size()) not_conforming();
 }
 
 }  // namespace
 
 std::vector<std::byte> Hierarchy::saved() const {
     require_not_lost();
-    std::vector<HierarchyNode> nodes;
-    nodes.reserve(leaf_count());
-    for (LeafId leaf : family_->ordered_leaves()) nodes.push_back(family_->node(leaf));
     return detail::encode_hierarchy(
-        header(*family_, *scheme_, rules_), tree(), [&](std::uint32_t root) { return family_->has_root(root); }, nodes);
+        header(*family_, *scheme_, rules_), tree(), [&](std::uint32_t root) { return family_->has_root(root); },
+        ordered_nodes(*family_));
 }
 
 void Hierarchy::save(const std::filesystem::path& path) const {
@@ -244,10 +236,7 @@ std::unique_ptr<HierarchyFamily> Hierarchy::rebuilt(std::span<const HierarchyNod
     std::unique_ptr<HierarchyFamily> family = family_->fresh();
     restore(*family, nodes);
     // As many leaves need not be the same ones: a split takes others with it.
-    const std::vector<LeafId> leaves = family->ordered_leaves();
-    if (!std::equal(leaves.begin(), leaves.end(), nodes.begin(), nodes.end(),
-                    [&](LeafId leaf, const HierarchyNode& node) { return family->node(leaf) == node; }))
-        not_conforming();
+    if (!std::ranges::equal(ordered_nodes(*family), nodes)) not_conforming();
     return family;
 }
 
@@ -267,12 +256,7 @@ void Hierarchy::replace_leaves(std::unique_ptr<HierarchyFamily> family) {
 bool Hierarchy::shrink() {
     require_not_lost();
     const bool closes_up = family_->has_free_slots();
-    if (closes_up) {
-        std::vector<HierarchyNode> nodes;
-        nodes.reserve(leaf_count());
-        for (LeafId leaf : family_->ordered_leaves()) nodes.push_back(family_->node(leaf));
-        replace_leaves(rebuilt(nodes));
-    }
+    if (closes_up) replace_leaves(rebuilt(ordered_nodes(*family_)));
     family_->shrink();
     generation_.shrink_to_fit();
     cache_->valid = false;
