@@ -4,7 +4,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
-#include "../../refine/attributes/used_values.hpp"
+#include "../../refine/attributes/uv_mesh.hpp"
 #include "../../refine/rules/rule_limit.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../bounds/dual_bound.hpp"

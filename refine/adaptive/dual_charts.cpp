@@ -4,8 +4,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/seam_extension.hpp"
-#include "../attributes/seam_face.hpp"
-#include "../attributes/uv_mesh.hpp"
 #include "../points/row_points.hpp"
 #include "../points/vertex_links.hpp"
 #include "../rules/triangle_cut.hpp"

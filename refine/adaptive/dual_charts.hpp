@@ -4,7 +4,7 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/trees/vertex_forest.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../attributes/used_values.hpp"
+#include "../attributes/uv_mesh.hpp"
 #include "../points/level_source.hpp"
 
 #include <cstdint>

@@ -1,8 +1,6 @@
 #include "followed_uvs.hpp"
 
 #include "../rules/rule_refiner.hpp"
-#include "seam_extension.hpp"
-#include "seam_face.hpp"
 #include "uv_mesh.hpp"
 
 #include <algorithm>

@@ -49,14 +49,6 @@ class UsedValues {
     bool all_;
 };
 
-struct FaceUvs {
-    std::vector<Vec2d> uvs;               ///< by vertex; those of one vertex all different
-    std::vector<std::uint32_t> face_uvs;  ///< per face corner
-};
-
-/// Numbers the UVs of face corners: those of one vertex that are the same, bit for bit, are one.
-FaceUvs number_uvs(std::span<const std::uint32_t> face_vertices, std::span<const Vec2d> values);
-
 /// Removes the values that no corner names; the others keep their order.
 template <class T>
 void drop_unused(std::vector<std::uint32_t>& corners, std::vector<T>& values) {

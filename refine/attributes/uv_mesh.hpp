@@ -4,7 +4,10 @@
 #include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 
+#include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 namespace tetrakis {
 
@@ -20,6 +23,14 @@ namespace tetrakis {
 ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules = {});
 
 namespace detail {
+
+struct FaceUvs {
+    std::vector<Vec2d> uvs;               ///< by vertex; those of one vertex all different
+    std::vector<std::uint32_t> face_uvs;  ///< per face corner
+};
+
+/// Numbers the UVs of face corners: those of one vertex that are the same, bit for bit, are one.
+FaceUvs number_uvs(std::span<const std::uint32_t> face_vertices, std::span<const Vec2d> values);
 
 /// By which uv_mesh() is refined: what the mesh measures has been measured.
 RuleOptions chart_rules(RuleOptions rules);
