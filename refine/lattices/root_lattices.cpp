@@ -300,7 +300,8 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
 RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     const std::uint32_t n = at.segments(), inner = n - 1;
     std::vector<std::uint32_t> inner_edges;
-    for_each_inner_edge([&](std::uint32_t h) { inner_edges.push_back(h); });
+    for (const std::uint32_t h : base_.edge_halfedge)
+        if (base_.twin[h] != none) inner_edges.push_back(h);
     const auto across = static_cast<std::uint32_t>(inner_edges.size());
     const std::uint32_t quads = base_.face_count * inner * inner + across * inner;
     Faces faces;
@@ -339,18 +340,20 @@ RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
         },
         k_grain);
     std::vector<std::uint32_t> around;
-    // The outermost points are the boundary.
-    for_each_inner_vertex([&](std::uint32_t first) {
+    // The outermost points are the boundary. Around a point where creases end from both sides, which has two roots,
+    // there is no face.
+    for (const std::uint32_t first : base_.vertex_halfedge) {
+        if (first == none || base_.twin[first] == none || turned(turned(first)) == first) continue;
         std::uint32_t h = first;
         around.clear();
         do {
             faces.vertices.push_back(number(at, h, 0, 0));
             around.push_back(base_face_[h / 4]);
-            h = base_.twin[base_.prev(h)];
+            h = turned(h);
         } while (h != first);
         faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
         faces.control.push_back(most_frequent(around));
-    });
+    }
     if (shares_points()) {
         const Numbers numbers = point_numbers(at);
         for (std::uint32_t& v : faces.vertices) v = numbers.of(v);

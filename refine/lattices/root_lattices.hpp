@@ -67,21 +67,6 @@ class RootLattices {
 
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }
-    /// Calls visit(half-edge) for each edge between two roots, in the order of their numbers.
-    template <class Visit>
-    void for_each_inner_edge(Visit&& visit) const {
-        for (std::uint32_t e = 0; e < base_.edge_count; ++e)
-            if (base_.twin[base_.edge_halfedge[e]] != none) visit(base_.edge_halfedge[e]);
-    }
-    /// Calls visit(half-edge that leaves it) for each vertex that three roots or more lie around: around a point where
-    /// creases end from both sides, which has two, there is no face.
-    template <class Visit>
-    void for_each_inner_vertex(Visit&& visit) const {
-        for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
-            const std::uint32_t first = base_.vertex_halfedge[v];
-            if (first != none && base_.twin[first] != none && turned(turned(first)) != first) visit(first);
-        }
-    }
     /// The half-edge that leaves the origin of h next, counter-clockwise, which is not on the boundary.
     std::uint32_t turned(std::uint32_t h) const { return base_.twin[base_.prev(h)]; }
     RootLayout layout(std::uint32_t segments) const { return {base_, segments}; }
