@@ -39,7 +39,7 @@ RuleMesh::RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sh
     if (known)
         twin_ = std::move(faces.twin_);
     else
-        match_twins();
+        match_twins(std::move(faces.tag_));
     edge_.assign(halfedges, none);
     edge_halfedge_.reserve((halfedges + std::count(twin_.begin(), twin_.end(), none)) / 2);
     for (int h = 0; h < halfedges; ++h) {
@@ -59,8 +59,9 @@ RuleMesh::RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sh
     take_corner_angles();
 }
 
-void RuleMesh::match_twins() {
+void RuleMesh::match_twins(std::vector<int> tags) {
     const int halfedges = halfedge_count();
+    tags.resize(halfedges, 0);
     const int vertex_count = origin_.empty() ? 0 : 1 + *std::max_element(origin_.begin(), origin_.end());
     // Half-edges by their lower vertex: the few of one vertex are matched with each other.
     std::vector<int> begin(vertex_count + 1, 0), at_lower(halfedges);
@@ -70,14 +71,15 @@ void RuleMesh::match_twins() {
     for (int v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
     std::vector<int> end(begin.begin(), begin.end() - 1);
     for (int h = 0; h < halfedges; ++h) at_lower[end[lower(h)]++] = h;
+    const auto edge = [&](int h) { return std::pair(upper(h), tags[h]); };
     twin_.assign(halfedges, none);
     for (int v = 0; v < vertex_count; ++v) {
-        // Those with the same other end come one after another.
+        // Those of one edge come one after another.
         std::sort(at_lower.begin() + begin[v], at_lower.begin() + begin[v + 1],
-                  [&](int a, int b) { return std::pair(upper(a), a) < std::pair(upper(b), b); });
+                  [&](int a, int b) { return std::pair(edge(a), a) < std::pair(edge(b), b); });
         for (int i = begin[v]; i + 1 < begin[v + 1]; ++i) {
             const int h = at_lower[i], other = at_lower[i + 1];
-            if (upper(h) != upper(other)) continue;
+            if (edge(h) != edge(other)) continue;
             if (twin_[h] != none) refuse("more than two faces at the edge of half-edge", h);
             if (origin_[h] == origin_[other]) refuse("two faces of opposite sense at half-edge", h);
             twin_[h] = other;

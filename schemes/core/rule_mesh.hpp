@@ -21,18 +21,22 @@ class RuleMesh {
     /// Faces in the making: corner by corner, with the sharpness of the edge that leaves each corner.
     class Builder {
       public:
-        void corner(int vertex, float sharpness = 0) {
+        /// @param tag  of the edge: half-edges with the same ends are one edge only where their tags are equal, too
+        void corner(int vertex, float sharpness = 0, int tag = 0) {
             origin_.push_back(vertex);
             sharpness_.push_back(sharpness);
+            if (tag == 0) return;
+            tag_.resize(origin_.size(), 0);
+            tag_.back() = tag;
         }
         void end_face() { face_begin_.push_back(static_cast<int>(origin_.size())); }
-        /// A whole face, whose first edge has the sharpness.
-        void face(std::span<const int> corners, float sharpness = 0) {
-            for (const int v : corners) corner(v, std::exchange(sharpness, 0.0f));
+        /// A whole face.
+        void face(std::span<const int> corners, int tag = 0) {
+            for (const int v : corners) corner(v, 0, tag);
             end_face();
         }
-        void face(std::initializer_list<int> corners, float sharpness = 0) {
-            face(std::span(corners.begin(), corners.size()), sharpness);
+        void face(std::initializer_list<int> corners, int tag = 0) {
+            face(std::span(corners.begin(), corners.size()), tag);
         }
         void reserve(std::size_t faces, std::size_t corners) {
             face_begin_.reserve(faces + 1);
@@ -50,7 +54,7 @@ class RuleMesh {
         friend class RuleMesh;
         std::vector<int> face_begin_{0}, origin_;
         std::vector<float> sharpness_;
-        std::vector<int> twin_;
+        std::vector<int> twin_, tag_;  ///< tags of the first half-edges; the others have 0
         std::vector<double> corner_angle_;
     };
 
@@ -118,7 +122,7 @@ class RuleMesh {
 
   private:
     Ring from(int start, bool stops_at_sharp_edges) const;
-    void match_twins();
+    void match_twins(std::vector<int> tags);
     void check_fans() const;
     void take_corner_angles();
 

@@ -64,18 +64,6 @@ RuleStep split_triangles(const RuleMesh& mesh, const HalfSharpness& halves, cons
     RuleMesh::Builder faces;
     const std::size_t fine = 4 * static_cast<std::size_t>(H);
     faces.reserve(fine / 3, fine);
-    std::vector<int> twin(fine);
-    // Corner i of face f has triangle 4 f + i; the inner triangle is its face's fourth.
-    const auto child = [](int h) { return h + h / 3 * 9 + h % 3 * 2; };
-    for (int h = 0; h < H; ++h) {
-        const int t = mesh.twin(h), at = child(h), inner = h / 3 * 12 + 9 + mesh.prev(h) % 3;
-        const int before = mesh.twin(mesh.prev(h));
-        twin[at] = t == RuleMesh::none ? t : child(mesh.next(t)) + 2;
-        twin[at + 1] = inner;
-        twin[inner] = at + 1;
-        twin[at + 2] = before == RuleMesh::none ? before : child(before);
-    }
-    faces.set_twins(std::move(twin));
     step.child_halfedge.resize(H);
     for (int f = 0; f < mesh.face_count(); ++f) {
         const int h = mesh.face_begin(f);
@@ -83,11 +71,11 @@ RuleStep split_triangles(const RuleMesh& mesh, const HalfSharpness& halves, cons
             const int at = h + i, before = mesh.prev(at);
             step.child_halfedge[at] = faces.halfedge_count();
             faces.corner(mesh.origin(at), halves.at_origin(at));
-            faces.corner(V + mesh.edge(at));
+            faces.corner(V + mesh.edge(at), 0, f);  // two triangles may share two edges, and their points
             faces.corner(V + mesh.edge(before), halves.at_target(before));
             faces.end_face();
         }
-        faces.face({V + mesh.edge(h), V + mesh.edge(h + 1), V + mesh.edge(h + 2)});
+        faces.face({V + mesh.edge(h), V + mesh.edge(h + 1), V + mesh.edge(h + 2)}, f);
         step.parent_face.insert(step.parent_face.end(), 4, f);
     }
     faces.set_corner_angles(child_corner_angles(mesh, step.child_halfedge, fine));
@@ -108,7 +96,6 @@ inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves
     RuleMesh::Builder faces;
     const auto quads = static_cast<std::size_t>(mesh.halfedge_count());
     faces.reserve(quads, 4 * quads);
-    std::vector<int> twin(4 * quads);
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int before = mesh.prev(h);
         faces.corner(mesh.origin(h), halves.at_origin(h));
@@ -116,14 +103,7 @@ inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves
         faces.corner(V + E + mesh.face(h));
         faces.corner(V + mesh.edge(before), halves.at_target(before));
         faces.end_face();
-        const int t = mesh.twin(h), b = mesh.twin(before);
-        int* const of_quad = &twin[4 * static_cast<std::size_t>(h)];
-        of_quad[0] = t == RuleMesh::none ? t : 4 * mesh.next(t) + 3;
-        of_quad[1] = 4 * mesh.next(h) + 2;
-        of_quad[2] = 4 * before + 1;
-        of_quad[3] = b == RuleMesh::none ? b : 4 * b;
     }
-    faces.set_twins(std::move(twin));
     if (mesh.has_corner_angles())
         faces.set_corner_angles(child_corner_angles(mesh, split_polygons_children(mesh), 4 * quads));
     const int count = V + E + mesh.face_count();

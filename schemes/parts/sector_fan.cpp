@@ -146,37 +146,21 @@ void pentagon_faces(Face&& face) {
     face({{}, {1, 0, 1}, {1, 2, 1}, {1, 2, 0}, {1, 1, 0}});
 }
 
-/// Where two triangles share two edges, their third ones have the same ends and yet are two edges: those of each sector
-/// belong together, which the ends do not tell.
-std::vector<int> twins_of_two_triangles(const std::vector<std::tuple<int, int, int>>& halfedges) {
-    std::map<std::tuple<int, int, int>, int> number;
-    for (std::size_t h = 0; h < halfedges.size(); ++h) number[halfedges[h]] = static_cast<int>(h);
-    std::vector<int> twins;
-    for (const auto& [from, to, sector] : halfedges) {
-        const auto twin = number.find({to, from, sector});
-        twins.push_back(twin == number.end() ? RuleMesh::none : twin->second);
-    }
-    return twins;
-}
-
 RuleMesh fan_mesh(const FanLabels& labels) {
     const FanShape& shape = labels.shape();
     RuleMesh::Builder faces;
     std::vector<double> angles;
     const bool two_triangles = labels.lattice() == FanLattice::triangles && !shape.boundary && shape.faces == 2;
-    std::vector<std::tuple<int, int, int>> halfedges;  // of two triangles: ends; the sector where they do not tell
     const auto face = [&](const std::vector<FanLabel>& corners) {
         for (std::size_t i = 0; i < corners.size(); ++i) {
             const int v = labels.find(corners[i]);
             const FanLabel from = labels.all()[v], to = labels.canonical(corners[(i + 1) % corners.size()]);
             // The centre counts as a place on every ray; its own sector is 0.
             const bool on_first_ray = from.sector == 0 && to.sector == 0 && from.b == 0 && to.b == 0;
-            faces.corner(v, shape.dart && on_first_ray ? k_infinite : 0.0f);
+            // Two triangles that share two edges: their third ones have the same ends and yet are two edges.
+            const bool in_both = two_triangles && from.a == 1 && from.b == 0 && to.a == 1 && to.b == 0;
+            faces.corner(v, shape.dart && on_first_ray ? k_infinite : 0.0f, in_both ? corners[0].sector : 0);
             angles.push_back(v == 0 ? shape.angle : 0);
-            if (two_triangles) {
-                const bool in_both = from.a == 1 && from.b == 0 && to.a == 1 && to.b == 0;
-                halfedges.emplace_back(v, labels.find(to), in_both ? corners[0].sector : 0);
-            }
         }
         faces.end_face();
     };
@@ -188,7 +172,6 @@ RuleMesh fan_mesh(const FanLabels& labels) {
         dual_boundary_faces(labels, face);
     else
         dual_faces(labels, face);
-    if (two_triangles) faces.set_twins(twins_of_two_triangles(halfedges));
     std::vector<float> sharpness;
     if (shape.corner) {
         sharpness.assign(labels.size(), 0.0f);

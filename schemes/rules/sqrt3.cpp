@@ -56,20 +56,25 @@ class SimpleStep {
         for (int h = 0; h < mesh.halfedge_count(); ++h) {
             step_.parent_face.push_back(mesh.face(h));
             const int v = mesh.origin(h);
+            // Ends do not always tell edges apart: two triangles may share two edges. An edge that lies across an old
+            // one, or on it, has its tag, one inside a face the face's.
+            const int face = mesh.face(h);
             if (!mesh.sharp(h)) {
-                const int beyond = beside(mesh.twin(h)), here = beside(h);
-                faces.corner(v, crease_between(v, beyond, mesh.twin(h)));
-                faces.corner(beyond);
-                faces.corner(here, crease_between(v, here, h));
-                faces.end_face();
+                const int t = mesh.twin(h), beyond = beside(t), here = beside(h);
+                add_edge(faces, v, v, beyond, t);
+                faces.corner(beyond, 0, mesh.edge(h));
+                add_edge(faces, here, v, here, h);
             } else if (cuts) {
-                const float s = child_sharpness(mesh.sharpness(h));
-                faces.face({on_edge(h, v), on_edge(h, mesh.target(h)), detail::opposite(mesh, h)}, s);
+                faces.corner(on_edge(h, v), child_sharpness(mesh.sharpness(h)), mesh.edge(h));
+                faces.corner(on_edge(h, mesh.target(h)), 0, face);
+                faces.corner(detail::opposite(mesh, h), 0, face);
             } else {
-                faces.face({v, mesh.target(h), centre_[mesh.face(h)]}, mesh.sharpness(h));
+                faces.corner(v, mesh.sharpness(h), mesh.edge(h));
+                faces.corner(mesh.target(h), 0, face);
+                faces.corner(centre_[face], 0, face);
             }
+            faces.end_face();
         }
-        faces.set_twins(twins());
         std::vector<float> sharpness = mesh.vertex_sharpness();
         if (!sharpness.empty()) sharpness.resize(count, 0.0f);
         step_.mesh = RuleMesh(count, std::move(faces),
@@ -79,38 +84,6 @@ class SimpleStep {
     RuleStep take() { return std::move(step_); }
 
   private:
-    /// Of the new half-edges, told from the old ones: ends do not always tell (two triangles that share two edges).
-    std::vector<int> twins() const {
-        std::vector<int> twin(3 * static_cast<std::size_t>(mesh_.halfedge_count()));
-        for (int h = 0; h < mesh_.halfedge_count(); ++h) {
-            const int t = mesh_.twin(h), before = mesh_.prev(h), here = sharp_side(mesh_.face(h));
-            int* const of = &twin[3 * static_cast<std::size_t>(h)];
-            // Back to the origin in its own face.
-            if (here == RuleMesh::none)
-                of[2] = mesh_.sharp(before) ? 3 * before + 1 : 3 * mesh_.twin(before);
-            else if (here != before)
-                of[2] = 3 * here + 2;
-            else
-                of[2] =
-                    mesh_.twin(here) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.twin(mesh_.prev(mesh_.twin(here)));
-            if (mesh_.sharp(h)) {  // along the crease; where it is cut, then to and from the opposite corner
-                of[0] = t == RuleMesh::none ? t : 3 * t;
-                of[1] = cuts_ ? 3 * mesh_.twin(mesh_.next(h)) : 3 * mesh_.next(h) + 2;
-                if (cuts_) of[2] = 3 * before + 2;
-                continue;
-            }
-            // From h's origin into the face beyond: inside it, or along the crease that leaves the origin there.
-            const int beyond = sharp_side(mesh_.face(t));
-            if (beyond == RuleMesh::none)
-                of[0] = 3 * mesh_.next(t) + 2;
-            else if (beyond != mesh_.next(t))
-                of[0] = 3 * beyond + 1;
-            else
-                of[0] = mesh_.twin(beyond) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.next(mesh_.twin(beyond)) + 2;
-            of[1] = 3 * t + 1;
-        }
-        return twin;
-    }
     /// The edge of a face that is cut.
     int sharp_side(int f) const {
         for (int h = mesh_.face_begin(f); cuts_ && h < mesh_.face_begin(f) + 3; ++h)
@@ -130,11 +103,14 @@ class SimpleStep {
         const int side = sharp_side(f);
         return on_edge(side, mesh_.next(side) == h ? mesh_.target(side) : mesh_.origin(side));
     }
-    /// Sharpness of the new edge from v to a point of h's face: that of the crease if the point lies on one at v.
-    float crease_between(int v, int point, int h) const {
+    /// The new edge between v and a point of h's face, from either: along the crease if the point lies on one at v.
+    void add_edge(RuleMesh::Builder& faces, int from, int v, int point, int h) const {
         const int side = sharp_side(mesh_.face(h));
-        if (side == RuleMesh::none || (mesh_.origin(side) != v && mesh_.target(side) != v)) return 0;
-        return on_edge(side, v) == point ? child_sharpness(mesh_.sharpness(side)) : 0.0f;
+        const bool at_crease = side != RuleMesh::none && (mesh_.origin(side) == v || mesh_.target(side) == v);
+        if (at_crease && on_edge(side, v) == point)
+            faces.corner(from, child_sharpness(mesh_.sharpness(side)), mesh_.edge(side));
+        else
+            faces.corner(from, 0, mesh_.face(h));
     }
     StencilRow vertex_row(int v) const {
         const RuleMesh::Ring ring = mesh_.ring(v);
