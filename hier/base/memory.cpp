@@ -3,7 +3,6 @@
 #include "error.hpp"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/scalable_allocator.h>
 
 #include <sys/resource.h>
 
@@ -138,30 +137,9 @@ FreedBlocks& freed_blocks() {
     return blocks;
 }
 
-/// oneTBB's allocator of small blocks, which takes its memory from mappings as those of large blocks: each 4 KiB page
-/// would be a page fault of its own. It outlives all static objects.
-rml::MemoryPool* small_blocks() {
-    static rml::MemoryPool* const pool = [] {
-        const auto map = [](std::intptr_t, std::size_t& bytes) -> void* {
-            bytes = mapped_size(bytes);
-            char* const kept = freed_blocks().take(bytes);
-            return kept != nullptr ? kept : map_pages(bytes);
-        };
-        const auto unmap = [](std::intptr_t, void* data, std::size_t bytes) {
-            freed_blocks().put(static_cast<char*>(data), bytes);
-            return 0;
-        };
-        const rml::MemPoolPolicy policy(map, unmap, k_huge_page);
-        rml::MemoryPool* created = nullptr;
-        rml::pool_create_v1(0, &policy, &created);
-        return created;
-    }();
-    return pool;
-}
-
 /// grow_memory() without giving back freed blocks.
 void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
-    if (bytes < k_mapped) return rml::pool_realloc(small_blocks(), data, bytes);
+    if (bytes < k_mapped) return std::realloc(data, bytes);
     const std::size_t size = mapped_size(bytes), old_size = mapped_size(old_bytes);
     if (old_bytes >= k_mapped && size == old_size) return data;
     char* memory = freed_blocks().take(size);
@@ -213,7 +191,7 @@ void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
 void free_memory(void* data, [[maybe_unused]] std::size_t bytes) noexcept {
 #if defined(TETRAKIS_MAPS_PAGES)
     if (bytes < k_mapped)
-        rml::pool_free(small_blocks(), data);
+        std::free(data);
     else if (data != nullptr)
         freed_blocks().put(static_cast<char*>(data), mapped_size(bytes));
 #else

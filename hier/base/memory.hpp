@@ -37,8 +37,7 @@ void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limi
                   const std::filesystem::path& file = {});
 
 /// Memory of working arrays. Blocks from 1 MiB on are mappings of their own, on huge pages where the system has them,
-/// and are kept when they are freed; oneTBB's allocator cuts smaller ones from such mappings. Contents stay as a block
-/// grows.
+/// and are kept when they are freed; smaller ones are those of malloc(). Contents stay as a block grows.
 /// @param data       from this function, or nullptr
 /// @param old_bytes  its size as it was asked for
 /// @param bytes      not less than old_bytes
