@@ -23,14 +23,14 @@ double rounded(double x) {
 
 }  // namespace
 
-bool VertexJoins::joined(VertexId a, VertexId b) {
+bool MeshFaceCutter::joined(VertexId a, VertexId b) {
     if (known_.contains(key(a, b))) return true;
     if (mesh_.face_valence(b) < mesh_.face_valence(a)) std::swap(a, b);  // the way around a hub would be long
     const HalfedgeId first = mesh_.vertex_halfedge(a);
     HalfedgeId h = first;
     do {
         if (mesh_.target(h) == b || mesh_.origin(mesh_.prev(h)) == b) {
-            join(a, b);
+            known_.insert(key(a, b));
             return true;
         }
         h = mesh_.ccw_outgoing(h);
@@ -108,7 +108,6 @@ bool FaceCutter::holds_reflex_corner(std::uint32_t a, std::uint32_t tip, std::ui
     });
 }
 
-// Twice the triangle's area as seen along the face's normal.
 double FaceCutter::facing(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
     return glm::dot(normal_, glm::cross(points_[b] - points_[a], points_[c] - points_[a]));
 }

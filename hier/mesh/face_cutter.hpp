@@ -11,25 +11,6 @@
 
 namespace tetrakis::detail {
 
-/// Which vertices are already joined: by an edge of the mesh, or by a diagonal that was taken.
-class VertexJoins {
-  public:
-    /// Keeps a reference.
-    explicit VertexJoins(const ControlMesh& mesh) : mesh_(mesh) {}
-
-    bool joined(VertexId a, VertexId b);
-    void join(VertexId a, VertexId b) { known_.insert(key(a, b)); }
-
-  private:
-    static std::uint64_t key(VertexId a, VertexId b) {
-        return std::uint64_t{std::min(a, b).value} << 32 | std::max(a, b).value;
-    }
-
-    const ControlMesh& mesh_;
-    std::unordered_set<std::uint64_t>
-        known_;  ///< diagonals, and edges that were asked for: hubs are walked around once
-};
-
 /// Cuts one face after the other into triangles, by the rule of triangulate(): ears, the shortest diagonal first.
 /// Cost: O(n log n) for n corners, for concave faces times their reflex corners.
 class FaceCutter {
@@ -60,6 +41,9 @@ class FaceCutter {
         return {};
     }
 
+    /// Twice the area of a triangle of the face cut last as seen along the face's normal.
+    double facing(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+
   private:
     struct Ear {
         bool bad;             ///< backward, holding a reflex corner, or leaving a backward triangle
@@ -77,7 +61,6 @@ class FaceCutter {
     void offer_all();
     void offer(std::uint32_t tip);
     bool holds_reflex_corner(std::uint32_t a, std::uint32_t tip, std::uint32_t b) const;
-    double facing(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
     std::span<const std::uint32_t> rest();
 
     std::span<const Vec3d> points_;
@@ -86,6 +69,41 @@ class FaceCutter {
     std::vector<std::uint32_t> prev_, next_, round_, reflex_, rest_;
     bool test_reflex_ = false;
     std::vector<Ear> ears_;  ///< a heap; those of earlier rounds are out of date
+};
+
+/// Cuts faces of a mesh. No diagonal joins two vertices that an edge of the mesh joins, or a diagonal that was taken.
+class MeshFaceCutter : private FaceCutter {
+  public:
+    /// Keeps references.
+    /// @param positions  of the mesh's vertices
+    MeshFaceCutter(const ControlMesh& mesh, std::span<const Vec3d> positions) : mesh_(mesh), positions_(positions) {}
+
+    /// As FaceCutter::cut(); places are those of the face's corners.
+    template <class Triangle>
+    std::span<const std::uint32_t> cut(FaceId face, const Triangle& triangle) {
+        first_ = mesh_.face_halfedge(face);
+        points_.clear();
+        for (std::uint32_t i = 0; i < mesh_.face_size(face); ++i) points_.push_back(positions_[vertex(i).value]);
+        const auto is_free = [&](std::uint32_t a, std::uint32_t b) { return !joined(vertex(a), vertex(b)); };
+        return FaceCutter::cut(points_, is_free, triangle);
+    }
+    using FaceCutter::facing;
+    /// The diagonal between two places of the face cut last is taken.
+    void take(std::uint32_t a, std::uint32_t b) { known_.insert(key(vertex(a), vertex(b))); }
+
+  private:
+    static std::uint64_t key(VertexId a, VertexId b) {
+        return std::uint64_t{std::min(a, b).value} << 32 | std::max(a, b).value;
+    }
+    VertexId vertex(std::uint32_t place) const { return mesh_.origin(HalfedgeId(first_.value + place)); }
+    bool joined(VertexId a, VertexId b);
+
+    const ControlMesh& mesh_;
+    std::span<const Vec3d> positions_;
+    HalfedgeId first_;  ///< of the face cut last
+    std::vector<Vec3d> points_;
+    std::unordered_set<std::uint64_t>
+        known_;  ///< diagonals, and edges that were asked for: hubs are walked around once
 };
 
 }  // namespace tetrakis::detail

@@ -15,7 +15,8 @@ namespace {
 
 class Triangulator {
   public:
-    explicit Triangulator(const ControlMesh& mesh) : mesh_(mesh), in_(mesh.data()), out_(in_), joins_(mesh) {}
+    explicit Triangulator(const ControlMesh& mesh)
+        : mesh_(mesh), in_(mesh.data()), out_(in_), cutter_(mesh, in_.positions) {}
 
     ControlMeshData run() {
         std::vector<std::uint32_t> first;  // triangle of each face
@@ -38,8 +39,6 @@ class Triangulator {
     }
 
   private:
-    std::uint32_t vertex(std::uint32_t place) const { return in_.face_vertices[first_ + place]; }
-
     // The first from `t` on that touches the vertex; diagonals are smooth, so its sector is that of the others.
     std::uint32_t triangle_at(std::uint32_t vertex, std::uint32_t t) const {
         while (detail::face_corner(out_, t, vertex) == HalfedgeId::none) ++t;
@@ -56,15 +55,10 @@ class Triangulator {
         const std::uint32_t size = in_.face_offsets[face_ + 1] - first_;
         if (size == 3) return add_triangle(first_, first_ + 1, first_ + 2);
         ++cut_count_;
-        points_.clear();
-        for (std::uint32_t i = 0; i < size; ++i) points_.push_back(in_.positions[vertex(i)]);
-        const auto at = [&](std::uint32_t place) { return VertexId(vertex(place)); };
-        const std::span<const std::uint32_t> left = cutter_.cut(
-            points_, [&](std::uint32_t a, std::uint32_t b) { return !joins_.joined(at(a), at(b)); },
-            [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
-                add_triangle(first_ + a, first_ + tip, first_ + b);
-                joins_.join(at(a), at(b));
-            });
+        const auto left = cutter_.cut(FaceId(face_), [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
+            add_triangle(first_ + a, first_ + tip, first_ + b);
+            cutter_.take(a, b);
+        });
         if (!left.empty()) add_fan(left);
     }
 
@@ -74,7 +68,7 @@ class Triangulator {
         Vec2d uv(0.0);
         for (const std::uint32_t place : places) {
             const std::uint32_t h = first_ + place;
-            centre += in_.positions[vertex(place)];
+            centre += in_.positions[in_.face_vertices[h]];
             if (!in_.face_uvs.empty()) uv += in_.uvs[in_.face_uvs[h]];
             if (!in_.face_normals.empty()) normal += in_.normals[in_.face_normals[h]];
         }
@@ -111,13 +105,11 @@ class Triangulator {
     const ControlMeshData& in_;
     ControlMeshData out_;
     detail::NewFaces triangles_;
-    detail::VertexJoins joins_;
     std::uint64_t cut_count_ = 0, centre_count_ = 0;
 
     // The face being cut; its places are corners counted from its first one.
     std::uint32_t face_ = 0, first_ = 0;
-    detail::FaceCutter cutter_;
-    std::vector<Vec3d> points_;
+    detail::MeshFaceCutter cutter_;
 };
 
 }  // namespace
