@@ -1,6 +1,5 @@
 #include "corner_cell.hpp"
 
-#include <array>
 #include <initializer_list>
 
 namespace tetrakis {
@@ -67,23 +66,36 @@ Site triangle_vertex_site(const ControlMesh& mesh, VertexId v) {
     return {HalfedgeId(h.value - corner), {corner == 1 ? 1u : 0u, corner == 2 ? 1u : 0u}, 0};
 }
 
+TriangleWeights across(const ControlMesh& mesh, HalfedgeId h, const TriangleWeights& weight) {
+    const std::uint32_t side = h.value % 3, twin = mesh.twin(h).value % 3;
+    const std::int64_t beyond = weight[(side + 2) % 3];
+    TriangleWeights there;
+    there[twin] = weight[(side + 1) % 3] + beyond;
+    there[(twin + 1) % 3] = weight[side] + beyond;
+    there[(twin + 2) % 3] = -beyond;
+    return there;
+}
+
+Site canonical_triangle_site(const ControlMesh& mesh, FaceId face, TriangleWeights weight, int level) {
+    for (std::uint32_t side = 0; side < 3; ++side) {
+        if (weight[(side + 2) % 3] != 0) continue;
+        const HalfedgeId h(3 * face.value + side), twin = mesh.twin(h);
+        if (level == 0) return triangle_vertex_site(mesh, mesh.origin(weight[side] != 0 ? h : mesh.next(h)));
+        if (!twin.valid() || mesh.face(twin) > face) break;
+        weight = across(mesh, h, weight);
+        face = mesh.face(twin);
+        break;
+    }
+    return {HalfedgeId(3 * face.value),
+            {static_cast<std::uint32_t>(weight[1]), static_cast<std::uint32_t>(weight[2])},
+            static_cast<std::uint8_t>(level)};
+}
+
 Site canonical_triangle_site(const ControlMesh& mesh, const Site& site) {
     const Site minimal = minimal_level(site);
-    const auto [root, at, level] = minimal;
-    const std::uint32_t end = 1u << level;
-    if (level == 0)
-        return triangle_vertex_site(mesh, mesh.origin(HalfedgeId(root.value + (at.x != 0 ? 1 : at.y != 0 ? 2 : 0))));
-    if (at.x != 0 && at.y != 0 && at.x + at.y != end) return minimal;
-    const std::uint32_t side = at.y == 0 ? 0 : at.x == 0 ? 2 : 1;
-    const HalfedgeId twin = mesh.twin(HalfedgeId(root.value + side));
-    if (!twin.valid() || twin > root) return minimal;
-    // Barycentric weights: the twin runs the other way.
-    const std::array<std::uint32_t, 3> weight = {end - at.x - at.y, at.x, at.y};
-    const std::uint32_t other = twin.value % 3;
-    std::array<std::uint32_t, 3> there{};
-    there[other] = weight[(side + 1) % 3];
-    there[(other + 1) % 3] = weight[side];
-    return {HalfedgeId(twin.value - other), {there[1], there[2]}, level};
+    const std::int64_t x = minimal.at.x, y = minimal.at.y, end = std::int64_t{1} << minimal.level;
+    if (x != 0 && y != 0 && x + y != end) return minimal;
+    return canonical_triangle_site(mesh, mesh.face(minimal.root), {end - x - y, x, y}, minimal.level);
 }
 
 }  // namespace tetrakis

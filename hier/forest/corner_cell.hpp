@@ -3,6 +3,7 @@
 #include "../mesh/control_mesh.hpp"
 #include "site.hpp"
 
+#include <array>
 #include <bit>
 #include <cstdint>
 
@@ -83,6 +84,11 @@ inline Site canonical(const ControlMesh& mesh, const Site& site) {
     return detail::canonical_on_side(mesh, minimal_level(site));
 }
 
+/// Barycentric coordinates in a face of three corners, as whole numbers.
+using TriangleWeights = std::array<std::int64_t, 3>;
+/// The point seen from the face beyond the half-edge h of its face, whose plane continues this one.
+TriangleWeights across(const ControlMesh& mesh, HalfedgeId h, const TriangleWeights& weight);
+
 // Side s of a triangle root runs from corner s to corner s + 1 (mod 3), along the half-edge `root + s`: side 0 is y =
 // 0, side 1 is x + y = 2^level, side 2 is x = 0.
 
@@ -91,6 +97,9 @@ inline Site canonical(const ControlMesh& mesh, const Site& site) {
 /// roots: the surface is defined over them too. O(1).
 /// @param site  any address, with x + y <= 2^level
 Site canonical_triangle_site(const ControlMesh& mesh, const Site& site);
+/// The same by the point's barycentric weights in a face, whose sum is the number of segments of a side at its minimal
+/// level (2^level, or that of another lattice).
+Site canonical_triangle_site(const ControlMesh& mesh, FaceId face, TriangleWeights weight, int level);
 /// That of a control vertex; the root is invalid for an isolated one.
 Site triangle_vertex_site(const ControlMesh& mesh, VertexId v);
 

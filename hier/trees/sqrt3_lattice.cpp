@@ -4,49 +4,16 @@
 
 namespace tetrakis {
 
-namespace {
-
-/// The point seen from the face beyond the half-edge h of its face, whose plane continues this one.
-Sqrt3Point across(const ControlMesh& mesh, HalfedgeId h, const Sqrt3Point& p) {
-    const std::uint32_t side = h.value % 3, twin = mesh.twin(h).value % 3;
-    const std::int64_t beyond = p[(side + 2) % 3];
-    Sqrt3Point q;
-    q[twin] = p[(side + 1) % 3] + beyond;
-    q[(twin + 1) % 3] = p[side] + beyond;
-    q[(twin + 2) % 3] = -beyond;
-    return q;
-}
-
-}  // namespace
-
 Site sqrt3_site(const ControlMesh& mesh, FaceId face, Sqrt3Point p, int lattice) {
-    const auto cross = [&](std::uint32_t side) {
-        const HalfedgeId h(3 * face.value + side);
-        p = across(mesh, h, p);
-        face = mesh.face(mesh.twin(h));
-    };
     for (std::uint32_t side = 0; side < 3; ++side)
         if (p[(side + 2) % 3] < 0) {
-            cross(side);
+            const HalfedgeId h(3 * face.value + side);
+            p.weight = across(mesh, h, p.weight);
+            face = mesh.face(mesh.twin(h));
             break;
         }
     for (; lattice > 0 && p[1] % 3 == 0 && p[2] % 3 == 0; --lattice) p = p / 3;
-    for (std::uint32_t side = 0; side < 3; ++side) {
-        if (p[(side + 2) % 3] != 0) continue;
-        const HalfedgeId h(3 * face.value + side);
-        if (lattice == 0) {
-            const HalfedgeId leaving = mesh.vertex_halfedge(mesh.origin(p[side] != 0 ? h : mesh.next(h)));
-            face = mesh.face(leaving);
-            p = {};
-            p[leaving.value % 3] = 1;
-        } else if (mesh.twin(h).valid() && mesh.face(mesh.twin(h)) < face) {
-            cross(side);
-        }
-        break;
-    }
-    return {HalfedgeId(3 * face.value),
-            {static_cast<std::uint32_t>(p[1]), static_cast<std::uint32_t>(p[2])},
-            static_cast<std::uint8_t>(lattice)};
+    return canonical_triangle_site(mesh, face, p.weight, lattice);
 }
 
 // The centres of a level's faces are those points of the next lattice whose coordinates leave the same rest.
@@ -226,7 +193,7 @@ Sqrt3Cell Sqrt3Lattice::in_root(Sqrt3Cell cell) const {
     for (std::uint32_t s = 0; s < 3; ++s) {
         if (middle[(s + 2) % 3] >= 0) continue;
         const HalfedgeId h(3 * cell.root.value + s);
-        for (Sqrt3Point& p : cell.corner) p = across(*mesh_, h, p);
+        for (Sqrt3Point& p : cell.corner) p.weight = across(*mesh_, h, p.weight);
         cell.root = mesh_->face(mesh_->twin(h));
         break;
     }

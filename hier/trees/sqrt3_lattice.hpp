@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../forest/corner_cell.hpp"
 #include "../forest/site.hpp"
 #include "../mesh/control_mesh.hpp"
 
@@ -15,7 +16,7 @@ namespace tetrakis {
 /// A point of the plane of a control triangle: its barycentric coordinates, whole numbers whose sum is the number of
 /// segments of a side, 3^l in the lattice of level l. Beyond a side one of them is negative.
 struct Sqrt3Point {
-    std::int64_t weight[3] = {0, 0, 0};
+    TriangleWeights weight{};
 
     std::int64_t operator[](std::size_t k) const { return weight[k]; }
     std::int64_t& operator[](std::size_t k) { return weight[k]; }
