@@ -16,11 +16,6 @@ RingMask CatmullClark::vertex_mask(int valence) {
     return {.vertex = (n - 2) / n, .edge = 1 / (n * n), .face = 1 / (n * n)};
 }
 
-RingMask CatmullClark::vertex_mask_quads(int valence) {
-    const double n = valence;
-    return {.vertex = 1 - 7 / (4 * n), .edge = 3 / (2 * n * n), .face = 1 / (4 * n * n)};
-}
-
 RingMask CatmullClark::limit_mask(int valence) {
     const double n = valence;
     return {.vertex = n / (n + 5), .edge = 4 / (n * (n + 5)), .face = 1 / (n * (n + 5))};

@@ -4,15 +4,12 @@
 #include "../core/rule_step.hpp"
 
 #include <functional>
-#include <string_view>
 
 namespace tetrakis {
 
 /// Loop subdivision of triangle meshes. Sources: Loop 1987 (rules); Hoppe et al. 1994 (creases, limits); Warren 1995
 /// (the simpler weights). No face points: RingMask::face is 0.
 struct Loop {
-    static constexpr std::string_view name = "loop";
-
     /// Smooth edge rule: each end, each opposite corner.
     static constexpr double edge_end = 3.0 / 8, edge_opposite = 1.0 / 8;
 
