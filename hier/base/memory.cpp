@@ -40,23 +40,16 @@ namespace {
 [[maybe_unused]] constexpr std::size_t k_huge_page = std::size_t{2} << 20;  // of x86-64, and arm64 with pages of 4 KiB
 
 #if defined(TETRAKIS_MAPS_PAGES)
-constexpr std::size_t k_mapped = std::size_t{1} << 20;  // smaller blocks would waste much of their last page
-constexpr std::size_t k_large = k_huge_page;            // blocks from here on are on huge pages
+constexpr std::size_t k_mapped = k_huge_page;  // bytes from which blocks are mappings of their own, on huge pages
 
 /// The size of the mapping for so many bytes.
-std::size_t mapped_size(std::size_t bytes) {
-    const std::size_t unit = bytes >= k_large ? k_huge_page : std::size_t{64} << 10;
-    return (bytes + unit - 1) / unit * unit;
-}
+std::size_t mapped_size(std::size_t bytes) { return (bytes + k_huge_page - 1) / k_huge_page * k_huge_page; }
 
-/// A new mapping; nullptr: there is no room. Large ones start at a huge page.
+/// A new mapping, from the start of a huge page on; nullptr: there is no room.
 char* map_pages(std::size_t bytes) {
-    const std::size_t all = bytes >= k_large ? bytes + k_huge_page : bytes;
-    const int now = bytes < k_large ? MAP_POPULATE : 0;  // as map_at_once(); few huge pages are mapped as they are met
-    void* const memory = mmap(nullptr, all, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | now, -1, 0);
+    void* const memory = mmap(nullptr, bytes + k_huge_page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) return nullptr;
     char* const begin = static_cast<char*>(memory);
-    if (bytes < k_large) return begin;
     const std::size_t before = (k_huge_page - reinterpret_cast<std::uintptr_t>(begin) % k_huge_page) % k_huge_page;
     if (before > 0) munmap(begin, before);
     munmap(begin + before + bytes, k_huge_page - before);
@@ -74,7 +67,7 @@ class FreedBlocks {
         const std::lock_guard lock(mutex_);
         auto best = blocks_.end();
         for (auto at = blocks_.begin(); at != blocks_.end(); ++at)
-            if (at->bytes == bytes || (bytes >= k_large && at->bytes > bytes && at->bytes <= bytes + bytes / 4))
+            if (at->bytes >= bytes && at->bytes <= bytes + bytes / 4)
                 if (best == blocks_.end() || at->bytes <= best->bytes) best = at;
         if (best == blocks_.end()) return nullptr;
         char* const data = best->data;
@@ -147,7 +140,7 @@ void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
         memory = map_pages(size);
         // The old block grows and moves there by its page tables, still one mapping. If the system refuses, it may have
         // unmapped the target, which is not touched again then: the contents are copied elsewhere.
-        if (memory != nullptr && old_bytes >= k_large) {
+        if (memory != nullptr && old_bytes >= k_mapped) {
             if (mremap(data, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, memory) != MAP_FAILED) return memory;
             memory = map_pages(size);
         }

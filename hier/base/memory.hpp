@@ -36,7 +36,7 @@ namespace detail {
 void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limit, std::string_view advice,
                   const std::filesystem::path& file = {});
 
-/// Memory of working arrays. Blocks from 1 MiB on are mappings of their own, on huge pages where the system has them,
+/// Memory of working arrays. Blocks from 2 MiB on are mappings of their own, on huge pages where the system has them,
 /// and are kept when they are freed; smaller ones are those of malloc(). Contents stay as a block grows.
 /// @param data       from this function, or nullptr
 /// @param old_bytes  its size as it was asked for
