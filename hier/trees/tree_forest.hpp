@@ -160,7 +160,6 @@ class TreeForest {
     void split(std::uint32_t slot, ForestChange& change);
     bool has_finer_beside(const Record& record) const;
     bool blocks_merge(const Record& record) const;
-    void keep_largest_mergeable(std::vector<std::uint32_t>& going);
     void remove_records(std::span<const std::uint32_t> going);
     void append_leaves(std::uint32_t slot, std::vector<LeafId>& leaves) const;
 };

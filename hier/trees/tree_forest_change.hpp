@@ -228,19 +228,6 @@ bool TreeForest<Rule>::blocks_merge(const Record& record) const {
     return has_finer_beside(record);
 }
 
-// Takes the marks off, and out of the list, until none of its records has to stay. The reason to stay is of the form
-// "if this stays, so does that", so there is one largest set that can go, whatever the order.
-template <class Rule>
-void TreeForest<Rule>::keep_largest_mergeable(std::vector<std::uint32_t>& going) {
-    const auto stays = [&](std::uint32_t record) {
-        if (!blocks_merge(records_[record])) return false;
-        marks_[records_[record].parent] = 0;
-        return true;
-    };
-    while (std::erase_if(going, stays) > 0) {
-    }
-}
-
 template <class Rule>
 void TreeForest<Rule>::remove_records(std::span<const std::uint32_t> going) {
     const std::size_t points_before = free_points_.size();
@@ -305,7 +292,15 @@ void TreeForest<Rule>::coarsen(std::span<const LeafId> marked, ForestChange& cha
     change.created.reserve(going.size());
 
     for (const std::uint32_t record : going) marks_[records_[record].parent] = 1;
-    keep_largest_mergeable(going);
+    // The reason to stay is of the form "if this stays, so does that": there is one largest set that can go, whatever
+    // the order.
+    const auto stays = [&](std::uint32_t record) {
+        const bool blocks = blocks_merge(records_[record]);
+        if (blocks) marks_[records_[record].parent] = 0;
+        return blocks;
+    };
+    while (std::erase_if(going, stays) > 0) {
+    }
     change.created.clear();
     change.reshaped.clear();
     for (const std::uint32_t record : going) change.created.emplace_back(records_[record].parent);
