@@ -93,19 +93,9 @@ TEST_CASE_TEMPLATE("a local search finds the foot of a short normal, from a neig
 TEST_CASE_TEMPLATE("near points beyond a boundary lie at the foot on its curve, not straight along the parameters",
                    Family, QuadFamily, LoopFamily) {
     // A flat sheet of sheared faces, whose first row starts at y = 0.
-    std::vector<Vec3d> positions;
-    for (int j = 0; j < 5; ++j)
-        for (int i = 0; i < 5; ++i) positions.emplace_back(i + 0.8 * j, j, 0);
-    std::vector<std::vector<std::uint32_t>> faces;
-    for (std::uint32_t j = 0; j < 4; ++j)
-        for (std::uint32_t i = 0; i < 4; ++i) {
-            const std::uint32_t a = 5 * j + i;
-            if constexpr (std::is_same_v<Family, QuadFamily>)
-                faces.push_back({a, a + 1, a + 6, a + 5});
-            else
-                faces.insert(faces.end(), {{a, a + 1, a + 6}, {a, a + 6, a + 5}});
-        }
-    const ControlMesh mesh = ControlMesh::build(test::mesh_data(std::move(positions), faces));
+    ControlMeshData data = test::grid(4, std::is_same_v<Family, LoopFamily>);
+    for (Vec3d& p : data.positions) p.x += 0.8 * p.y;
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
     const typename Family::Patches patches(mesh);
     const SurfaceMap<Family> map = map_of<Family>(patches);
     int tried = 0;

@@ -135,15 +135,11 @@ inline tetrakis::TriangleMesh octahedron() {
 
 /// Unit square at height z, cut into 2 n^2 triangles.
 inline tetrakis::TriangleMesh square(double z, std::uint32_t n) {
+    const tetrakis::ControlMeshData grid = tetrakis::test::grid(n, true);
     tetrakis::TriangleMesh mesh;
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x) mesh.positions.push_back({double(x) / n, double(y) / n, z});
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t v = y * (n + 1) + x;
-            mesh.triangles.push_back({v, v + 1, v + n + 2});
-            mesh.triangles.push_back({v, v + n + 2, v + n + 1});
-        }
+    for (const tetrakis::Vec3d& p : grid.positions) mesh.positions.emplace_back(p.x / n, p.y / n, z);
+    for (std::size_t c = 0; c < grid.face_vertices.size(); c += 3)
+        mesh.triangles.push_back({grid.face_vertices[c], grid.face_vertices[c + 1], grid.face_vertices[c + 2]});
     return mesh;
 }
 
