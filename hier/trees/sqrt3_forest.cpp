@@ -220,14 +220,25 @@ std::vector<LeafId> Sqrt3Forest::leaves_on_curve() const {
     };
     std::vector<Marked> marked;
     detail::reserve_large(marked, leaf_count());
-    for_each_leaf([&](LeafId leaf, FaceId) {
-        const Sqrt3Cell cell = lattice_.cell(triangle(leaf));
+    const auto mark = [&](std::uint32_t slot, const Sqrt3Cell& cell) {
         const Sqrt3Point p = point_inside(cell);
         assert(p[0] > 0 && p[1] > 0 && p[2] > 0 && p[0] + p[1] + p[2] == k_grid);
         const std::uint64_t along = detail::spread_bits(static_cast<std::uint64_t>(p[0])) |
                                     detail::spread_bits(static_cast<std::uint64_t>(p[1])) << 1;
-        marked.push_back({cell.root.value, along, leaf});
-    });
+        marked.push_back({cell.root.value, along, LeafId(slot)});
+    };
+    const auto visit = [&](const auto& self, std::uint32_t slot, const Sqrt3Cell& cell) -> void {
+        if (!is_split(slot)) return mark(slot, cell);
+        for (std::uint32_t side = 0; side < 3; ++side) {
+            const std::uint32_t child = child_over(3 * slot + side);
+            if (child_[child] == k_half)
+                mark(child, lattice_.half(cell, side));
+            else
+                self(self, child, lattice_.child(cell, side));
+        }
+    };
+    for (std::uint32_t root = 0; root < mesh().face_count(); ++root)
+        if (child_[root] != k_dead) visit(visit, root, Sqrt3Lattice::cell(FaceId(root)));
     oneapi::tbb::parallel_sort(marked.begin(), marked.end());
     std::vector<LeafId> result;
     detail::reserve_large(result, marked.size());
