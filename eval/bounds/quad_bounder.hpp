@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../patches/quad_cell_path.hpp"
+#include "../patches/quad_patches.hpp"
 #include "bezier_pieces.hpp"
 #include "patch_bounder.hpp"
 
@@ -51,33 +51,45 @@ class QuadBounder : private detail::PatchBounder<> {
     void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions);
 
   private:
+    using Corners = std::array<Vec2d, 3>;
     /// A triangle in a cell.
     struct Piece {
-        HalfedgeId root;
-        int level = 0;
-        std::uint64_t x = 0, y = 0;
-        std::array<Vec2d, 3> at{};  ///< its corners, in sides of the cell
-        Edges edge{-1, -1, -1};     ///< of the leaf that side k (corner k to k + 1) lies on, or -1
+        Corners at{};            ///< in sides of the cell
+        Edges edge{-1, -1, -1};  ///< of the leaf that side k (corner k to k + 1) lies on, or -1
+    };
+    /// A cell of any level.
+    struct Cell {
+        std::uint32_t x = 0, y = 0;
+        const detail::QuadNode* irregular = nullptr;  ///< null: it is one patch
+        detail::QuadShape::Patch patch;
+
+        Vec3d position(const Vec2d& at) const {
+            return irregular ? QuadPatches::position(*irregular, at) : detail::QuadShape::position(patch, at);
+        }
     };
 
-    static Piece piece_of(const CellTriangle& leaf);
-    const detail::PathCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
+    /// The cell that a leaf of one cell is half or a quarter of. @param at  receives the leaf's corners in it
+    const Cell& locate(const CellTriangle& leaf, Corners& at);
+    void push_cell(const detail::QuadNode& node, std::uint32_t x, std::uint32_t y);
     void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSliding& sliding);
-    void bound(const Piece& piece, int depth);
+    void bound_cell(const detail::QuadNode& cell, const Piece& piece, int depth);
+    void bound_regular(const detail::QuadShape::Patch& cell, Piece piece);
     /// A cell with a crease of finite sharpness is strips along the crease, each one bicubic patch.
-    /// @param at  a triangle in the cell
-    void bound_strips(const detail::PathCell& cell, const std::array<Vec2d, 3>& at, const Edges& edge);
-    /// @param at  a triangle in the net's parameters, the longest side first
-    void bound_part(const detail::Net16& net, const std::array<Vec2d, 3>& at, const Edges& edge);
-    const detail::SexticWeights& weights_over(const std::array<Vec2d, 3>& at);
+    void bound_strips(const detail::QuadShape::Patch& cell, const Piece& piece);
+    /// @param piece  in the net's parameters, the longest side first
+    void bound_part(const detail::Net16& net, const Piece& piece);
+    const detail::SexticWeights& weights_over(const Corners& at);
 
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
     /// @param may_split  as hull_error() has it
-    double irregular_error(const detail::QuadNode& node, const Piece& piece, bool may_split) const;
+    double irregular_error(const detail::QuadNode& cell, const Piece& piece, bool may_split) const;
 
     const QuadPatches& patches_;
-    detail::QuadCellPath walk_;
-    std::vector<std::pair<std::array<Vec2d, 3>, detail::SexticWeights>> weights_{};  ///< by triangles they are for
+    // The way to the last leaf, by level: leaves in path order share it. What it gives does not depend on it.
+    HalfedgeId root_;
+    std::uint64_t times_forgotten_ = 0;  ///< as the patches had it when the cells were reached
+    std::vector<Cell> path_{};
+    std::vector<std::pair<Corners, detail::SexticWeights>> weights_{};  ///< by triangles they are for
 };
 
 }  // namespace tetrakis
