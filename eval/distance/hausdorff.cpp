@@ -43,8 +43,6 @@ struct BlockResult {
     double sum = 0, sum_of_squares = 0;  // weighted by area
     std::uint64_t samples = 0;
     Worst worst;
-    std::uint32_t first_triangle = 0;
-    std::vector<float> triangle_max;  // of the triangles touched, from that one on
     void add(double weight, double distance) {
         sum += weight * distance;
         sum_of_squares += weight * distance * distance;
@@ -116,13 +114,16 @@ class Sampler {
 
     double distance_of(const Vec3d& point, CoherentClosest& walker) {
         const ClosestPoint nearest = walker.closest(point);
-        if (options_.per_triangle && !(options_.within_size && nearest.distance > to_.longest_side(nearest.triangle))) {
-            const std::atomic_ref largest(nearest_max_[nearest.triangle]);
-            const float here = detail::round_up(nearest.distance);
-            for (float known = largest; known < here && !largest.compare_exchange_weak(known, here);) {
-            }
-        }
+        if (options_.per_triangle && !(options_.within_size && nearest.distance > to_.longest_side(nearest.triangle)))
+            raise(nearest_max_[nearest.triangle], nearest.distance);
         return nearest.distance;
+    }
+    /// From any thread.
+    static void raise(float& largest, double distance) {
+        const std::atomic_ref shared(largest);
+        const float here = detail::round_up(distance);
+        for (float known = shared; known < here && !shared.compare_exchange_weak(known, here);) {
+        }
     }
 
     static void take(const BlockResult& block, DirectedDistance& result, std::vector<Worst>& worst) {
@@ -169,26 +170,19 @@ class Sampler {
         // About two milliseconds of closest points: enough to pay for the task, little enough to share evenly.
         constexpr std::uint64_t k_block_samples = 4096;
         std::vector<BlockResult> results((first_.back() + k_block_samples - 1) / k_block_samples);
-        for_each_reported(static_cast<std::uint32_t>(results.size()), 1, context, "measure", 0.2, 1,
-                          [&](std::uint32_t b) {
-                              const std::uint64_t begin = b * k_block_samples;
-                              results[b] = sample_block(begin, std::min(begin + k_block_samples, first_.back()));
-                          });
-        for (const BlockResult& block : results) {
-            take(block, result, worst);
-            for (std::size_t i = 0; i < block.triangle_max.size(); ++i) {
-                float& largest = result.triangle_max[block.first_triangle + i];
-                largest = std::max(largest, block.triangle_max[i]);
-            }
-        }
+        for_each_reported(
+            static_cast<std::uint32_t>(results.size()), 1, context, "measure", 0.2, 1, [&](std::uint32_t b) {
+                const std::uint64_t begin = b * k_block_samples;
+                results[b] = sample_block(begin, std::min(begin + k_block_samples, first_.back()), result);
+            });
+        for (const BlockResult& block : results) take(block, result, worst);
     }
 
     /// The samples inside triangles with these numbers; with the first ones of a triangle, those on its edges.
-    BlockResult sample_block(std::uint64_t begin, std::uint64_t end) {
+    BlockResult sample_block(std::uint64_t begin, std::uint64_t end, DirectedDistance& result) {
         BlockResult out;
         CoherentClosest walker(to_);
         auto t = static_cast<std::uint32_t>(std::ranges::upper_bound(first_, begin) - first_.begin() - 1);
-        out.first_triangle = t;
         for (; begin < end; begin = first_[++t]) {
             const Corners corners(mesh_, t);
             const std::uint32_t rows = rows_of(t);
@@ -216,7 +210,7 @@ class Sampler {
                         measure(on_side(side, edge_sample(k, corner[side] < corner[(side + 1) % 3])));
                 }
             }
-            if (options_.per_triangle) out.triangle_max.push_back(detail::round_up(largest));
+            if (options_.per_triangle) raise(result.triangle_max[t], largest);
         }
         return out;
     }
@@ -236,10 +230,7 @@ class Sampler {
         result.worst_point = top.point;
         result.worst_triangle = top.triangle;
         if (options_.per_triangle)
-            for (std::size_t i = 0; i < climbs; ++i) {
-                float& largest = result.triangle_max[worst[i].triangle];
-                largest = std::max(largest, detail::round_up(worst[i].distance));
-            }
+            for (std::size_t i = 0; i < climbs; ++i) raise(result.triangle_max[worst[i].triangle], worst[i].distance);
     }
 
     std::uint64_t climb_from(Worst& top) {
