@@ -224,41 +224,6 @@ class MeasuredTriangle {
     Vec3d a_, b_, c_;
 };
 
-/// The samples of a triangle on a lattice with n intervals a side, rows from corner 0 on.
-class SampleLattice {
-  public:
-    explicit SampleLattice(int n) : n_(n), at_(static_cast<std::size_t>((n + 1) * (n + 1))) {}
-
-    template <class Visit>
-    void for_each(Visit&& visit) {
-        for (int j = 0; j <= n_; ++j)
-            for (int i = 0; i + j <= n_; ++i) {
-                if ((i == 0 && j == 0) || i == n_ || j == n_) continue;  // corners are on the surface
-                visit(Vec2d(i, j) / static_cast<double>(n_), (*this)(i, j));
-            }
-    }
-    /// Visits the samples above `least` that no neighbour exceeds.
-    template <class Visit>
-    void for_each_maximum(double Distances::*way, double least, Visit&& visit) {
-        constexpr int k_neighbours[6][2] = {{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}};
-        for (int j = 0; j <= n_; ++j)
-            for (int i = 0; i + j <= n_; ++i) {
-                const double here = (*this)(i, j).*way;
-                if (!(here > least)) continue;
-                const bool top = std::ranges::all_of(k_neighbours, [&](const auto& d) {
-                    const int x = i + d[0], y = j + d[1];
-                    return x < 0 || y < 0 || x + y > n_ || (*this)(x, y).*way <= here;
-                });
-                if (top) visit(detail::Maximum{Vec2d(i, j) / static_cast<double>(n_), here});
-            }
-    }
-
-  private:
-    Distances& operator()(int i, int j) { return at_[static_cast<std::size_t>(j * (n_ + 1) + i)]; }
-    int n_;
-    std::vector<Distances> at_;
-};
-
 }  // namespace
 
 template <class Family>
@@ -280,7 +245,6 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         const std::uint32_t blocks = (size + per_block - 1) / per_block;
         detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
             std::uint64_t samples_here = 0;
-            SampleLattice lattice(n);
             for (std::uint32_t i = block * per_block; i < std::min(size, (block + 1) * per_block); ++i) {
                 const MeasuredTriangle<Family> triangle(by, triangles[i]);
                 const double weight = triangle.area() / (n * n);
@@ -291,11 +255,21 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     ++samples_here;
                     return d;
                 };
-                const auto climb = [&](double Distances::*way, const detail::Maximum& top, double step) {
-                    detail::local_maximum([&](const Vec2d& uv) { return measured(uv).*way; }, top, step);
+                // The farthest samples, each way; `step` is about half of what is between the samples there.
+                struct Top {
+                    double Distances::*way;
+                    detail::Maximum at{};
+                    double step = 0;
                 };
-                lattice.for_each([&](const Vec2d& uv, Distances& here) {
-                    here = measured(uv);
+                std::array<Top, 2> tops{{{&Distances::forward}, {&Distances::backward}}};
+                const auto offer = [&](const Vec2d& uv, const Distances& d, double step) {
+                    for (Top& top : tops)
+                        if (d.*top.way > top.at.value) top = {top.way, {uv, d.*top.way}, step};
+                };
+                detail::for_each_lattice_point(n, [&](int, double b0, double b1, double b2) {
+                    if (b0 == 1 || b1 == 1 || b2 == 1) return;  // corners are on the surface
+                    const Distances here = measured({b1, b2});
+                    offer({b1, b2}, here, 0.5 / n);
                     found.weighted += weight * (here.forward + here.backward);
                     found.squared += weight * (here.forward * here.forward + here.backward * here.backward);
                     found.weight += 2 * weight;
@@ -303,19 +277,15 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                 // Towards creases of finite sharpness.
                 if (const OutputTriangle& from = triangle.from(); !from.fan.valid())
                     detail::for_each_strip_point<Family>(control, from.cell, [&](double b0, double b1, double b2) {
-                        const Vec2d uv(b1, b2);
-                        const Distances d = measured(uv);
-                        if (!map.plain()) return;
                         double step = 1;
                         for (const double b : {b0, b1, b2})
                             if (b > 0) step = std::min(step, 0.5 * b);
-                        for (const auto way : {&Distances::forward, &Distances::backward})
-                            if (d.*way > by.exact_from) climb(way, {uv, d.*way}, step);
+                        offer({b1, b2}, measured({b1, b2}), step);
                     });
-                if (map.plain())
-                    for (const auto way : {&Distances::forward, &Distances::backward})
-                        lattice.for_each_maximum(way, by.exact_from,
-                                                 [&](const detail::Maximum& top) { climb(way, top, 0.5 / n); });
+                if (!map.plain()) continue;
+                for (const Top& top : tops)
+                    if (top.at.value > by.exact_from)
+                        detail::local_maximum([&](const Vec2d& uv) { return measured(uv).*top.way; }, top.at, top.step);
             }
             taken += samples_here;
         });

@@ -101,9 +101,10 @@ struct OutputTriangle {
 /// `samples` in all), on the surface and on the triangle. What is far below the tolerance counts as far as it is from
 /// its own triangle. Else, forward: each surface point to the nearest triangle by Embree, in double; backward: each
 /// point of a triangle to the surface, by Newton's method from the parameters it came with, above the tolerance from
-/// those of all triangles near enough, too; and from samples that their neighbours do not exceed up to local maxima.
-/// Without a tolerance the largest distance takes its place. Mean and RMS weigh samples by the area of their triangle.
-/// With a target, forward is sampled on the target too, evenly by area: what no point was projected to counts.
+/// those of all triangles near enough, too; and from the farthest sample of a triangle, each way, up to a local
+/// maximum. Without a tolerance the largest distance takes its place. Mean and RMS weigh samples by the area of their
+/// triangle. With a target, forward is sampled on the target too, evenly by area: what no point was projected to
+/// counts.
 /// @param samples         that are aimed at, each way
 /// @param tolerance       infinite: none
 /// @param origin          where the triangle of that number comes from
