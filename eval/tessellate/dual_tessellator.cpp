@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -73,70 +74,56 @@ class DualTessellator final : public TessellationRun {
         refine({});
     }
 
-    /// Splits these leaves, then all whose error is above the aim, as far as levels and budget allow; ends with mesh,
+    /// Splits these leaves, then those whose error is above the aim, as far as levels and budget allow: in each round
+    /// all of them or, within a budget, those above half of the largest error, as many as it may take. Ends with mesh,
     /// positions and errors of the last state.
     void refine(std::vector<LeafId> marked) {
-        ForestChange change;
-        for (int pass = 1;; ++pass) {
-            const double done = 1.0 - 1.0 / pass;
-            if (!marked.empty()) forest_.refine(marked, change);
-            estimate(done);
-            check_triangle_memory(triangles_.triangle_count(), triangles_.triangle_count() * k_dual_bytes,
-                                  context_.max_memory_bytes);
-            if (options_.max_triangles != 0) return refine_in_budget();
-            marked.clear();
-            left_over_ = false;
-            for (std::uint32_t v = 0; v < errors_.size(); ++v) {
-                if (!(errors_[v] > aim_)) continue;
-                const LeafId leaf = triangles_.faces.leaves[v];
-                if (forest_.level(leaf) < options_.max_level)
-                    marked.push_back(leaf);
-                else
-                    left_over_ = true;
-            }
-            if (marked.empty()) return;
-        }
-    }
-
-    /// The worst leaves first: in each round those above half of the largest error, as many as the budget may take.
-    void refine_in_budget() {
         constexpr double k_share = 0.5;
+        constexpr std::uint64_t k_all = std::numeric_limits<std::uint64_t>::max();
+        const std::uint64_t budget = options_.max_triangles;
+        std::uint64_t most = k_all;  // leaves to split in a round
         ForestChange change;
-        std::vector<std::uint32_t> order;
-        std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // leaves to split in a round
-        for (;;) {
-            const std::uint64_t count = triangles_.triangle_count(), budget = options_.max_triangles;
-            order.clear();
+        if (!marked.empty()) forest_.refine(marked, change);
+        estimate(0);
+        for (int pass = 2;; ++pass) {
+            const std::uint64_t count = triangles_.triangle_count();
+            check_triangle_memory(count, count * k_dual_bytes, context_.max_memory_bytes);
+            std::vector<std::uint32_t> open;
             left_over_ = false;
             double largest = 0;
             for (std::uint32_t v = 0; v < errors_.size(); ++v) {
                 if (!(errors_[v] > aim_)) continue;
                 left_over_ = true;
                 if (forest_.level(triangles_.faces.leaves[v]) >= options_.max_level) continue;
-                order.push_back(v);
+                open.push_back(v);
                 largest = std::max(largest, errors_[v]);
             }
-            std::erase_if(order, [&](std::uint32_t v) { return errors_[v] < k_share * largest; });
-            // Vertices stand in the order of their leaves' paths, whatever the history.
-            std::stable_sort(order.begin(), order.end(),
-                             [&](std::uint32_t a, std::uint32_t b) { return errors_[a] > errors_[b]; });
-            if (order.empty() || count >= budget) return;
-            most = std::min({most, std::uint64_t{order.size()}, (budget - count) / k_triangles_per_split});
-            if (most == 0) return;
-            order.resize(most);
-            const VertexForest before = forest_;
-            std::vector<LeafId> marked;
-            for (const std::uint32_t v : order) marked.push_back(triangles_.faces.leaves[v]);
-            forest_.refine(marked, change);
-            DualTriangles next = dual_triangles(forest_);
-            if (next.triangle_count() > budget) {  // closure took more than there was: fewer at a time
-                forest_ = before;
-                most /= 2;
-                if (most == 0) return;
-                continue;
+            std::optional<VertexForest> before;
+            if (budget != 0) {
+                std::erase_if(open, [&](std::uint32_t v) { return errors_[v] < k_share * largest; });
+                // Vertices stand in the order of their leaves' paths, whatever the history.
+                std::ranges::stable_sort(open, std::greater{}, [&](std::uint32_t v) { return errors_[v]; });
+                most = std::min(
+                    {most, std::uint64_t{open.size()}, count < budget ? (budget - count) / k_triangles_per_split : 0});
+                open.resize(most);
+                before = forest_;
             }
-            if (most == order.size()) most = std::numeric_limits<std::uint64_t>::max();
-            estimate(static_cast<double>(next.triangle_count()) / static_cast<double>(budget));
+            if (open.empty()) return;
+            marked.clear();
+            for (const std::uint32_t v : open) marked.push_back(triangles_.faces.leaves[v]);
+            forest_.refine(marked, change);
+            double done = 1.0 - 1.0 / pass;
+            if (budget != 0) {
+                const std::uint64_t next = dual_triangles(forest_).triangle_count();
+                if (next > budget) {  // closure took more than there was: fewer at a time
+                    forest_ = *before;
+                    most /= 2;
+                    continue;
+                }
+                if (most == open.size()) most = k_all;
+                done = static_cast<double>(next) / static_cast<double>(budget);
+            }
+            estimate(done);
         }
     }
 
