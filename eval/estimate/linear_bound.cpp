@@ -67,8 +67,6 @@ void LinearBound::bound(std::span<const CellTriangle> triangles, std::optional<d
                    [&](std::uint32_t i) { errors[i] = bound(triangles[i]); });
 }
 
-bool LinearBound::has_fan_bound(FaceId face) const { return std::isfinite(fan_bound(face)); }
-
 void LinearBound::bound_fans(const FanChoice&, std::span<const FaceId> faces, std::span<const Vec3d>,
                              std::optional<double>, std::span<double> errors) const {
     std::ranges::transform(faces, errors.begin(), [&](FaceId face) { return fan_bound(face); });

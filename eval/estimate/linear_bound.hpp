@@ -26,7 +26,6 @@ class LinearBound final : public SurfaceBound {
     double fan_bound(FaceId face) const;
     void bound(std::span<const CellTriangle> triangles, std::optional<double> known,
                std::span<double> errors) const override;
-    bool has_fan_bound(FaceId face) const override;
     void bound_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
                     std::optional<double> known, std::span<double> errors) const override;
 

@@ -410,11 +410,6 @@ void MaskNormBound<Family>::bound(std::span<const CellTriangle> triangles, std::
 }
 
 template <class Family>
-bool MaskNormBound<Family>::has_fan_bound(FaceId face) const {
-    return mesh_.face_size(face) <= 4;
-}
-
-template <class Family>
 void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const FaceId> faces,
                                        std::span<const Vec3d> corners, std::optional<double> known,
                                        std::span<double> errors) const {
@@ -423,7 +418,7 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> of;
     for (std::uint32_t i = 0; i < faces.size(); ++i) {
-        errors[i] = has_fan_bound(faces[i]) ? 0 : k_infinite;
+        errors[i] = mesh_.face_size(faces[i]) <= 4 ? 0 : k_infinite;
         if (errors[i] > 0) continue;
         const std::uint32_t size = mesh_.face_size(faces[i]), h0 = mesh_.face_halfedge(faces[i]).value;
         const auto at = [&](std::uint32_t c) { return corners[mesh_.origin(HalfedgeId(h0 + c % size)).value]; };

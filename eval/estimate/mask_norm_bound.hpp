@@ -39,7 +39,6 @@ class MaskNormBound final : public SurfaceBound {
 
     void bound(std::span<const CellTriangle> triangles, std::optional<double> known,
                std::span<double> errors) const override;
-    bool has_fan_bound(FaceId face) const override;
     void bound_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
                     std::optional<double> known, std::span<double> errors) const override;
 

@@ -25,8 +25,6 @@ class SurfaceBound : public ErrorEstimator {
     ///               are as estimate() gives them
     virtual void bound(std::span<const CellTriangle> triangles, std::optional<double> known,
                        std::span<double> errors) const = 0;
-    /// Whether there may be a bound for the fan of such a face.
-    virtual bool has_fan_bound(FaceId face) const = 0;
     /// Of faces that are cut along diagonals (eval/README.md, Coarsest mesh); infinite where there is no bound.
     /// @param corners  of the mesh, by control vertex
     virtual void bound_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,

@@ -106,9 +106,7 @@ class CellTessellator : public TessellationRun {
     /// @param normals  may receive limit normals; may be empty
     virtual void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,
                        std::string_view stage, double share) = 0;
-    /// Whether a face may do without its centre.
-    virtual bool wants_fan(FaceId) const { return true; }
-    /// By face, of those that have one in fans_.
+    /// By face, of those that have one in fans_; infinite where there is no bound.
     virtual std::vector<double> fan_errors() { return {}; }
     /// Of a triangle, as the last measurement found it.
     virtual double error_of(std::uint32_t t) const { return double{result_.triangle_error[t]}; }
@@ -232,13 +230,11 @@ class CellTessellator : public TessellationRun {
             std::vector<Vec3d> positions(sites.size());
             place(sites, positions, {}, "coarsest", 0.2);
             for (std::size_t i = 0; i < vertex.size(); ++i) corners_[vertex[i]] = positions[i];
-            std::vector<std::uint8_t> wanted(mesh_.face_count());
-            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) wanted[f] = wants_fan(FaceId(f)) ? 1 : 0;
-            fans_ = choose_fans(mesh_, corners_, wanted);
+            fans_ = choose_fans(mesh_, corners_, std::vector<std::uint8_t>(mesh_.face_count(), 1));
             const std::vector<double> errors = fan_errors();
+            const double most = options_.max_triangles != 0 ? std::numeric_limits<double>::max() : aim_;
             for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-                if (fans_.has(FaceId(f)) && (options_.max_triangles != 0 || errors[f] <= aim_))
-                    hierarchy_->accept_fan(FaceId(f), errors[f]);
+                if (fans_.has(FaceId(f)) && errors[f] <= most) hierarchy_->accept_fan(FaceId(f), errors[f]);
         }
     }
 

@@ -96,8 +96,6 @@ class LatticeTessellator final : public CellTessellator<Family> {
                double share) override {
         limit_positions(points_, sites, positions, [&](double done) { context_.report(stage, share * done); });
     }
-    /// Those that a bound is wanted for, if there is one at all.
-    bool wants_fan(FaceId face) const override { return !bound_ || bound_->has_fan_bound(face); }
     std::vector<double> fan_errors() override {
         if (!certified()) return fan_limit_errors(points_, fans_, corners_, context_);
         std::vector<FaceId> faces;
