@@ -15,18 +15,6 @@ struct LeafError {
     double upper = 0;  ///< never exceeded (rounding included)
 };
 
-/// A first look at a leaf: what the cheap filters need.
-struct QuickError {
-    std::array<Vec3d, 3> corners;  ///< limit positions of corners 0, 1, 2
-    Vec3d middle{0};               ///< S - L at the middle of an edge, the largest
-
-    /// @param s  samples of the leaf with two intervals a side
-    explicit QuickError(const std::array<Vec3d, 6>& s) : corners{s[3], s[5], s[0]} {
-        for (const Vec3d& m : {s[4] - 0.5 * (s[3] + s[5]), s[1] - 0.5 * (s[3] + s[0]), s[2] - 0.5 * (s[5] + s[0])})
-            if (glm::dot(m, m) > glm::dot(middle, middle)) middle = m;
-    }
-};
-
 }  // namespace tetrakis
 
 namespace tetrakis::detail {

@@ -50,41 +50,31 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
                                basis[i] = ErrorBasis::bound;
                                if (!map_.plain()) {
                                    errors[i] = mapped(leaf);
-                               } else if (kind_ == EstimatorKind::certified) {
-                                   const LeafError e = bounder().leaf_error(leaf, tolerance_, {}, !compares_);
-                                   errors[i] = !compares_ && e.lower > tolerance_ ? e.lower : e.upper;
-                               } else {
-                                   errors[i] = measured(leaf, bounder(), basis[i]);
+                                   return;
+                               }
+                               const bool by_samples = kind_ == EstimatorKind::measured;
+                               const LeafError bound =
+                                   bounder().leaf_error(leaf, tolerance_, {}, by_samples || !compares_);
+                               errors[i] = bound.upper;
+                               if (bound.upper <= tolerance_) return;
+                               if (by_samples) {
+                                   basis[i] = ErrorBasis::samples;
+                                   errors[i] = sampled(leaf, bounder());
+                               } else if (!compares_ && bound.lower > tolerance_) {
+                                   errors[i] = bound.lower;
                                }
                            });
 }
 
 template <class Family>
-double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family::Bounder& bounder,
-                                       ErrorBasis& basis) const {
-    std::array<Vec3d, 6> first;
-    bounder.sample(leaf, 2, first);
-    const QuickError quick(first);
-    const detail::PlaneMeasure plane(quick.corners);
-    // The middle of the longest edge decides most leaves that must be split, and the bound most of those that need not.
-    const double middle = plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
-    if (middle > tolerance_ && !compares_) return middle;
-    const LeafError bound = bounder.leaf_error(leaf, tolerance_);
-    if (bound.upper <= tolerance_) return bound.upper;
-    basis = ErrorBasis::samples;
-    return sampled(leaf, bounder, quick.corners, middle);
-}
-
-template <class Family>
-double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family::Bounder& bounder,
-                                      const std::array<Vec3d, 3>& corners, double middle) const {
-    const detail::PlaneMeasure plane(corners);
+double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family::Bounder& bounder) const {
     std::array<Vec3d, k_samples> s;
     bounder.sample(leaf, k_lattice, s);
     const Vec3d c2 = s[0], c0 = s[k_samples - 1 - k_lattice], c1 = s[k_samples - 1];
+    const detail::PlaneMeasure plane({c0, c1, c2});
     const detail::Maximum top =
         detail::farthest_sample(s, k_lattice, plane, hard_edges<Family>(map_.patches->mesh(), leaf));
-    double error = std::max(middle, top.value);
+    double error = top.value;
     if (error > tolerance_) return error;
     const ControlMesh& mesh = map_.patches->mesh();
     if (top.value > detail::k_climb_from * tolerance_) {

@@ -42,10 +42,7 @@ class LeafEstimator final : public ErrorEstimator {
     }
 
   private:
-    double measured(const CellTriangle& leaf, typename Family::Bounder& bounder, ErrorBasis& basis) const;
-    /// @param middle  an error that is attained
-    double sampled(const CellTriangle& leaf, typename Family::Bounder& bounder, const std::array<Vec3d, 3>& corners,
-                   double middle) const;
+    double sampled(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
     /// Leaves much smaller than the tolerance are left as they are: there the map jumps, and refining would never end.
     double mapped(const CellTriangle& leaf) const;
 
