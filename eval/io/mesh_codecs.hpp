@@ -59,12 +59,11 @@ std::string printable_name(std::string_view name);
 // Private to eval/io: one decoder per format, from the bytes of a whole file; mesh_reader picks.
 
 #include "../../hier/base/run_context.hpp"
+#include "../../refine/rules/polygon_mesh.hpp"
 #include "../surface/triangle_mesh.hpp"
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
@@ -79,14 +78,8 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
 TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
 
-/// A face of more than three corners. A decoder makes it a fan of triangles, because vertices may come after faces.
-struct Fan {
-    std::size_t first;  ///< triangle; the others follow
-    std::size_t corners;
-};
-/// Cuts such faces again, by their shapes: the fan of a concave face may reach outside of it.
-/// @param arrays  of triangles' corners: vertices, texture coordinates, normals
-void cut_fans(std::span<const Fan> fans, std::span<const Vec3d> positions,
-              std::initializer_list<std::vector<std::array<std::uint32_t, 3>>*> arrays);
+/// The faces of a file, cut into triangles by their shapes: the fan of a concave face may reach outside of it.
+/// @param corner_normals  into the normals, one per face corner; or empty
+TriangleMesh cut_faces(PolygonMesh&& faces, std::span<const std::uint32_t> corner_normals = {});
 
 }  // namespace tetrakis::detail

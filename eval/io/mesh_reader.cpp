@@ -8,35 +8,35 @@ namespace tetrakis {
 
 namespace detail {
 
-void cut_fans(std::span<const Fan> fans, std::span<const Vec3d> positions,
-              std::initializer_list<std::vector<std::array<std::uint32_t, 3>>*> arrays) {
+TriangleMesh cut_faces(PolygonMesh&& faces, std::span<const std::uint32_t> corner_normals) {
+    TriangleMesh mesh;
     FaceCutter cutter;
     std::vector<Vec3d> points;
-    std::vector<std::array<std::uint32_t, 3>> cut, fan;
-    for (const Fan& face : fans) {
-        const auto corner = [](std::span<const std::array<std::uint32_t, 3>> triangles, std::size_t i) {
-            return i < 2 ? triangles[0][i] : triangles[i - 2][2];
-        };
-        const auto of_face = [&](auto& triangles) {
-            return std::span(triangles).subspan(face.first, face.corners - 2);
-        };
+    for (std::uint32_t f = 0; f < faces.face_count(); ++f) {
+        const std::uint32_t begin = faces.face_offsets[f];
         points.clear();
-        for (std::size_t i = 0; i < face.corners; ++i)
-            points.push_back(positions[corner(of_face(**arrays.begin()), i)]);
-        cut.clear();
+        for (std::uint32_t c = begin; c < faces.face_offsets[f + 1]; ++c)
+            points.push_back(faces.positions[faces.face_vertices[c]]);
+        const auto add = [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
+            const auto add_corners = [&](const auto& of_corner, auto& triangles) {
+                if (!of_corner.empty())
+                    triangles.push_back({of_corner[begin + a], of_corner[begin + tip], of_corner[begin + b]});
+            };
+            add_corners(faces.face_vertices, mesh.triangles);
+            add_corners(faces.face_uvs, mesh.triangle_uvs);
+            add_corners(corner_normals, mesh.triangle_normals);
+            if (!faces.face_material.empty()) mesh.triangle_material.push_back(faces.face_material[f]);
+            if (!faces.face_group.empty()) mesh.triangle_group.push_back(faces.face_group[f]);
+        };
         cutter.cut(
-            points, [](std::uint32_t, std::uint32_t) { return true; },
-            [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
-                cut.push_back({a, tip, b});
-            });
-        for (auto* const array : arrays) {
-            if (array->empty()) continue;
-            const auto triangles = of_face(*array);
-            fan.assign(triangles.begin(), triangles.end());
-            for (std::size_t t = 0; t < cut.size(); ++t)
-                for (std::size_t k = 0; k < 3; ++k) triangles[t][k] = corner(fan, cut[t][k]);
-        }
+            points, [](std::uint32_t, std::uint32_t) { return true; }, add);
     }
+    mesh.positions = std::move(faces.positions);
+    mesh.normals = std::move(faces.normals);
+    mesh.uvs = std::move(faces.uvs);
+    mesh.materials = std::move(faces.materials);
+    mesh.groups = std::move(faces.groups);
+    return mesh;
 }
 
 }  // namespace detail

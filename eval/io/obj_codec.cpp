@@ -29,9 +29,6 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
         return !layer.empty() && std::ranges::find(layer, k_obj_absent) == layer.end();
     };
     const bool has_uvs = is_whole(data.face_uvs), has_normals = is_whole(data.face_normals);
-    TriangleMesh mesh;
-    std::vector<std::array<std::uint32_t, 3>> triangle_normals;
-    std::vector<Fan> fans;
     for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
         const std::uint32_t first = data.face_offsets[f], size = data.face_offsets[f + 1] - first;
         if (size < 3)
@@ -43,30 +40,24 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
             if (!data.face_normals.empty() && data.face_normals[h] != k_obj_absent)
                 check(f, data.face_normals[h], data.normals.size(), "normal");
         }
-        if (size > 3) fans.push_back({mesh.triangles.size(), size});
-        for (std::uint32_t h = first + 1; h + 1 < first + size; ++h) {
-            const auto add = [&](const auto& layer, auto& triangles) {
-                triangles.push_back({layer[first], layer[h], layer[h + 1]});
-            };
-            add(data.face_vertices, mesh.triangles);
-            if (has_uvs) add(data.face_uvs, mesh.triangle_uvs);
-            if (has_normals) add(data.face_normals, triangle_normals);
-            if (!data.face_material.empty()) mesh.triangle_material.push_back(data.face_material[f]);
-            if (!data.face_group.empty()) mesh.triangle_group.push_back(data.face_group[f]);
-        }
     }
-    mesh.positions = std::move(data.positions);
-    cut_fans(fans, mesh.positions, {&mesh.triangles, &mesh.triangle_uvs, &triangle_normals});
-    if (has_uvs) mesh.uvs = std::move(data.uvs);
-    mesh.materials = std::move(data.materials);
-    mesh.groups = std::move(data.groups);
-    for (auto* const names : {&mesh.materials, &mesh.groups})
+    for (auto* const names : {&data.materials, &data.groups})
         std::ranges::replace(*names, std::string(), std::string("default"));
-    if (!has_normals) return mesh;
-    mesh.normals = std::move(data.normals);
+    PolygonMesh faces;
+    faces.positions = std::move(data.positions);
+    faces.face_offsets = std::move(data.face_offsets);
+    faces.face_vertices = std::move(data.face_vertices);
+    if (has_uvs) faces.uvs = std::move(data.uvs), faces.face_uvs = std::move(data.face_uvs);
+    faces.face_material = std::move(data.face_material);
+    faces.materials = std::move(data.materials);
+    faces.face_group = std::move(data.face_group);
+    faces.groups = std::move(data.groups);
+    if (!has_normals) return cut_faces(std::move(faces));
+    faces.normals = std::move(data.normals);
+    TriangleMesh mesh = cut_faces(std::move(faces), data.face_normals);
     // By vertex where all vertices have the normal of their own number, as in files of tetrakis without creases.
-    if (triangle_normals != mesh.triangles || mesh.normals.size() != mesh.positions.size())
-        mesh.triangle_normals = std::move(triangle_normals);
+    if (mesh.triangle_normals == mesh.triangles && mesh.normals.size() == mesh.positions.size())
+        mesh.triangle_normals.clear();
     return mesh;
 }
 

@@ -104,19 +104,19 @@ class PlyDecoder {
                     for (const PlyProperty& property : element.properties) skip(property);
         }
         check_corners();
-        name_numbers(mesh_.triangle_material, mesh_.materials, materials_, "material");
-        name_numbers(mesh_.triangle_group, mesh_.groups, groups_, "group");
-        if (!mesh_.triangle_uvs.empty() && mesh_.triangle_uvs.size() != mesh_.triangles.size()) {
-            mesh_.triangle_uvs.clear();
+        name_numbers(mesh_.face_material, mesh_.materials, materials_, "material");
+        name_numbers(mesh_.face_group, mesh_.groups, groups_, "group");
+        if (mesh_.face_uvs.size() != mesh_.face_vertices.size()) {
+            mesh_.face_uvs.clear();
             mesh_.uvs.clear();
         }
-        cut_fans(fans_, mesh_.positions, {&mesh_.triangles, &mesh_.triangle_uvs});
-        if (!uv_of_vertex_.empty() && mesh_.triangle_uvs.empty()) {  // one UV per vertex: the same numbers
-            mesh_.uvs = std::move(uv_of_vertex_);
-            mesh_.triangle_uvs = mesh_.triangles;
+        TriangleMesh mesh = cut_faces(std::move(mesh_));
+        if (!uv_of_vertex_.empty() && mesh.triangle_uvs.empty()) {  // one UV per vertex: the same numbers
+            mesh.uvs = std::move(uv_of_vertex_);
+            mesh.triangle_uvs = mesh.triangles;
         }
-        if (!mesh_.normals.empty()) join_split_vertices(mesh_);
-        return std::move(mesh_);
+        if (!mesh.normals.empty()) join_split_vertices(mesh);
+        return mesh;
     }
 
   private:
@@ -312,30 +312,30 @@ class PlyDecoder {
         const std::vector<int> roles = roles_of(element, k_face_roles);
         if (std::ranges::count(roles, k_corners) == 0)
             throw Error(ErrorCode::invalid_input, "the faces have no list vertex_indices", path_);
+        mesh_.face_offsets = {0};
         std::vector<double> texcoords;
         for (std::uint64_t f = 0; f < element.count; ++f) {
             report(f, element, 0.6, 1.0);
-            corners_.clear();
             texcoords.clear();
-            std::optional<std::uint32_t> material, group;
             for (std::size_t p = 0; p < roles.size(); ++p) {
                 const PlyProperty& property = element.properties[p];
                 if (roles[p] == k_corners) {
                     const std::uint64_t count = list_count(property);
                     if (count < 3) reject(fmt::format("face {} has {} corners; it needs three", f, count));
-                    for (std::uint64_t i = 0; i < count; ++i) corners_.push_back(index(property, "vertex", f));
+                    for (std::uint64_t i = 0; i < count; ++i)
+                        mesh_.face_vertices.push_back(index(property, "vertex", f));
                 } else if (roles[p] == k_texcoord) {
                     const std::uint64_t count = list_count(property);
                     for (std::uint64_t i = 0; i < count; ++i) texcoords.push_back(next(*property.type));
                 } else if (roles[p] == k_material) {
-                    material = index(property, "material", f);
+                    mesh_.face_material.push_back(index(property, "material", f));
                 } else if (roles[p] == k_group) {
-                    group = index(property, "group", f);
+                    mesh_.face_group.push_back(index(property, "group", f));
                 } else {
                     skip(property);
                 }
             }
-            add_face(texcoords, material, group, f);
+            end_face(texcoords, f);
         }
     }
 
@@ -346,36 +346,27 @@ class PlyDecoder {
         return static_cast<std::uint32_t>(number);
     }
 
-    void add_face(const std::vector<double>& texcoords, std::optional<std::uint32_t> material,
-                  std::optional<std::uint32_t> group, std::uint64_t f) {
-        const bool uvs = texcoords.size() == 2 * corners_.size();
-        const auto first_uv = static_cast<std::uint32_t>(mesh_.uvs.size());
-        if (uvs)
-            for (std::size_t i = 0; i < corners_.size(); ++i) {
-                mesh_.uvs.emplace_back(texcoords[2 * i], texcoords[2 * i + 1]);
-                if (!std::isfinite(texcoords[2 * i]) || !std::isfinite(texcoords[2 * i + 1]))
-                    reject(fmt::format("a texture coordinate of face {} is not finite", f));
-            }
-        if (corners_.size() > 3) fans_.push_back({mesh_.triangles.size(), corners_.size()});
-        for (std::uint32_t i = 1; i + 1 < corners_.size(); ++i) {
-            mesh_.triangles.push_back({corners_[0], corners_[i], corners_[i + 1]});
-            if (uvs) mesh_.triangle_uvs.push_back({first_uv, first_uv + i, first_uv + i + 1});
-            if (material) mesh_.triangle_material.push_back(*material);
-            if (group) mesh_.triangle_group.push_back(*group);
+    void end_face(const std::vector<double>& texcoords, std::uint64_t f) {
+        if (mesh_.face_vertices.size() > k_most_elements || mesh_.uvs.size() > k_most_elements)
+            throw Error(ErrorCode::unsupported, "too many corners of faces", path_);
+        const std::size_t size = mesh_.face_vertices.size() - mesh_.face_offsets.back();
+        mesh_.face_offsets.push_back(static_cast<std::uint32_t>(mesh_.face_vertices.size()));
+        if (texcoords.size() != 2 * size) return;
+        for (std::size_t i = 0; i < texcoords.size(); i += 2) {
+            if (!std::isfinite(texcoords[i]) || !std::isfinite(texcoords[i + 1]))
+                reject(fmt::format("a texture coordinate of face {} is not finite", f));
+            mesh_.face_uvs.push_back(static_cast<std::uint32_t>(mesh_.uvs.size()));
+            mesh_.uvs.emplace_back(texcoords[i], texcoords[i + 1]);
         }
-        if (mesh_.triangles.size() > k_most_elements || mesh_.uvs.size() > k_most_elements)
-            throw Error(ErrorCode::unsupported, "too many triangles", path_);
     }
 
     // Faces may come before the vertices, so this waits for the end.
     void check_corners() const {
-        for (const auto& triangle : mesh_.triangles)
-            for (const std::uint32_t v : triangle)
-                if (v >= mesh_.positions.size())
-                    throw Error(
-                        ErrorCode::invalid_input,
-                        fmt::format("a face uses vertex {}, but there are {} vertices", v, mesh_.positions.size()),
-                        path_);
+        for (const std::uint32_t v : mesh_.face_vertices)
+            if (v >= mesh_.positions.size())
+                throw Error(ErrorCode::invalid_input,
+                            fmt::format("a face uses vertex {}, but there are {} vertices", v, mesh_.positions.size()),
+                            path_);
     }
 
     // Names come from comments of the header; numbers without one get their number as name.
@@ -398,10 +389,8 @@ class PlyDecoder {
     Format format_ = Format::text;  // of what is being read: the header is text
     std::vector<PlyElement> elements_;
     std::vector<std::string> materials_, groups_;  // from comments, as our writer puts them
-    TriangleMesh mesh_;
+    PolygonMesh mesh_;
     std::vector<Vec2d> uv_of_vertex_;
-    std::vector<std::uint32_t> corners_;
-    std::vector<Fan> fans_;
 };
 
 }  // namespace
