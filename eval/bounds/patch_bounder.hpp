@@ -107,21 +107,18 @@ class PatchBounder {
         upper_ = std::max(upper_, upper);
         return true;
     }
-    /// Takes note of a bound that cannot be made better.
-    void give_up(double upper) { upper_ = std::max(upper_, upper); }
-    /// Whether no more pieces of this leaf are to be split: those that are left count by what is known of them.
-    bool exhausted() const { return splits_ >= k_most_splits; }
-    /// Whether a piece has to be split, which it may be so many times more; takes note of its bound if not.
+    /// Whether a piece has to be split, which it may be so many times more; takes note of its bound if not. After many
+    /// splits of a leaf none has to: pieces count by what is known of them.
     /// @param bound  double bound(may_split)
     template <class Bound>
     bool needs_split(int depth, Bound&& bound) {
-        const bool may_split = depth > 0 && !exhausted();
+        const bool may_split = depth > 0 && splits_ < k_most_splits;
         const double upper = bound(may_split) + pad_;
         if (settled(upper)) return false;
         if (may_split)
             ++splits_;
         else
-            give_up(upper);
+            upper_ = std::max(upper_, upper);
         return may_split;
     }
 

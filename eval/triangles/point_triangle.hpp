@@ -26,15 +26,6 @@ class PlaneMeasure {
     const Vec3d& normal() const { return normal_; }
     bool flat() const { return flat_; }
 
-    /// A point seen from the plane: barycentrics of its foot, and how far above it stands. Needs flat().
-    struct Projection {
-        double b1, b2, height;
-    };
-    Projection project(const Vec3d& p) const {
-        const Vec3d d = p - corners_[0];
-        return {glm::dot(to_b1_, d), glm::dot(to_b2_, d), glm::dot(normal_, d)};
-    }
-
     double operator()(const Vec3d& p) const {
         if (flat_) {
             const Vec3d d = p - corners_[0];
