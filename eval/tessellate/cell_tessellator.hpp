@@ -34,9 +34,9 @@ class CellTessellator : public TessellationRun {
 
     /// refine() by an estimator. hierarchy_ is known.
     /// @param base_bytes  that are in use, for the memory limit
-    /// @param block       triangles between two chances to cancel: one of a degenerate surface may take a millisecond
+    /// @param block       triangles between two chances to cancel, at most
     void refine_by(const ErrorEstimator& estimator, std::uint64_t base_bytes, std::uint64_t bytes_per_triangle,
-                   std::size_t block = 1024) {
+                   std::size_t block = 4096) {
         progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_->triangle_count(); });
         watched_.emplace(estimator, *progress_, block);
         AdaptiveOptions adaptive{aim_, options_.max_triangles, min_depth_, max_depth_};

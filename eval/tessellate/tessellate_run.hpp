@@ -141,43 +141,27 @@ class RefineProgress {
     double fraction_ = 0;
 };
 
-/// Adds up the time that an estimator takes, and lets the caller cancel between blocks of triangles.
+/// Adds up the time that an estimator takes, and lets the caller cancel between blocks of triangles: as many as take a
+/// moment, for a leaf of a degenerate surface may take a thousand times as long as another.
 class WatchedEstimator final : public ErrorEstimator {
   public:
-    /// @param block  triangles between two chances to cancel
-    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t block)
-        : inner_(inner), progress_(progress), block_(block) {}
+    /// @param most  triangles between two chances to cancel
+    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t most)
+        : inner_(inner), progress_(progress), most_(most), block_(std::min<std::size_t>(most, 256)) {}
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
         std::vector<ErrorBasis> basis(triangles.size());
         estimate(triangles, errors, basis);
     }
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
-                  std::span<ErrorBasis> basis) const override {
-        in_blocks(triangles.size(), [&](std::size_t begin, std::size_t size) {
-            inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size), basis.subspan(begin, size));
-        });
-    }
-    void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override {
-        in_blocks(triangles.size(), [&](std::size_t begin, std::size_t size) {
-            inner_.estimate_sqrt3(triangles.subspan(begin, size), errors.subspan(begin, size));
-        });
-    }
+                  std::span<ErrorBasis> basis) const override;
+    void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override;
     double seconds() const { return seconds_; }
 
   private:
-    template <class Estimate>
-    void in_blocks(std::size_t count, const Estimate& estimate) const {
-        Stopwatch watch;
-        for (std::size_t begin = 0; begin < count; begin += block_) {
-            if (begin > 0) progress_.again();
-            estimate(begin, std::min(block_, count - begin));
-        }
-        seconds_ += watch.lap();
-    }
-
     const ErrorEstimator& inner_;
     const RefineProgress& progress_;
-    std::size_t block_;
+    std::size_t most_;
+    mutable std::size_t block_;
     mutable double seconds_ = 0;
 };
 
