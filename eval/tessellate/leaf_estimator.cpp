@@ -232,6 +232,17 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
             }
         }
     const double left = std::max(decide_at - departure, 0.0);
+    constexpr double k_rejected = std::numeric_limits<double>::infinity();
+    if (may_reject) {
+        // The face's centre decides most fans that do not hold, its edges' middles most others.
+        const HalfedgeId first(h0);
+        if (departure > decide_at || glm::length(map_.patches->limit(first, {1, 1}, 0) - centre) > left)
+            return k_rejected;
+        for (std::uint32_t i = 0; i < n; ++i)
+            if (glm::length(map_.patches->limit(HalfedgeId(h0 + i), {1, 0}, 0) - 0.5 * (at(i) + at((i + 1) % n))) >
+                left)
+                return k_rejected;
+    }
     double error = 0;
     for (std::uint32_t i = 0; i < n && (error <= left || !may_reject); ++i)
         error = std::max(error, estimator_.bounder().root_error(HalfedgeId(h0 + i), centre, left, may_reject).upper);
@@ -257,6 +268,10 @@ FanError::Estimate FanError::measured(FaceId face, double tolerance) const {
     double error = 0;
     // Where errors are compared with each other all of the fan counts.
     const double enough = estimator_.compares() ? std::numeric_limits<double>::infinity() : tolerance;
+    // The centre and the middles of the edges decide most fans that do not hold.
+    error = to_fan(map_({HalfedgeId(h0), 1, 1}));
+    for (std::uint32_t r = 0; r < n && error <= enough; ++r)
+        error = std::max(error, to_fan(map_({HalfedgeId(h0 + r), 1, 0})));
     for (std::uint32_t r = 0; r < n && error <= enough; ++r) {
         const HalfedgeId h(h0 + r);
         const CellTriangle root = root_triangle(h);
