@@ -232,17 +232,6 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
             }
         }
     const double left = std::max(decide_at - departure, 0.0);
-    constexpr double k_rejected = std::numeric_limits<double>::infinity();
-    if (may_reject) {
-        // The face's centre decides most fans that do not hold, its edges' middles most others.
-        const HalfedgeId first(h0);
-        if (departure > decide_at || glm::length(map_.patches->limit(first, {1, 1}, 0) - centre) > left)
-            return k_rejected;
-        for (std::uint32_t i = 0; i < n; ++i)
-            if (glm::length(map_.patches->limit(HalfedgeId(h0 + i), {1, 0}, 0) - 0.5 * (at(i) + at((i + 1) % n))) >
-                left)
-                return k_rejected;
-    }
     double error = 0;
     for (std::uint32_t i = 0; i < n && (error <= left || !may_reject); ++i)
         error = std::max(error, estimator_.bounder().root_error(HalfedgeId(h0 + i), centre, left, may_reject).upper);
