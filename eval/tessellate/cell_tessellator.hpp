@@ -230,7 +230,7 @@ class CellTessellator : public TessellationRun {
             std::vector<Vec3d> positions(sites.size());
             place(sites, positions, {}, "coarsest", 0.2);
             for (std::size_t i = 0; i < vertex.size(); ++i) corners_[vertex[i]] = positions[i];
-            fans_ = choose_fans(mesh_, corners_, std::vector<std::uint8_t>(mesh_.face_count(), 1));
+            fans_ = choose_fans(mesh_, corners_);
             const std::vector<double> errors = fan_errors();
             const double most = options_.max_triangles != 0 ? std::numeric_limits<double>::max() : aim_;
             for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)

@@ -243,7 +243,6 @@ FanError::Estimate FanError::measured(FaceId face, double tolerance) const {
     const std::uint32_t n = mesh.face_size(face), h0 = mesh.face_halfedge(face).value;
     const auto at = [&](std::uint32_t i) { return positions_[mesh.origin(HalfedgeId(h0 + i)).value]; };
     if (map_.plain()) {
-        // The centre of the face decides most fans that do not hold.
         const double bound = certified(face, tolerance, true);
         if (bound <= tolerance) return {bound, ErrorBasis::bound};
     }

@@ -41,7 +41,8 @@ class FaceCutter {
         return {};
     }
 
-    /// Twice the area of a triangle of the face cut last as seen along the face's normal.
+    /// Positive where a triangle of the face of more than three corners that was cut last faces as that does: twice its
+    /// area as seen along the face's normal, times the length of that.
     double facing(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   private:

@@ -3,7 +3,7 @@
 #include "../base/error.hpp"
 #include "face_cutter.hpp"
 
-#include <string>
+#include <fmt/format.h>
 
 namespace tetrakis {
 
@@ -37,17 +37,12 @@ bool repeats_accepted_triangle(const ControlMesh& mesh, FaceId f, const FanChoic
            mesh.origin(mesh.prev(t)) == mesh.origin(mesh.prev(h));
 }
 
-void require_size(std::size_t size, std::uint32_t wanted, const char* what) {
-    if (size != wanted)
-        throw Error(ErrorCode::invalid_input,
-                    "fans need " + std::to_string(wanted) + " " + what + ", got " + std::to_string(size));
-}
-
 }  // namespace
 
-FanChoice choose_fans(const ControlMesh& mesh, std::span<const Vec3d> positions, std::span<const std::uint8_t> wanted) {
-    require_size(positions.size(), mesh.vertex_count(), "positions");
-    require_size(wanted.size(), mesh.face_count(), "flags");
+FanChoice choose_fans(const ControlMesh& mesh, std::span<const Vec3d> positions) {
+    if (positions.size() != mesh.vertex_count())
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("fans need {} positions, got {}", mesh.vertex_count(), positions.size()));
     FanChoice fans;
     fans.accepted.assign(mesh.face_count(), 0);
     fans.offsets.reserve(mesh.face_count() + 1);
@@ -56,7 +51,7 @@ FanChoice choose_fans(const ControlMesh& mesh, std::span<const Vec3d> positions,
     for (std::uint32_t i = 0; i < mesh.face_count(); ++i) {
         const FaceId f(i);
         const std::uint32_t n = mesh.face_size(f);
-        if (wanted[i] != 0 && !mesh.is_hole(f) && n <= k_max_fan_corners) {
+        if (!mesh.is_hole(f) && n <= k_max_fan_corners) {
             if (n > 3) {
                 fans.accepted[i] = cut_into_fan(cutter, f, fans.triangles);
             } else if (!repeats_accepted_triangle(mesh, f, fans)) {

@@ -12,7 +12,7 @@ namespace tetrakis {
 /// Faces with more corners keep their centre: n - 2 triangles instead of n would save next to nothing.
 inline constexpr std::uint32_t k_max_fan_corners = 32;
 
-/// For some faces of a control mesh, a triangulation over their corners alone (eval/README.md, Coarsest mesh).
+/// For faces of a control mesh, a triangulation over their corners alone (eval/README.md, Coarsest mesh).
 struct FanChoice {
     std::vector<std::uint8_t> accepted;                  ///< per face: 1 where it has one
     std::vector<std::uint32_t> offsets;                  ///< F + 1 numbers into `triangles`
@@ -25,14 +25,13 @@ struct FanChoice {
     }
 };
 
-/// Chooses the triangulations, face by face in order: ears are cut at the shortest diagonal first (of a quadrilateral:
-/// the shorter diagonal) that lies inside the face, and joins two vertices which neither an edge of the mesh nor a
-/// diagonal of an earlier face joins; a face where that fails is not accepted, nor is a triangle whose three edges all
-/// lead to one neighbour that was. So any subset of the accepted faces may be output this way in a mesh whose other
-/// vertices are of one site each.
+/// Chooses the triangulations, of all faces but holes, face by face in order: ears are cut at the shortest diagonal
+/// first (of a quadrilateral: the shorter diagonal) that lies inside the face, and joins two vertices which neither an
+/// edge of the mesh nor a diagonal of an earlier face joins; a face where that fails is not accepted, nor is a triangle
+/// whose three edges all lead to one neighbour that was. So any subset of the accepted faces may be output this way in
+/// a mesh whose other vertices are of one site each.
 /// @param positions  of the control vertices as they will be output (limit points, displaced, ...)
-/// @param wanted     per face: nonzero where a triangulation is asked for; holes get none
-/// Cost: O(corners of the wanted faces) for bounded valences and face sizes.
-FanChoice choose_fans(const ControlMesh& mesh, std::span<const Vec3d> positions, std::span<const std::uint8_t> wanted);
+/// Cost: O(H) for bounded valences and face sizes.
+FanChoice choose_fans(const ControlMesh& mesh, std::span<const Vec3d> positions);
 
 }  // namespace tetrakis

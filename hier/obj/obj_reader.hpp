@@ -27,7 +27,7 @@ struct ReadOptions {
 ControlMeshData read_obj(const std::filesystem::path& path, const ReadOptions& options = {},
                          const RunContext& context = {});
 
-/// The same from memory. @param source  name for messages
+/// The same from memory. @param source  name for messages. @param context  progress ("load") and cancelling
 ControlMeshData parse_obj(std::string_view text, std::string source, const ReadOptions& options = {},
                           const RunContext& context = {});
 

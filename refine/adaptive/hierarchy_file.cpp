@@ -235,7 +235,7 @@ void Hierarchy::load(std::span<const std::byte> bytes) {
 std::unique_ptr<HierarchyFamily> Hierarchy::rebuilt(std::span<const HierarchyNode> nodes) const {
     std::unique_ptr<HierarchyFamily> family = family_->fresh();
     restore(*family, nodes);
-    // As many leaves need not be the same ones: a split takes others with it.
+    // A split takes others with it.
     if (!std::ranges::equal(ordered_nodes(*family), nodes)) not_conforming();
     return family;
 }

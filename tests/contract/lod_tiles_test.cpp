@@ -339,6 +339,8 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
     };
     CHECK(contains(tile_fault(tiled.dir / "none.tiles"), "no such file"));
     CHECK(contains(tile_fault(tiled.dir.path()), "no regular file"));
+    spill(path, good);
+    CHECK_NOTHROW(lod::TiledTerrain{path});
     CHECK(contains(fault_of(""), "no tile file"));
     CHECK(contains(fault_of("P6 800 600 255"), "no tile file"));
     for (std::size_t size = 8; size < good.size(); size += size < 80 ? 1 : 997)

@@ -41,9 +41,7 @@ ControlMesh mesh_of(std::vector<Vec3d> positions, const std::vector<std::vector<
     return ControlMesh::build(test::mesh_data(std::move(positions), faces));
 }
 
-FanChoice choose_all(const ControlMesh& mesh) {
-    return choose_fans(mesh, mesh.positions(), std::vector<std::uint8_t>(mesh.face_count(), 1));
-}
+FanChoice choose_all(const ControlMesh& mesh) { return choose_fans(mesh, mesh.positions()); }
 
 std::vector<std::array<std::uint8_t, 3>> fan(const FanChoice& fans, std::uint32_t f) {
     const auto span = fans.of(FaceId(f));
