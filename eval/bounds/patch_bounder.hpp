@@ -108,7 +108,7 @@ class PatchBounder {
         return true;
     }
     /// Whether a piece has to be split, which it may be so many times more; takes note of its bound if not. After many
-    /// splits of a leaf none has to: pieces count by what is known of them.
+    /// splits of a leaf none has to: pieces count by their bounds.
     /// @param bound  double bound(may_split)
     template <class Bound>
     bool needs_split(int depth, Bound&& bound) {

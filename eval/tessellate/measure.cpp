@@ -255,7 +255,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     ++samples_here;
                     return d;
                 };
-                // The farthest samples, each way; `step` is about half of what is between the samples there.
+                // The farthest samples, each way; `step` is about half the distance of samples there.
                 struct Top {
                     double Distances::*way;
                     detail::Maximum at{};

@@ -41,8 +41,8 @@ class FaceCutter {
         return {};
     }
 
-    /// Positive where a triangle of the face of more than three corners that was cut last faces as that does: twice its
-    /// area as seen along the face's normal, times the length of that.
+    /// Of a triangle of the last face cut that has more than three corners: positive where it faces as the face does.
+    /// Twice its area as seen along the face's normal, times the length of the normal.
     double facing(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   private:

@@ -32,13 +32,13 @@ class MeshPartFinder {
     int face_place(int face) const { return face_place_[face]; }
     int vertex_place(int vertex) const { return vertex_place_[vertex]; }
 
-    /// Looks, and makes a part of what is found.
+    /// A look, and its faces as a part.
     MeshPart find(const RuleMesh& mesh, std::span<const int> seeds, int rings);
 
   private:
     std::vector<int> faces_, vertices_;
     std::vector<unsigned> vertex_seen_, face_kept_;  // stamps
-    std::vector<int> vertex_place_, face_place_;     // or those in a part
+    std::vector<int> vertex_place_, face_place_;     // or places in the part
     unsigned stamp_ = 0;
 };
 

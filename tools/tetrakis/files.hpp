@@ -64,7 +64,7 @@ struct LoadedModel {
 /// --weld and --repair, which every command that loads a control mesh has.
 void add_read_options(CommandLine command, ReadOptions& options);
 
-/// @param scheme  what is to refine it: for triangle schemes faces are cut into triangles, with a warning; null: none
+/// @param scheme  that will refine it: for triangle schemes faces are cut into triangles, with a warning; null: none
 /// @throws InputError, Error (memory_limit, cancelled)
 LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context,
                        const SchemeInfo* scheme = nullptr);

@@ -141,7 +141,7 @@ void print_summary(const TessellateCommandOptions& options, const ControlMesh& m
     if (const auto& error = report.measured_error) {
         std::string text = share(error->hausdorff);
         if (tolerance > 0 && error->hausdorff > tolerance)
-            text += result.tolerance_reached ? " (too large; what is proven holds)" : " (missed)";
+            text += result.tolerance_reached ? " (too large; the proven bound holds)" : " (missed)";
         else if (tolerance > 0 && result.tolerance_reached)
             text += " (kept)";
         table.row("measured error", text);
