@@ -2,9 +2,6 @@
 
 #include "../base/error.hpp"
 #include "../base/memory.hpp"
-#include "../base/spread_bits.hpp"
-
-#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cassert>
@@ -187,63 +184,6 @@ ExportedTriangles Sqrt3Forest::exported() const {
     });
     detail::number_points(out, *this, leaf_count() / 2);
     return out;
-}
-
-// The leaves along a curve through the mesh: by a point inside each, in the finest lattice of its control face.
-
-namespace {
-
-// 3^20: Sqrt3Lattice::max_level() is 37 at most, whose lattice level is 19, and a mean of corners takes one power more.
-// It is less than 2^32, so two coordinates together have 64 bits.
-constexpr int k_grid_level = 20;
-[[maybe_unused]] constexpr std::int64_t k_grid = 3'486'784'401;
-
-/// A point inside a leaf and its control face: the middle; of a leaf that lies on both sides of a control edge, one
-/// farther from the corner beyond. No two leaves have the same.
-Sqrt3Point point_inside(const Sqrt3Cell& cell) {
-    std::int64_t scale = 1;
-    for (int l = cell.lattice(); l < k_grid_level; ++l) scale *= 3;
-    const Sqrt3Point sum = cell.corner[0] + cell.corner[1] + cell.corner[2];
-    for (const Sqrt3Point& p : cell.corner)
-        if (std::min({p[0], p[1], p[2]}) < 0) return scale * (4 * sum - 3 * p) / 9;
-    return scale * sum / 3;
-}
-
-}  // namespace
-
-std::vector<LeafId> Sqrt3Forest::leaves_on_curve() const {
-    struct Marked {
-        std::uint32_t root;
-        std::uint64_t along;  // the curve in the control face
-        LeafId leaf;
-        auto operator<=>(const Marked&) const = default;
-    };
-    std::vector<Marked> marked;
-    detail::reserve_large(marked, leaf_count());
-    const auto mark = [&](std::uint32_t slot, const Sqrt3Cell& cell) {
-        const Sqrt3Point p = point_inside(cell);
-        assert(p[0] > 0 && p[1] > 0 && p[2] > 0 && p[0] + p[1] + p[2] == k_grid);
-        const std::uint64_t along = detail::spread_bits(static_cast<std::uint64_t>(p[0])) |
-                                    detail::spread_bits(static_cast<std::uint64_t>(p[1])) << 1;
-        marked.push_back({cell.root.value, along, LeafId(slot)});
-    };
-    const auto visit = [&](const auto& self, std::uint32_t slot, const Sqrt3Cell& cell) -> void {
-        if (!is_split(slot)) return mark(slot, cell);
-        for (std::uint32_t side = 0; side < 3; ++side) {
-            const std::uint32_t child = child_over(3 * slot + side);
-            if (child_[child] == k_half)
-                mark(child, lattice_.half(cell, side));
-            else
-                self(self, child, lattice_.child(cell, side));
-        }
-    };
-    for (std::uint32_t root = 0; root < mesh().face_count(); ++root)
-        if (child_[root] != k_dead) visit(visit, root, Sqrt3Lattice::cell(FaceId(root)));
-    oneapi::tbb::parallel_sort(marked.begin(), marked.end());
-    std::vector<LeafId> result;
-    detail::reserve_large(result, marked.size());
-    for (const Marked& m : marked) result.push_back(m.leaf);
-    return result;
 }
 
 // Changes.

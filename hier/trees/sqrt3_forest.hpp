@@ -82,9 +82,6 @@ class Sqrt3Forest {
     std::vector<Sqrt3Triangle> leaves() const;
     /// The output mesh: the leaves in this order. O(leaves level).
     ExportedTriangles exported() const;
-    /// By control face that they lie in (on an edge of two: whose number they have), there along a Z-order curve
-    /// (Morton 1966) through the grid that the levels cut it into. Depends on the set of leaves alone. O(leaves).
-    std::vector<LeafId> leaves_on_curve() const;
     /// The leaf that is this triangle; invalid if none is. O(level).
     LeafId find(const Sqrt3Triangle& triangle) const;
     using Changed = std::vector<std::pair<LeafId, Sqrt3Triangle>>;

@@ -1,8 +1,13 @@
+#include "../../hier/base/memory.hpp"
+#include "../../hier/base/spread_bits.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
 #include "hierarchy_families.hpp"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace tetrakis {
@@ -10,6 +15,7 @@ namespace tetrakis {
 namespace {
 
 constexpr int k_side_bits = 2;
+constexpr int k_finest_lattice = 19;  // of leaves, which are at level 37 at most (Sqrt3Lattice::max_level())
 
 class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3Forest, Sqrt3Triangle> {
   public:
@@ -57,7 +63,24 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
         out.leaf.slot = leaf;
         std::ranges::copy(forest_.points(leaf), out.point.begin());
     }
-    std::vector<LeafId> leaves_on_curve() const override { return forest_.leaves_on_curve(); }
+    /// By the control face that they lie in (on an edge of two: whose number they have), then by their middles along a
+    /// Z-order curve (Morton 1966) through the finest lattice there.
+    std::vector<LeafId> leaves_on_curve() const override {
+        std::vector<std::tuple<std::uint32_t, std::uint64_t, LeafId>> places;
+        detail::reserve_large(places, forest_.leaf_count());
+        forest_.for_each_leaf([&](LeafId leaf, FaceId) {
+            const Sqrt3Cell cell = forest_.lattice().cell(forest_.triangle(leaf));
+            Sqrt3Point middle = cell.corner[0] + cell.corner[1] + cell.corner[2];  // 3^20 at most: less than 2^32
+            for (int l = cell.lattice(); l < k_finest_lattice; ++l) middle = 3 * middle;
+            const auto x = static_cast<std::uint64_t>(middle[0]), y = static_cast<std::uint64_t>(middle[1]);
+            places.emplace_back(cell.root.value, detail::spread_bits(x) | detail::spread_bits(y) << 1, leaf);
+        });
+        oneapi::tbb::parallel_sort(places.begin(), places.end());
+        std::vector<LeafId> leaves;
+        detail::reserve_large(leaves, places.size());
+        for (const auto& [root, along, leaf] : places) leaves.push_back(leaf);
+        return leaves;
+    }
     std::optional<LeafId> find(const HierarchyNode& node) const override { return forest_.find(triangle(node)); }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
