@@ -148,7 +148,8 @@ class TerrainRefinement {
     /// Merges diamonds in rounds: all threads make some passes over blocks of leaves, one block after the other while
     /// it is in the cache. What reaches into several blocks follows in larger ones, and at last in one of all leaves.
     void merge() {
-        constexpr int k_rounds = 3, k_passes = 3;  // over the smallest blocks, in a round
+        // Another of each would save 2 % of the triangles and take a third longer.
+        constexpr int k_rounds = 2, k_passes = 2;  // over the smallest blocks, in a round
         std::vector<Block> smallest = make_blocks();
         changed_.assign(vertices_.size(), 0);
         std::vector<int> last_passes;  // over blocks of each size, in the round before
