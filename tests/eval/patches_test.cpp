@@ -219,7 +219,7 @@ TEST_CASE("Loop patches: a crease vertex gets the mean normal of both sides") {
 }
 
 TEST_CASE("patch trees that are forgotten between batches grow again, bit for bit, and take little memory") {
-    const ControlMesh mesh = ControlMesh::build(test::torus(32, true));
+    const ControlMesh mesh = ControlMesh::build(test::triangle_torus(32));
     const QuadPatches kept(mesh), forgotten(mesh);
     std::vector<Vec3d> first(mesh.halfedge_count()), again(mesh.halfedge_count());
     const auto at = [](const QuadPatches& patches, std::uint32_t h) {

@@ -41,6 +41,50 @@ inline constexpr const char* k_open_obj =
 
 inline ControlMesh control_mesh(const char* text) { return ControlMesh::build(parse_obj(text, "test.obj")); }
 
+/// A torus about the z-axis.
+class Torus final : public lod::SampledSurface {
+  public:
+    Torus() : SampledSurface(ControlMesh::build(grid(6, false, true)), 3) {
+        // Vertex v of the grid is at column v % 6, row v / 6.
+        set_bounds({});
+    }
+    static constexpr double k_large = 3, k_small = 1;
+
+  private:
+    Vec2d parameters(const Site& site) const {
+        const auto at = [&](HalfedgeId h) {
+            const std::uint32_t v = roots().origin(h).value;
+            return Vec2d(v % 6, v / 6);
+        };
+        const auto near = [](double a, double b) { return b + std::remainder(a - b, 6.0); };
+        const Vec2d v = at(site.root), next = at(roots().next(site.root)), prev = at(roots().prev(site.root));
+        const double x = std::ldexp(site.at.x, -site.level - 1), y = std::ldexp(site.at.y, -site.level - 1);
+        const Vec2d ahead(near(next.x, v.x) - v.x, near(next.y, v.y) - v.y),
+            aside(near(prev.x, v.x) - v.x, near(prev.y, v.y) - v.y);
+        return (v + x * ahead + y * aside) * (2 * M_PI / 6);
+    }
+    static Vec3d out(const Vec2d& p) {
+        return {std::cos(p.x) * std::cos(p.y), std::sin(p.x) * std::cos(p.y), std::sin(p.y)};
+    }
+    void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override {
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const Vec2d p = parameters(sites[i]);
+            positions[i] = k_large * Vec3d(std::cos(p.x), std::sin(p.x), 0) + k_small * out(p);
+        }
+    }
+    void shade(std::span<const Site> sites, std::span<lod::Place> places) const override {
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            places[i].normal = out(parameters(sites[i]));
+            places[i].uv = parameters(sites[i]) / (2 * M_PI);
+        }
+    }
+    void finest_errors(HalfedgeId, std::span<float> errors) const override {
+        // Half the largest second derivative times the square of half the longest side.
+        const double step = 2 * M_PI / 6 / 16;
+        std::ranges::fill(errors, static_cast<float>(0.5 * (k_large + 2 * k_small) * step * step / 2));
+    }
+};
+
 inline HeightGrid wave_map(std::uint32_t columns, std::uint32_t rows, double height) {
     return grid_of(columns, rows, [&](double c, double r) {
         return height * std::sin(6 * M_PI * (c + 0.5) / columns) * std::sin(2 * M_PI * r / rows) +
@@ -90,23 +134,24 @@ inline std::vector<Example> examples() {
         std::make_shared<lod::TerrainSurface>(
             grid_of(59, 37, [&](double, double) { return 0.02 * double(random() % 8); })),
         {32, -16, 0}, 30, 1);
+    add("torus", std::make_shared<Torus>(), {0, 0, 0}, 4, 0);
     add("planet", std::make_shared<lod::PlanetSurface>(wave_map(64, 32, 0.4), lod::PlanetOptions{.radius = 10}),
         {0, 0, 0}, 10, 2);
     add("planet of faces", std::make_shared<lod::PlanetSurface>(cube_faces(17), lod::PlanetOptions{.radius = 5}),
         {0, 0, 0}, 5, 2);
     const ControlMesh box = control_mesh(k_box_obj), open = control_mesh(k_open_obj),
                       octahedron = control_mesh(k_octahedron_obj);
-    const auto add_scheme = [&](const char* scheme, const ControlMesh& mesh, const Vec3d& middle, std::int64_t euler,
-                                double size = 1.5) {
+    const auto add_scheme = [&](const char* scheme, const ControlMesh& mesh, const Vec3d& middle, std::int64_t euler) {
         add(scheme, std::make_shared<lod::SubdivisionSurface>(mesh, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
-            middle, size, euler);
+            middle, 1.5, euler);
     };
     for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear", "midedge"})
         add_scheme(scheme, box, {0, 0, 0}, 2);
     for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear", "doo-sabin"})
         add_scheme(scheme, open, {1, 1, 0}, 1);
-    add_scheme("loop", octahedron, {0, 0, 0}, 2, 1);
-    add_scheme("catmull-clark", ControlMesh::build(torus(6, false)), {0, 0, 0}, 0, 4);
+    add("loop",
+        std::make_shared<lod::SubdivisionSurface>(octahedron, "loop", lod::SubdivisionSurfaceOptions{.level = 3}),
+        {0, 0, 0}, 1, 2);
     add("displaced",
         std::make_shared<lod::SubdivisionSurface>(
             box, "catmull-clark",

@@ -58,9 +58,9 @@ inline ControlMeshData grid(std::uint32_t n, bool triangles = false, bool torus 
     return mesh_data(std::move(positions), faces);
 }
 
-/// Around the z-axis, n x n vertices; quads, or six triangles at each.
-inline ControlMeshData torus(std::uint32_t n, bool triangles) {
-    ControlMeshData data = grid(n, triangles, true);
+/// Triangles around the z-axis, six at each of n x n vertices.
+inline ControlMeshData triangle_torus(std::uint32_t n) {
+    ControlMeshData data = grid(n, true, true);
     for (Vec3d& p : data.positions) {
         const double a = 2 * std::numbers::pi * p.y / n, b = 2 * std::numbers::pi * p.x / n;
         p = {(3 + std::cos(b)) * std::cos(a), (3 + std::cos(b)) * std::sin(a), std::sin(b)};

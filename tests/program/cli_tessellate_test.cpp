@@ -156,7 +156,7 @@ TEST_CASE("Catmull-Clark on many triangles takes little memory") {
     const ScratchDir scratch;
     const auto torus = scratch / "torus.obj";
     TriangleMesh mesh;
-    const ControlMeshData data = test::torus(n, true);
+    const ControlMeshData data = test::triangle_torus(n);
     mesh.positions = data.positions;
     for (std::size_t c = 0; c < data.face_vertices.size(); c += 3)
         mesh.triangles.push_back({data.face_vertices[c], data.face_vertices[c + 1], data.face_vertices[c + 2]});
