@@ -9,6 +9,7 @@
 #include "../../eval/patches/limit_surface.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../../hier/obj/obj_reader.hpp"
 #include "../../refine/uniform/refine.hpp"
@@ -51,6 +52,32 @@ using test::wave_map;
 
 namespace {
 
+using Leaves = std::vector<std::array<Site, 3>>;
+
+/// Those of a forest that is split from its roots until all these points are there, which is checked.
+/// @param sites  sorted
+Leaves leaves_from_scratch(const ControlMesh& roots, const std::vector<Site>& sites) {
+    BisectionForest forest(roots);
+    forest.reserve(2 * sites.size() + roots.halfedge_count(), sites.size());
+    for (LeafId id(0); id.value < forest.leaf_slots();) {
+        const BisectionLeaf& leaf = forest.leaf(id);
+        const Site middle =
+            canonical(roots, {leaf.cell, leaf.shape().middle(leaf.depth), lattice_level(leaf.depth + 1)});
+        if (forest.is_leaf(id) && std::ranges::binary_search(sites, middle))
+            REQUIRE(forest.split_diamond(id, [](const Diamond&) {}));  // its first child has its slot
+        else
+            ++id.value;
+    }
+    REQUIRE(check_forest(forest).value_or("") == "");
+    Leaves leaves;
+    for (LeafId id(0); id.value < forest.leaf_slots(); ++id.value) {
+        if (!forest.is_leaf(id)) continue;
+        const auto& v = forest.leaf(id).vertex;
+        leaves.push_back({forest.point_site(v[0]), forest.point_site(v[1]), forest.point_site(v[2])});
+    }
+    return leaves;
+}
+
 /// The largest error in pixels of places of the full surface against a mesh, of those that the camera sees.
 double judged_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, const lod::Camera& camera) {
     const TriangleBvh bvh(mesh);
@@ -72,7 +99,9 @@ TriangleMesh full_mesh(const Example& example) {
 
 }  // namespace
 
-TEST_CASE("[slow] lod: after every frame of a walk over any surface the mesh is whole, in budget and in promise") {
+TEST_CASE(
+    "[slow] lod: after every frame of a walk over any surface the mesh is whole, restricted, in budget and in "
+    "promise") {
     for (const Example& example : examples()) {
         CAPTURE(example.name);
         lod::View view(*example.surface, {.max_leaves = 20'000, .max_ranges = 100});
@@ -101,12 +130,16 @@ TEST_CASE("[slow] lod: after every frame of a walk over any surface the mesh is 
             const SurfaceTopology whole = topology(triangles);
             REQUIRE(whole.fault.empty());
             REQUIRE(whole.euler == example.euler);
-            const auto leaves = view.leaves();
-            // The buffers and the export are what the surface says of the leaves' corners.
+            Leaves leaves = view.leaves();
             std::vector<Site> sites;
             for (const auto& leaf : leaves) sites.insert(sites.end(), leaf.begin(), leaf.end());
             std::ranges::sort(sites);
             sites.erase(std::ranges::unique(sites).begin(), sites.end());
+            Leaves same = leaves_from_scratch(example.surface->roots(), sites);
+            std::ranges::sort(leaves);
+            std::ranges::sort(same);
+            REQUIRE(leaves == same);
+            // The buffers and the export are what the surface says of that forest.
             std::vector<lod::Place> at(sites.size());
             example.surface->places(sites, at);
             using Corners = std::array<std::array<float, 8>, 3>;
