@@ -35,6 +35,7 @@ constexpr Row k_table[] = {
     {"pipe3", "catmull-clark", {240, 2940, 8688}, {240, 3072, 9540}},
     {"extruded_pentagon", "catmull-clark", {230, 2360, 8100}, {230, 2680, 9160}},
     {"cube", "catmull-clark", {192, 2544, 6816}, {192, 2736, 7968}},
+    {"tetrahedron", "catmull-clark", {96, 1056, 3408}, {96, 1296, 4104}},
     {"bracket_tri", "loop", {384, 10484, 27338}, {528, 14740, 38840}},
     {"knot_tri", "loop", {1024, 8012, 25184}, {1024, 10122, 30818}},
     {"tetrahedron", "loop", {64, 1024, 3928}, {64, 1024, 4096}},

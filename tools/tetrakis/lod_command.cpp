@@ -374,9 +374,12 @@ void add_lod_command(CommandLine program) {
     command.flag("--wait", options->wait, "Of .tiles: each frame waits until all of it is loaded");
     command.option("--frames", "N", options->frames, "How many (120)").range(1u, 1'000'000u);
     command
-        .option("--images", "N", options->images,
-                "Pictures to draw of them, a sheet of all, and flight.png, which is animated (0)")
-        .range(0u, 10'000u);
+        .option(
+            "--images", "N", options->images,
+            "Pictures to draw of them (24 if no number is given), a sheet of all, and flight.png, which is animated; "
+            "without it none")
+        .range(0u, 10'000u)
+        .value_or("24");
     add_size_option(command, options->render);
     options->run.add(command);
     command.option("-o,--output", "DIR", options->directory, "Directory for frames.csv, pictures and last.glb")
