@@ -1,3 +1,4 @@
+#include "../../eval/io/mesh_reader.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
@@ -314,6 +315,11 @@ TEST_CASE("capi: planets and subdivision surfaces, and rays that meet what is sh
         CHECK(normal[1] < -0.5);
         CHECK(tetrakis_snapshot_hit(snapshot, camera.eye, direction.data(), 0.9 * shown, nullptr, nullptr) == 0);
         CHECK(tetrakis_surface_at(surface, 0, 0, &height, nullptr) == 0);
+        const ScratchDir scratch;
+        const std::string glb = (scratch / "shown.glb").string(), unknown = (scratch / "shown.txt").string();
+        REQUIRE(tetrakis_write_snapshot(snapshot, glb.c_str()) == TETRAKIS_OK);
+        CHECK(read_triangle_mesh(glb).triangles.size() == update.leaves);
+        CHECK(tetrakis_write_snapshot(snapshot, unknown.c_str()) == TETRAKIS_UNSUPPORTED);
         tetrakis_free_snapshot(snapshot);
         tetrakis_free_surface(surface);
     }

@@ -1,9 +1,13 @@
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod_surfaces/planet_surface.hpp"
+#include "../../eval/lod_surfaces/subdivision_surface.hpp"
 #include "../../eval/lod_terrain/terrain_surface.hpp"
 #include "../../eval/lod_terrain/terrain_tiles.hpp"
 #include "../../eval/lod_terrain/tiled_terrain.hpp"
 #include "../../eval/terrain/terrain_mesh.hpp"
 #include "../../hier/base/memory.hpp"
+
+#include "bench_models.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -57,13 +61,15 @@ std::uint32_t mirrored_place(std::uint32_t i, std::uint32_t count) {
     return i < count ? i : 2 * (count - 1) - i;
 }
 
-/// The mirrored terrain, of which only 1025 x 1025 samples are in memory.
+/// A terrain mirrored to any size, of which only a square tile is in memory.
 class MirroredSource final : public HeightSource {
   public:
-    explicit MirroredSource(std::uint32_t side) {
-        frame_.columns = frame_.rows = side;
-        frame_.spacing = tile_.spacing;
+    MirroredSource(HeightGrid tile, std::uint32_t columns, std::uint32_t rows) : tile_(std::move(tile)) {
+        frame_.columns = columns;
+        frame_.rows = rows;
+        frame_.spacing = Vec2d(k_spacing);
     }
+    explicit MirroredSource(std::uint32_t side) : MirroredSource(fractal(1025), side, side) {}
     const HeightGrid& frame() const override { return frame_; }
     void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
         for (std::uint32_t y = 0; y < count; ++y)
@@ -73,16 +79,16 @@ class MirroredSource final : public HeightSource {
     }
 
   private:
-    HeightGrid tile_ = fractal(1025), frame_;
+    HeightGrid tile_, frame_;
 };
 
-HeightGrid mirrored(std::uint32_t side) {
-    MirroredSource source(side);
+HeightGrid all_of(MirroredSource source) {
     HeightGrid grid = source.frame();
-    grid.heights.resize(std::size_t{side} * side);
-    source.read(0, side, grid.heights);
+    grid.heights.resize(std::size_t{grid.columns} * grid.rows);
+    source.read(0, grid.rows, grid.heights);
     return grid;
 }
+HeightGrid mirrored(std::uint32_t side) { return all_of(MirroredSource(side)); }
 
 /// The last one asked for is kept: the largest takes a while.
 const lod::TerrainSurface& surface(std::uint32_t side) {
@@ -126,18 +132,16 @@ void report_frames(benchmark::State& state, std::vector<double> times, double ch
     state.counters["changes"] = changes / frames;
 }
 
-/// Arguments: samples of a side; leaves, thousands; how far the camera flies in a frame.
-void fly(benchmark::State& state) {
-    const lod::TerrainSurface& terrain = surface(static_cast<std::uint32_t>(state.range(0)));
-    lod::View view(terrain, {.max_leaves = static_cast<std::uint32_t>(state.range(1)) * 1000});
-    Flight flight(terrain.grid(), static_cast<double>(state.range(2)));
+/// @param next  gives the camera of the next frame
+template <class Next>
+void measure_flight(benchmark::State& state, const lod::Surface& surface, std::uint32_t most_leaves, const Next& next) {
+    lod::View view(surface, {.max_leaves = most_leaves});
     const lod::Budget budget{.pixel_error = 0.1};
-    view.update(flight.next(), budget);
-    for (int i = 0; i < 100; ++i) view.update(flight.next(), budget);
+    for (int i = 0; i < 101; ++i) view.update(next(), budget);
     std::vector<double> times;
     double changes = 0, bytes = 0, leaves = 0;
     for (auto _ : state) {
-        const lod::Camera camera = flight.next();
+        const lod::Camera camera = next();
         const auto begin = std::chrono::steady_clock::now();
         const lod::Update update = view.update(camera, budget);
         times.push_back(milliseconds_since(begin));
@@ -151,6 +155,13 @@ void fly(benchmark::State& state) {
     state.counters["leaves"] = leaves;
     state.counters["bytes_a_leaf"] = static_cast<double>(view.memory_bytes()) / leaves;
 }
+
+/// Arguments: samples of a side; leaves, thousands; how far the camera flies in a frame.
+void fly(benchmark::State& state) {
+    const lod::TerrainSurface& terrain = surface(static_cast<std::uint32_t>(state.range(0)));
+    Flight flight(terrain.grid(), static_cast<double>(state.range(2)));
+    measure_flight(state, terrain, static_cast<std::uint32_t>(state.range(1)) * 1000, [&] { return flight.next(); });
+}
 BENCHMARK(fly)
     ->Args({1025, 200, 8})
     ->Args({1025, 200, 40})
@@ -159,6 +170,44 @@ BENCHMARK(fly)
     ->Args({16385, 200, 40})
     ->Iterations(2000)
     ->Unit(benchmark::kMillisecond);
+
+/// Over Mount Fuji, mirrored. Argument: how far the camera flies in a frame.
+void fly_over_fuji(benchmark::State& state) {
+    const std::filesystem::path path = shared_folder() / "data/terrain/fuji-terrain-rgb.png";
+    if (!std::filesystem::exists(path)) return state.SkipWithError("the shared test data are not here");
+    const lod::TerrainSurface terrain(all_of(MirroredSource(load_height_grid(path), 4097, 4097)));
+    Flight flight(terrain.grid(), static_cast<double>(state.range(0)));
+    measure_flight(state, terrain, 200'000, [&] { return flight.next(); });
+}
+BENCHMARK(fly_over_fuji)->Arg(40)->Iterations(2000)->Unit(benchmark::kMillisecond);
+
+/// Around the earth, 100 km above the fractal terrain. Argument: metres in a frame.
+void fly_around_planet(benchmark::State& state) {
+    const lod::PlanetSurface planet(all_of(MirroredSource(fractal(1025), 4096, 2048)));
+    double turn = 0;
+    measure_flight(state, planet, 200'000, [&] {
+        turn += static_cast<double>(state.range(0)) / planet.radius();
+        const Vec3d up(std::cos(turn), std::sin(turn), 0), ahead(-up.y, up.x, 0);
+        return lod::Camera{.eye = (planet.radius() + 100'000) * up, .direction = ahead - 0.5 * up, .up = up};
+    });
+}
+BENCHMARK(fly_around_planet)->Arg(4000)->Iterations(2000)->Unit(benchmark::kMillisecond);
+
+/// Around suzanne's limit surface, near it. Argument: frames of a turn.
+void fly_around_suzanne(benchmark::State& state) {
+    const std::filesystem::path path = shared_folder() / "data/models/suzanne.obj";
+    if (!std::filesystem::exists(path)) return state.SkipWithError("the shared test data are not here");
+    const ControlMesh mesh = load_control_mesh(path);
+    const lod::SubdivisionSurface suzanne(mesh, "catmull-clark", {.level = 6});
+    const Box3d box = mesh.bounding_box();
+    double turn = 0;
+    measure_flight(state, suzanne, 200'000, [&] {
+        turn += 2 * M_PI / static_cast<double>(state.range(0));
+        const Vec3d out(std::cos(turn), 0, std::sin(turn));
+        return lod::Camera{.eye = box.centre() + 0.6 * box.diagonal() * out, .direction = -out, .up = {0, 1, 0}};
+    });
+}
+BENCHMARK(fly_around_suzanne)->Arg(2000)->Iterations(2000)->Unit(benchmark::kMillisecond);
 
 void stand_still(benchmark::State& state) {
     const lod::TerrainSurface& terrain = surface(1025);

@@ -2,6 +2,7 @@
 
 #include "../../eval/distance/triangle_bvh.hpp"
 #include "../../eval/io/gpu_mesh.hpp"
+#include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
@@ -502,6 +503,13 @@ tetrakis_status tetrakis_take_snapshot(const tetrakis_view* view, tetrakis_snaps
         require(view, "view");
         require(snapshot, "snapshot");
         *snapshot = new tetrakis_snapshot(view->view.mesh());
+    });
+}
+tetrakis_status tetrakis_write_snapshot(const tetrakis_snapshot* snapshot, const char* path) {
+    return guarded([&] {
+        require(snapshot, "snapshot");
+        require(path, "path");
+        write_mesh(path, snapshot->mesh);
     });
 }
 void tetrakis_free_snapshot(tetrakis_snapshot* snapshot) { delete snapshot; }

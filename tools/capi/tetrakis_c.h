@@ -322,6 +322,8 @@ typedef struct tetrakis_snapshot tetrakis_snapshot;
 /* The triangles as they are now, without morphing, for queries of any thread: a copy. O(triangles log triangles).
  * One thread a view. Until tetrakis_free_snapshot(); the view may be freed before. */
 TETRAKIS_API tetrakis_status tetrakis_take_snapshot(const tetrakis_view* view, tetrakis_snapshot** snapshot);
+/* Writes it as a mesh, .obj, .ply or .glb, in the surface's own frame. Any thread. */
+TETRAKIS_API tetrakis_status tetrakis_write_snapshot(const tetrakis_snapshot* snapshot, const char* path);
 /* After all other calls. */
 TETRAKIS_API void tetrakis_free_snapshot(tetrakis_snapshot* snapshot);
 /* As tetrakis_surface_hit(), in the surface's own frame, but in single precision: a ray right through a vertex may meet
