@@ -416,10 +416,10 @@ class LimitSearch::Finder {
 };
 
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
-    // What a step's rules reach, one ring more for what they are chosen by, and half of what the step after it needs in
-    // the finer mesh.
-    constexpr int k_chosen_by = 2;
-    return 2 * (rule_rings(scheme, options) + k_chosen_by);
+    // What a step's rules reach, one ring more for what they are chosen by (honeycomb's: nothing), and half of what the
+    // step after it needs in the finer mesh.
+    const int chosen_by = scheme.family == MeshFamily::hexagons ? 0 : 2;
+    return 2 * (rule_rings(scheme, options) + chosen_by);
 }
 
 LimitSearch::LimitSearch(const SchemeInfo& scheme, const RuleOptions& options)
