@@ -58,13 +58,14 @@ class LevelTessellator final : public TessellationRun {
             if (options_.tolerance) {
                 check_coarsest();
                 Stopwatch watch;
-                measure();
+                const bool is_off = is_off_next_level() || measured().hausdorff > off_above_;
                 estimate_seconds_ += watch.lap();
-                if (result_.measured_error->hausdorff <= off_above_) break;
+                if (!is_off) break;
             }
             left_over_ = level == options_.max_level && options_.tolerance;
             if (level == options_.max_level) break;
         }
+        if (options_.tolerance) measure();
         if (!options_.measure) result_.measured_error.reset();
     }
     void export_mesh() override {}  // done with each level
@@ -134,25 +135,37 @@ class LevelTessellator final : public TessellationRun {
                 if (std::ranges::count(result_.warnings, warning) == 0) result_.warnings.push_back(std::move(warning));
     }
 
-    /// Against a level further on, its faces as fans. Centers of honeycomb's faces lie on the surface, as the corners'
-    /// mean stays; elsewhere it is the mean of points of the surface, and a level more makes up for that.
     void measure() override {
         if (result_.measured_error) return;
-        const std::size_t count = result_.mesh.triangles.size();
-        if (count == 0) {
-            result_.measured_error.emplace();
-            return;
-        }
-        const bool has_centers = options_.scheme.info().family == MeshFamily::hexagons;
-        const int steps = std::max(1, reference_bits(count, 0) - (has_centers ? 1 : 0));
-        check_reference_memory(std::uint64_t{3} * count << (2 * steps - 1), context_);
+        result_.measured_error.emplace();
+        if (result_.mesh.triangles.empty()) return;
+        measure_triangles(reference(reference_steps()), result_, options_.measure_samples / 2, context_);
+    }
+    const MeasuredError& measured() {
+        measure();
+        return *result_.measured_error;
+    }
+    /// Whether the next level's points, which are points of its reference, refuse this one already.
+    bool is_off_next_level() const {
+        if (!has_centers() || result_.mesh.triangles.empty() || reference_steps() == 1) return false;
+        const TriangleBvh bvh(result_.mesh, context_);
+        return directed_distance(reference(1), bvh, {.vertices_alone = true}, context_).max > off_above_;
+    }
+    /// Centers of honeycomb's faces lie on the surface, as the corners' mean stays; elsewhere it is the mean of points
+    /// of the surface, and a level more makes up for that.
+    bool has_centers() const { return options_.scheme.info().family == MeshFamily::hexagons; }
+    int reference_steps() const {
+        return std::max(1, reference_bits(result_.mesh.triangles.size(), 0) - (has_centers() ? 1 : 0));
+    }
+    /// A level further on, its faces as fans.
+    TriangleMesh reference(int steps) const {
+        check_reference_memory(std::uint64_t{3} * result_.mesh.triangles.size() << (2 * steps - 1), context_);
         context_.report("measure", 0);
         const int level = result_.deepest_level + steps;
         const PolygonMesh limits = points(without_uvs_, level, true);
         std::vector<Vec3d> net;
-        if (has_centers) net = points(without_uvs_, level, false).positions;
-        measure_triangles(fans(limits, has_centers ? net : limits.positions), result_, options_.measure_samples / 2,
-                          context_);
+        if (has_centers()) net = points(without_uvs_, level, false).positions;
+        return fans(limits, has_centers() ? net : limits.positions);
     }
     static TriangleMesh fans(const PolygonMesh& faces, const std::vector<Vec3d>& around) {
         TriangleMesh mesh;
