@@ -62,6 +62,7 @@ double fan_error(const Hierarchy& points, FaceId face, std::span<const std::arra
     const auto at = [&](std::uint32_t i) { return corner_positions[mesh.origin(HalfedgeId(h0 + i)).value]; };
     std::vector<PlaneMeasure> planes;
     for (const auto& t : fan) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
+    // What is no farther than the farthest so far makes no difference.
     double error = 0;
     for (std::uint32_t r = 0; r < size; ++r) {
         const CellTriangle root = root_triangle(HalfedgeId(h0 + r));
@@ -69,7 +70,8 @@ double fan_error(const Hierarchy& points, FaceId face, std::span<const std::arra
         error = std::max(error, unseen_rounding<QuadFamily>(points, root, detail::corners_of(roots[r])));
         for (std::size_t i = 0; i < roots[r].size(); ++i) {
             double nearest = std::numeric_limits<double>::infinity();
-            for (const PlaneMeasure& plane : planes) nearest = std::min(nearest, plane(roots[r][i]));
+            for (std::size_t k = 0; k < planes.size() && nearest > error; ++k)
+                nearest = std::min(nearest, planes[k](roots[r][i]));
             error = std::max(error, nearest);
             if (hard && i >= static_cast<std::size_t>(lattice_index(k_limit_lattice, 0)))
                 error = std::max(error, segment_distance(roots[r][i], at(r), at((r + 1) % size)));
@@ -80,7 +82,8 @@ double fan_error(const Hierarchy& points, FaceId face, std::span<const std::arra
         const Vec3d a = at(t[0]), b = at(t[1]), c = at(t[2]);
         for (const Vec3d& q : {0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0}) {
             double nearest = std::numeric_limits<double>::infinity();
-            for (const LimitSamples& s : roots) nearest = std::min(nearest, distance_to_samples(q, s, 0));
+            for (std::size_t k = 0; k < roots.size() && nearest > error; ++k)
+                nearest = std::min(nearest, distance_to_samples(q, roots[k], 0));
             error = std::max(error, nearest);
         }
     }

@@ -46,6 +46,8 @@ void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std
     std::vector<Sqrt3Cell> cells;
     std::vector<Site> sites;
     std::vector<Vec3d> limits;
+    // The inside of a half triangle is seen from the whole one that it becomes.
+    const auto used = [&](std::size_t leaf) { return leaves[leaf].half ? k_edges : k_samples; };
     for (std::size_t begin = 0; begin < leaves.size(); begin += k_leaves_at_once) {
         const auto count = static_cast<std::uint32_t>(std::min(k_leaves_at_once, leaves.size() - begin));
         cells.resize(count);
@@ -53,9 +55,10 @@ void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std
         limits.resize(sites.size());
         for_each_index(count, [&](std::uint32_t i) {
             cells[i] = lattice.cell(leaves[begin + i]);
-            std::ranges::transform(samples(cells[i]), &sites[k_samples * i], [&](const Sqrt3Point& p) {
-                return sqrt3_site(points.mesh(), cells[i].root, p, cells[i].lattice() + 2);
-            });
+            const auto all = samples(cells[i]);
+            for (std::size_t k = 0; k < k_samples; ++k)
+                sites[k_samples * i + k] =
+                    sqrt3_site(points.mesh(), cells[i].root, all[k < used(begin + i) ? k : 0], cells[i].lattice() + 2);
         });
         limit_positions_once(points, sites, limits);
         for_each_index(
@@ -72,9 +75,7 @@ void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std
                         error =
                             std::max(error, sharp ? segment_distance(s[k], s[side], s[(side + 1) % 3]) : plane(s[k]));
                 }
-                // The inside of a half triangle is seen from the whole one that it becomes.
-                for (std::size_t k = k_inside; k < (leaf.half ? k_edges : k_samples); ++k)
-                    error = std::max(error, plane(s[k]));
+                for (std::size_t k = k_inside; k < used(begin + i); ++k) error = std::max(error, plane(s[k]));
                 errors[begin + i] = error;
             },
             k_grain);
