@@ -58,9 +58,9 @@ class LevelTessellator final : public TessellationRun {
             if (options_.tolerance) {
                 check_coarsest();
                 Stopwatch watch;
-                const bool is_off = is_off_next_level() || measured().hausdorff > off_above_;
+                const bool ends = is_near();
                 estimate_seconds_ += watch.lap();
-                if (!is_off) break;
+                if (ends) break;
             }
             left_over_ = level == options_.max_level && options_.tolerance;
             if (level == options_.max_level) break;
@@ -141,15 +141,16 @@ class LevelTessellator final : public TessellationRun {
         if (result_.mesh.triangles.empty()) return;
         measure_triangles(reference(reference_steps()), result_, options_.measure_samples / 2, context_);
     }
-    const MeasuredError& measured() {
+    /// Whether the level is within the tolerance. Most are refused by points of the next level alone, which are points
+    /// of the whole reference.
+    bool is_near() {
+        if (has_centers() && reference_steps() > 1 && !result_.mesh.triangles.empty()) {
+            const TriangleBvh bvh(result_.mesh, context_);
+            const SamplingOptions points_alone{.climbs = 0, .vertices_alone = true};
+            if (directed_distance(reference(1), bvh, points_alone, context_).max > off_above_) return false;
+        }
         measure();
-        return *result_.measured_error;
-    }
-    /// Whether the next level's points, which are points of its reference, refuse this one already.
-    bool is_off_next_level() const {
-        if (!has_centers() || result_.mesh.triangles.empty() || reference_steps() == 1) return false;
-        const TriangleBvh bvh(result_.mesh, context_);
-        return directed_distance(reference(1), bvh, {.vertices_alone = true}, context_).max > off_above_;
+        return result_.measured_error->hausdorff <= off_above_;
     }
     /// Centers of honeycomb's faces lie on the surface, as the corners' mean stays; elsewhere it is the mean of points
     /// of the surface, and a level more makes up for that.
