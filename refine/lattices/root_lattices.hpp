@@ -85,6 +85,10 @@ class RootLattices {
     };
     Numbers point_numbers(const RootLayout& at) const;
     bool shares_points() const { return !glued_.empty(); }
+    /// Half-edges of roots beyond the two sides of a crease, along which cells are the same points, the last of the one
+    /// at the first of the other.
+    std::span<const std::pair<std::uint32_t, std::uint32_t>> glued() const { return glued_; }
+    std::uint32_t control_face(std::uint32_t root) const { return base_face_[root]; }
     /// Vertices that creases shrink to from their darts: of the roots around one, the cells of the first and the last
     /// are glued, where there are three; where there are two, a crease of one edge is left between both.
     const std::vector<std::uint32_t>& crease_ends() const { return crease_ends_; }
@@ -184,8 +188,6 @@ class RootLattices {
     std::uint32_t own_roots_ = 0;  ///< in cells: the others lie beyond the boundary
     MeshLevel base_;
     std::vector<std::uint32_t> base_face_;  ///< control face of each root
-    /// Half-edges of roots beyond the two sides of a crease, along which cells are the same points, the last of the one
-    /// at the first of the other.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> glued_;
     std::vector<std::uint32_t> crease_ends_;
 };

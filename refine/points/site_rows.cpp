@@ -4,7 +4,6 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../rules/limit_search.hpp"
-#include "vertex_links.hpp"
 
 #include <oneapi/tbb/task_arena.h>
 
@@ -121,8 +120,8 @@ struct SiteRows::Rows {
     };
 
     std::unique_ptr<const RepeatedRows> all;
-    std::vector<std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
-    int limit_level = 0;                       ///< RepeatedRows::limit_level()
+    std::span<const std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
+    int limit_level = 0;                           ///< RepeatedRows::limit_level()
     /// Points of the levels from the first on that are whole; rows go up to the last of these.
     std::array<std::vector<Vec3d>, k_max_level + 2> whole, whole_limits;
     std::atomic<std::size_t> whole_count = 0;
@@ -200,11 +199,7 @@ std::shared_ptr<SiteRows::Rows> SiteRows::make() const {
         rows->limit_level = *rows->all->limit_level();
         if (dual()) set_middle(*rows);
     }
-    const auto corners = rows->all->corner_halfedges();
-    if (dual())
-        rows->root_halfedge = root_halfedges(roots_, rows->net(), mesh_.halfedge_count());
-    else
-        rows->root_halfedge.assign(corners.begin(), corners.end());
+    rows->root_halfedge = dual() ? std::span(roots_.net_halfedge) : rows->all->corner_halfedges();
     resize_large(rows->whole[0], rows->net().place_count(rows->layout(0)));
     rows->all->first_points(mesh_.positions(), rows->whole[0].data());
     rows->whole_count = 1;
@@ -288,7 +283,6 @@ SiteRows::Address SiteRows::address(const Rows& rows, const Site& any, Wanted wa
     const Site site = own_site(any);
     Address at;
     at.halfedge = rows.root_halfedge[site.root.value];
-    if (at.halfedge == MeshLevel::none) return {};
     const int own = site.level + offset();
     if (level == k_own_level) level = own;
     if (wanted == Wanted::limits || wanted == Wanted::normals) {

@@ -1,11 +1,13 @@
 #include "vertex_links.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../lattices/root_lattices.hpp"
 #include "../rules/rule_refiner.hpp"
 
-#include <array>
+#include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -29,42 +31,6 @@ const char* fault(const RuleMesh& mesh, int v) {
     return sharp > 2 || corner ? nullptr : "is a corner that does not stay one";
 }
 
-/// The half-edges that leave a vertex of level 1, by the corners of its cell; none where the cell ends the surface, or
-/// its side of a crease.
-/// @param first  that of corner 2
-std::array<int, 4> vertex_corners(const RuleMesh& mesh, int first) {
-    const auto across = [&](int h) { return mesh.sharp(h) ? RuleMesh::none : mesh.twin(h); };
-    std::array<int, 4> at{RuleMesh::none, RuleMesh::none, RuleMesh::none, RuleMesh::none};
-    const auto corner = [&](int steps) -> int& { return at[static_cast<std::size_t>((2 + steps) % 4)]; };
-    int h = first;
-    for (int k = 0; k < 4 && h != RuleMesh::none; ++k) {
-        corner(k) = h;
-        h = across(mesh.prev(h));
-        if (h == first) return at;
-    }
-    h = across(first);
-    for (int k = 3; k > 0 && h != RuleMesh::none && corner(k) == RuleMesh::none; --k) {
-        corner(k) = mesh.next(h);
-        h = across(corner(k));
-    }
-    return at;
-}
-
-/// The cells of level 1, by their first half-edges counter-clockwise: one for each vertex, then for each vertex on
-/// creases those of its other sides.
-std::vector<int> cells_of(const RuleMesh& level) {
-    std::vector<int> cells(level.vertex_count()), others;
-    for (int v = 0; v < level.vertex_count(); ++v) {
-        cells[v] = level.first(v);
-        const RuleMesh::Ring ring = level.ring(v);
-        int sides = 0;
-        for (int i = 0; i < ring.faces(); ++i)
-            if (is_sharp(ring.sharpness[i])) (sides++ == 0 ? cells[v] : others.emplace_back()) = ring.halfedge[i];
-    }
-    cells.insert(cells.end(), others.begin(), others.end());
-    return cells;
-}
-
 }  // namespace
 }  // namespace tetrakis::detail
 
@@ -76,103 +42,63 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
         throw Error(ErrorCode::invalid_input, "only dual schemes have vertex quadtrees");
     if (boundary_recedes(scheme, rules))
         throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
-    RuleStep first_step;
+    const RuleMesh surface = rule_mesh(control, scheme, rules);
+    RuleStep step;
     try {
-        first_step = scheme.step(rule_mesh(control, rules), rules);
+        step = scheme.step(surface, rules);
     } catch (const std::invalid_argument& e) {
         throw Error(ErrorCode::invalid_input, e.what(), control.data().source);
     }
-    const RuleMesh& mesh = first_step.mesh;
-    std::vector<int> cells = cells_of(mesh);
-    const std::size_t count = cells.size();
-    // A corner's child has the corner's face at its far corner; at the end of the surface, and on a crease, the faces
-    // of a point lie above it.
-    std::vector<FaceId> root_face(count);
-    for (std::uint32_t h = 0; h < control.halfedge_count(); ++h) {
-        const int child = first_step.child_halfedge[h], v = mesh.origin(child);
-        cells[v] = child;
-        root_face[v] = control.face(HalfedgeId(h));
-    }
-    for (int v = 0; v < mesh.vertex_count(); ++v)
-        if (const char* what = fault(mesh, v))
+    const auto vertices = static_cast<std::uint32_t>(step.mesh.vertex_count()), corners = control.halfedge_count();
+    for (std::uint32_t v = 0; v < vertices; ++v)
+        if (const char* what = fault(step.mesh, static_cast<int>(v)))
             throw Error(ErrorCode::unsupported,
                         "vertex quadtrees need four children of every vertex; vertex " + std::to_string(v) +
                             " of level 1 " + what + "; refine the mesh once with the same scheme and start from there",
                         control.data().source);
+    std::vector<std::uint32_t> face(corners);
+    for (std::uint32_t h = 0; h < corners; ++h) face[h] = control.face(HalfedgeId(h)).value;
+    const RootLattices net =
+        RootLattices::of_corners(surface, std::move(face), !ignores_creases(scheme, rules)).value();
+    const std::vector<int> vertex = net.vertices(net.layout(1), step.mesh, step.child_halfedge).value();
+    const MeshLevel& base = net.base();
+    // A vertex on a crease has a root of the net on each side. The one to the left of its first sharp edge has its
+    // number.
+    const auto is_other_side = [&](std::uint32_t r) {
+        const RuleMesh::Ring ring = step.mesh.ring(vertex[r]);
+        const auto sharp = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
+        if (sharp == ring.sharpness.end()) return false;
+        const int above = step.mesh.prev(ring.halfedge[static_cast<int>(sharp - ring.sharpness.begin())]);
+        return vertex[base.twin[4 * r] / 4] != step.mesh.origin(above);
+    };
+    std::vector<std::uint32_t> number(vertex.begin(), vertex.end()), others;
+    for (std::uint32_t r = corners; r < base.face_count; ++r)
+        if (is_other_side(r)) others.push_back(r);
+    std::ranges::stable_sort(others, {}, [&](std::uint32_t r) { return vertex[r]; });
+    for (std::size_t i = 0; i < others.size(); ++i) number[others[i]] = vertices + static_cast<std::uint32_t>(i);
+    // A corner has its root's axes. Beyond the surface's end or a crease side 0 of a root of the net is the inner one,
+    // and the inner sides of a cell are above.
+    const auto turned = [&](std::uint32_t h) { return h < 4 * corners ? h : h ^ 2; };
+    const auto place = [&](std::uint32_t h) { return 4 * number[h / 4] + turned(h) % 4; };
     VertexRoots roots;
-    std::vector<std::array<int, 4>> corners(count);
-    std::vector<std::uint32_t> place(mesh.halfedge_count(), 0);  // 4 * root + corner
-    for (std::uint32_t r = 0; r < count; ++r) {
-        corners[r] = vertex_corners(mesh, cells[r]);
-        for (std::uint32_t c = 0; c < 4; ++c)
-            if (corners[r][c] != RuleMesh::none) place[corners[r][c]] = 4 * r + c;
-    }
-    roots.link.assign(4 * count, VertexRoots::outside);
-    roots.crease.resize(count, 0);
-    roots.face.resize(count);
-    roots.hole.resize(count);
-    const auto side_before = [](std::uint32_t corner) { return corner / 4 * 4 + (corner + 3) % 4; };
-    for (std::uint32_t r = 0; r < count; ++r)
-        for (std::uint32_t s = 0; s < 4; ++s) {
-            const int after = corners[r][(s + 1) % 4], before = corners[r][s];
-            if (after != RuleMesh::none)
-                roots.link[4 * r + s] = place[mesh.next(after)];
-            else if (before != RuleMesh::none)
-                roots.link[4 * r + s] = side_before(place[mesh.prev(before)]);
+    roots.link.assign(base.halfedge_count(), VertexRoots::outside);
+    roots.net_halfedge.resize(base.face_count);
+    roots.crease.resize(base.face_count, 0);
+    roots.face.resize(base.face_count);
+    roots.hole.resize(base.face_count);
+    for (std::uint32_t h = 0; h < base.halfedge_count(); ++h)
+        if (base.twin[h] != MeshLevel::none) roots.link[place(h)] = place(base.twin[h]);
+    for (const auto& [g, h] : net.glued())
+        for (const auto& [here, there] : {std::pair(place(g), place(h)), std::pair(place(h), place(g))}) {
+            roots.link[here] = there;
+            roots.crease[here / 4] = static_cast<std::uint8_t>(roots.crease[here / 4] | 1u << here % 4);
         }
-    // The side before a crease's first face lies along the crease, and over there the one after its last.
-    for (std::uint32_t r = 0; r < count; ++r)
-        for (std::uint32_t c = 0; c < 4; ++c) {
-            const std::uint32_t side = (c + 2) % 4;
-            const int h = corners[r][c];
-            if (h == RuleMesh::none || corners[r][(c + 3) % 4] != RuleMesh::none) continue;
-            if (!mesh.sharp(h) || mesh.twin(h) == RuleMesh::none) continue;
-            if (roots.link[4 * r + side] != VertexRoots::outside) continue;  // the crease ends here
-            const std::uint32_t last = place[mesh.next(mesh.twin(h))];
-            const std::uint32_t other = last / 4 * 4 + (last + 1) % 4;
-            roots.link[4 * r + side] = other;
-            roots.link[other] = 4 * r + side;
-            roots.crease[r] = static_cast<std::uint8_t>(roots.crease[r] | 1u << side);
-            roots.crease[other / 4] = static_cast<std::uint8_t>(roots.crease[other / 4] | 1u << other % 4);
-        }
-    // A corner's child belongs to its face, a point of a boundary or crease to that of the point above it; a corner of
-    // these to that above the one after it: as in RuleLevels, which refine() goes by.
-    for (std::uint32_t r = 0; r < count; ++r) {
-        const bool corner = corners[r][2] != RuleMesh::none && corners[r][3] == RuleMesh::none;
-        std::uint32_t inside = r;
-        if (corner)
-            inside = place[mesh.next(mesh.next(corners[r][2]))] / 4;
-        else if (!root_face[r].valid())
-            inside = roots.link[4 * std::size_t{r} + 2] / 4;
-        roots.face[r] = root_face[inside];
-        roots.hole[r] = control.is_hole(roots.face[r]) ? 1 : 0;
+    for (std::uint32_t r = 0; r < base.face_count; ++r) {
+        roots.net_halfedge[number[r]] = turned(4 * r);
+        roots.face[number[r]] = FaceId(net.control_face(r));
+        roots.hole[number[r]] = control.is_hole(FaceId(net.control_face(r))) ? 1 : 0;
     }
     return roots;
-}
-
-std::vector<std::uint32_t> detail::root_halfedges(const VertexRoots& roots, const RootLattices& net,
-                                                  std::uint32_t corners) {
-    const MeshLevel& base = net.base();
-    std::vector<std::uint32_t> first(roots.count(), MeshLevel::none), found;
-    for (std::uint32_t h = 0; h < corners; ++h) {
-        first[h] = 4 * h;
-        found.push_back(h);
-    }
-    // From the corners of faces outwards over the boundary.
-    while (!found.empty()) {
-        const std::uint32_t r = found.back();
-        found.pop_back();
-        for (std::uint32_t s = 0; s < 4; ++s) {
-            const std::uint32_t link = roots.link[4 * std::size_t{r} + s];
-            if (link == VertexRoots::outside || (roots.crease[r] >> s & 1) != 0) continue;
-            const std::uint32_t beyond = link / 4;
-            const std::uint32_t twin = base.twin[first[r] / 4 * 4 + (first[r] + s) % 4];
-            if (first[beyond] != MeshLevel::none || twin == MeshLevel::none) continue;
-            first[beyond] = twin / 4 * 4 + (twin + 4 - link % 4) % 4;
-            found.push_back(beyond);
-        }
-    }
-    return first;
 }
 
 }  // namespace tetrakis

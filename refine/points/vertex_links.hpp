@@ -3,10 +3,6 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../lattices/root_lattices.hpp"
-
-#include <cstdint>
-#include <vector>
 
 namespace tetrakis {
 
@@ -15,15 +11,5 @@ namespace tetrakis {
 /// @throws Error  invalid_input: a mesh that the scheme cannot take, a scheme that is not dual; unsupported: a vertex
 ///                that does not have four children on each side of its creases, a boundary that recedes
 VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, const RuleOptions& rules = {});
-
-namespace detail {
-
-/// For each of those roots the half-edge of the net's base that its side 0 lies along; none where the net has no such
-/// root.
-/// @param net      of_corners() of the control mesh
-/// @param corners  of its faces
-std::vector<std::uint32_t> root_halfedges(const VertexRoots& roots, const RootLattices& net, std::uint32_t corners);
-
-}  // namespace detail
 
 }  // namespace tetrakis

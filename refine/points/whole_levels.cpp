@@ -135,7 +135,6 @@ void WholeLevels::find_lattice(int level, const Level* above, Level& next) {
         net_ = RootLattices::of_corners(above->step.mesh, std::vector<std::uint32_t>(mesh_.halfedge_count()),
                                         !ignores_creases(scheme_, rules_))
                    .value();
-        root_halfedge_ = root_halfedges(roots_, *net_, mesh_.halfedge_count());
         next.corner = next.step.child_halfedge;
     } else {
         net_ = RootLattices::of_faces(mesh);
@@ -153,7 +152,7 @@ int WholeLevels::vertex(const Site& site, int level) const {
     const Site own = dual || scheme_.refinement == Refinement::sqrt3 ? site : minimal_level(site);
     const std::uint32_t scale = segments(level) / segments(own.level + (triangles ? 0 : 1)),
                         h = triangles ? root
-                            : dual    ? root_halfedge_[root]
+                            : dual    ? roots_.net_halfedge[root]
                                       : static_cast<std::uint32_t>(levels_[1]->step.child_halfedge[root]);
     return levels_[static_cast<std::size_t>(level)]
         ->vertex[net_->number(net_->layout(segments(level)), h, scale * own.at.x, scale * own.at.y)];

@@ -4,12 +4,12 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/forest/site.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../lattices/root_lattices.hpp"
 #include "../rules/limit_point.hpp"
 #include "../rules/rule_limit.hpp"
 #include "../rules/rule_refiner.hpp"
-#include "vertex_links.hpp"
 
 #include <array>
 #include <memory>
@@ -63,8 +63,7 @@ class WholeLevels {
     FanLattice lattice_;
     std::uint64_t max_memory_bytes_;
     ParallelBlocks runner_;
-    std::optional<RootLattices> net_;           ///< from its first level on
-    std::vector<std::uint32_t> root_halfedge_;  ///< of dual schemes, by root of sites (root_halfedges())
+    std::optional<RootLattices> net_;  ///< from its first level on
     std::mutex mutex_;
     LimitSearch search_;
     std::array<std::unique_ptr<Level>, k_max_level + 2> levels_;
