@@ -48,6 +48,13 @@ class TreeForest {
     /// The children taken from the root, two bits each, the first in the most significant of 2 level(leaf) bits.
     /// O(level).
     std::uint64_t path(LeafId leaf) const;
+    std::uint32_t root(LeafId leaf) const { return root_of(leaf.value); }
+    /// Where a node lies, leaf or not. @param path  as path()
+    TreeFrame frame(std::uint32_t root, std::uint64_t path, int level) const {
+        TreeFrame at = rule_.root_frame(root);
+        while (level-- > 0) at = Rule::child_frame(at, static_cast<int>(path >> 2 * level & 3));
+        return at;
+    }
     /// The split node whose child this leaf is; invalid for a root. Its slot is no leaf's now.
     LeafId parent(LeafId leaf) const {
         return is_root(leaf.value) ? LeafId{} : LeafId(records_[record_of(leaf.value)].parent);

@@ -42,8 +42,7 @@ TriangleForest::TriangleForest(const ControlMesh& mesh) : TreeForest(RedTriangle
     }
 }
 
-CellTriangle TriangleForest::triangle(LeafId leaf) const {
-    const TreeFrame f = frame(leaf.value);
+CellTriangle TriangleForest::triangle(const TreeFrame& f) {
     const std::uint32_t step = f.flags != 0 ? ~std::uint32_t{0} : 1;
     return {HalfedgeId(3 * f.root), f.level, {f.at, {f.at.x + step, f.at.y}, {f.at.x, f.at.y + step}}};
 }

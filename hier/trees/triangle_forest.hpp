@@ -96,7 +96,8 @@ class TriangleForest : public TreeForest<RedTriangles> {
 
     const ControlMesh& mesh() const { return *rule_.mesh; }
     FaceId face(LeafId leaf) const { return FaceId(root_of(leaf.value)); }
-    CellTriangle triangle(LeafId leaf) const;
+    CellTriangle triangle(LeafId leaf) const { return triangle(frame(leaf.value)); }
+    static CellTriangle triangle(const TreeFrame& frame);
     std::array<PointId, 3> points(LeafId leaf) const;
     /// The midpoints that hang on edges 0, 1, 2 of a leaf; invalid where none does.
     std::array<PointId, 3> hanging_points(LeafId leaf) const;

@@ -72,8 +72,8 @@ struct DualCells {
         return roots.link[4 * std::size_t{root} + static_cast<std::size_t>(side)];
     }
     std::uint64_t memory_bytes() const {
-        return roots.link.capacity() * sizeof(std::uint32_t) + roots.face.capacity() * sizeof(FaceId) +
-               roots.crease.capacity() + roots.hole.capacity();
+        return (roots.link.capacity() + roots.net_halfedge.capacity()) * sizeof(std::uint32_t) +
+               roots.face.capacity() * sizeof(FaceId) + roots.crease.capacity() + roots.hole.capacity();
     }
 
     VertexRoots roots;
@@ -98,10 +98,8 @@ class VertexForest : public TreeForest<DualCells> {
     explicit VertexForest(VertexRoots roots);
 
     const VertexRoots& roots() const { return rule_.roots; }
-    VertexCell cell(LeafId leaf) const {
-        const TreeFrame f = frame(leaf.value);
-        return {f.root, f.at, f.level};
-    }
+    VertexCell cell(LeafId leaf) const { return cell(frame(leaf.value)); }
+    static VertexCell cell(const TreeFrame& frame) { return {frame.root, frame.at, frame.level}; }
     /// The same vertex' leaf on the other side of the crease along a side; invalid where none runs there.
     LeafId across_crease(LeafId leaf, int side) const {
         return is_crease(leaf.value, side) ? LeafId(beyond(leaf.value, side).slot) : LeafId{};

@@ -33,7 +33,7 @@ class BisectionFamily final : public detail::TriangleForestFamily<BisectionFamil
 
     HierarchyNode node(LeafId leaf) const override {
         const BisectionLeaf& l = forest_.leaf(leaf);
-        return {forest_.root(leaf).value, l.depth == 0 ? 0 : l.path << (64 - l.depth), l.depth};
+        return tree_.node(forest_.root(leaf).value, l.path, l.depth);
     }
     int depth(LeafId leaf) const override { return forest_.depth(leaf); }
     NodeView view(const HierarchyNode& node) const override {
@@ -73,8 +73,7 @@ class BisectionFamily final : public detail::TriangleForestFamily<BisectionFamil
     std::uint8_t level(LeafId leaf) const { return level(forest_.depth(leaf)); }
     void add_triangles(LeafId leaf, std::vector<CellTriangle>& list) const { list.push_back(forest_.triangle(leaf)); }
     CellTriangle triangle(const HierarchyNode& node) const {
-        return cell_triangle(mesh(), HalfedgeId(node.root), node.depth,
-                             node.depth == 0 ? 0 : node.path >> (64 - node.depth));
+        return cell_triangle(mesh(), HalfedgeId(node.root), node.depth, tree_.low_path(node));
     }
 
   private:

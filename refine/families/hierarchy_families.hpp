@@ -4,6 +4,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/check.hpp"
 #include "../../hier/forest/exported_triangles.hpp"
+#include "../../hier/trees/tree_forest.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "hierarchy_family.hpp"
 
@@ -85,6 +86,13 @@ class ForestFamily : public HierarchyFamily {
                  const HierarchyTree& tree)
         : HierarchyFamily(mesh, std::move(source), tree), forest_(std::move(forest)) {}
 
+    // Of forests that are quadtrees (TreeForest): the node of a leaf, and where a node lies.
+    HierarchyNode node_in_tree(LeafId leaf) const {
+        return tree_.node(forest_.root(leaf), forest_.path(leaf), forest_.level(leaf));
+    }
+    TreeFrame frame(const HierarchyNode& node) const {
+        return forest_.frame(node.root, tree_.low_path(node), node.depth);
+    }
     /// Of a refinement that has made groups of four children.
     void list_parents(FamilyUpdate& update) const {
         for (std::size_t i = 0; i < update.created.size(); i += 4)

@@ -45,6 +45,14 @@ struct HierarchyTree {
         if (children_of(node) == 1) return {node.root, node.path, depth};
         return {node.root, node.path | static_cast<std::uint64_t>(k) << (64 - bits(depth)), depth};
     }
+    /// The node of a root that has this path, the last child of it in the least significant bits.
+    HierarchyNode node(std::uint32_t root, std::uint64_t path, int depth) const {
+        return {root, depth == 0 ? 0 : path << (64 - bits(depth)), static_cast<std::uint8_t>(depth)};
+    }
+    /// Its path in the least significant bits.
+    std::uint64_t low_path(const HierarchyNode& node) const {
+        return node.depth == 0 ? 0 : node.path >> (64 - bits(node.depth));
+    }
     /// Of a node that is no root.
     HierarchyNode parent(const HierarchyNode& node) const {
         const int kept = bits(node.depth - 1);

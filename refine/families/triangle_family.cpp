@@ -28,11 +28,7 @@ class TriangleFamily final : public detail::TriangleForestFamily<TriangleFamily,
     }
     bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
 
-    HierarchyNode node(LeafId leaf) const override {
-        const int level = forest_.level(leaf);
-        return {forest_.face(leaf).value, level == 0 ? 0 : forest_.path(leaf) << (64 - 2 * level),
-                static_cast<std::uint8_t>(level)};
-    }
+    HierarchyNode node(LeafId leaf) const override { return node_in_tree(leaf); }
     int depth(LeafId leaf) const override { return forest_.level(leaf); }
     NodeView view(const HierarchyNode& node) const override {
         const CellTriangle t = triangle(node);
@@ -63,19 +59,7 @@ class TriangleFamily final : public detail::TriangleForestFamily<TriangleFamily,
         const GreenTriangles green = forest_.green_triangles(leaf);
         list.insert(list.end(), green.cell.begin(), green.cell.begin() + green.count);
     }
-    // The triangle of a node, from the root down: child k keeps corner k, child 3 is the middle one, turned over.
-    CellTriangle triangle(const HierarchyNode& node) const {
-        LatticePoint at{};
-        bool reversed = false;
-        for (int d = 1; d <= node.depth; ++d) {
-            const auto k = static_cast<unsigned>(node.path >> (64 - 2 * d) & 3);
-            const std::uint32_t step = reversed ? ~std::uint32_t{0} : 1;
-            at = {2 * at.x + (k & 1 ? step : 0), 2 * at.y + (k & 2 ? step : 0)};
-            reversed ^= k == 3;
-        }
-        const std::uint32_t step = reversed ? ~std::uint32_t{0} : 1;
-        return {mesh().face_halfedge(FaceId(node.root)), node.depth, {at, {at.x + step, at.y}, {at.x, at.y + step}}};
-    }
+    CellTriangle triangle(const HierarchyNode& node) const { return TriangleForest::triangle(frame(node)); }
 };
 
 }  // namespace

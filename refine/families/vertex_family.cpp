@@ -86,7 +86,7 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
     }
     bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
 
-    HierarchyNode node(LeafId leaf) const override { return node_of(forest_.cell(leaf)); }
+    HierarchyNode node(LeafId leaf) const override { return node_in_tree(leaf); }
     int depth(LeafId leaf) const override { return forest_.level(leaf); }
     NodeView view(const HierarchyNode& node) const override {
         NodeView view;
@@ -156,23 +156,7 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
   private:
     friend class detail::ForestFamily<VertexFamily, VertexForest>;
 
-    HierarchyNode node_of(const VertexCell& cell) const {
-        HierarchyNode node{cell.root, 0, 0};
-        for (int bit = cell.level - 1; bit >= 0; --bit) {
-            const int right = static_cast<int>(cell.at.x >> bit & 1), up = static_cast<int>(cell.at.y >> bit & 1);
-            node = tree_.child(node, up != 0 ? 3 - right : right);
-        }
-        return node;
-    }
-    VertexCell cell_of(const HierarchyNode& node) const {
-        VertexCell cell{node.root, {0, 0}, node.depth};
-        for (HierarchyNode n = node; n.depth > 0; n = tree_.parent(n)) {
-            const int child = tree_.child_number(n), bit = node.depth - n.depth;
-            cell.at.x |= (child == 1 || child == 2 ? 1u : 0u) << bit;
-            cell.at.y |= (child >= 2 ? 1u : 0u) << bit;
-        }
-        return cell;
-    }
+    VertexCell cell_of(const HierarchyNode& node) const { return VertexForest::cell(frame(node)); }
     void describe(const HierarchyNode& node, const VertexCell& cell, NodeView& view) const {
         view.node = node;
         view.face = forest_.roots().face[cell.root];
@@ -182,8 +166,7 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
         view.corner[0] = cell_site(cell);
     }
     void describe(LeafId leaf, LeafView& view) const {
-        const VertexCell cell = forest_.cell(leaf);
-        describe(node_of(cell), cell, view);
+        describe(node(leaf), forest_.cell(leaf), view);
         view.leaf.slot = leaf;
         view.point[0] = PointId(forest_.vertex_leaf(leaf).value);
     }
