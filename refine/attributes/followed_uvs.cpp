@@ -4,7 +4,6 @@
 #include "uv_mesh.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -18,17 +17,6 @@ std::vector<Vec2d> next_uvs(const StencilTable& stencils, const std::vector<Vec2
     std::vector<Vec2d> finer(static_cast<std::size_t>(stencils.row_count()));
     apply(stencils, uvs.data(), finer.data());
     return finer;
-}
-
-/// The same faces with every edge and vertex sharp: each rule of a triangle scheme is then linear.
-RuleMesh all_sharp(const RuleMesh& mesh) {
-    constexpr float k_sharp = std::numeric_limits<float>::infinity();
-    RuleMesh::Builder faces;
-    for (int f = 0; f < mesh.face_count(); ++f) {
-        for (const int v : mesh.corners(f)) faces.corner(v, k_sharp);
-        faces.end_face();
-    }
-    return RuleMesh(mesh.vertex_count(), std::move(faces), std::vector<float>(mesh.vertex_count(), k_sharp));
 }
 
 /// Both meshes at one level, and what corners of one are in the other.
@@ -47,7 +35,8 @@ class SideBySide {
 
     /// @param linear  the charts by linear rules; of triangle schemes
     void refine(bool linear) {
-        if (linear) charts_.mesh = all_sharp(charts_.mesh);
+        // With every edge and vertex sharp each rule of a triangle scheme is linear.
+        if (linear) charts_.mesh = charts_.mesh.with_tags([](float) { return k_sharpness_infinity; }, {});
         RuleStep step = scheme_.step(surface_, rules_), chart_step = scheme_.step(charts_.mesh, rules_);
         charts_.uvs = next_uvs(chart_step.stencils, charts_.uvs);
         const auto halfedges = static_cast<std::size_t>(step.mesh.halfedge_count());

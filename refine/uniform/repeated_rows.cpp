@@ -34,21 +34,9 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps) {
 
 /// The same faces, tagged as those that cover them one level further down.
 RuleMesh with_later_tags(const RuleMesh& mesh) {
-    RuleMesh::Builder faces;
-    std::vector<int> twins, halfedges(static_cast<std::size_t>(mesh.halfedge_count()));
-    for (int f = 0; f < mesh.face_count(); ++f) {
-        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h) {
-            faces.corner(mesh.origin(h), child_sharpness(mesh.sharpness(h)));
-            twins.push_back(mesh.twin(h));
-        }
-        faces.end_face();
-    }
+    std::vector<int> halfedges(static_cast<std::size_t>(mesh.halfedge_count()));
     std::iota(halfedges.begin(), halfedges.end(), 0);
-    faces.set_twins(std::move(twins));
-    faces.set_corner_angles(child_corner_angles(mesh, halfedges, halfedges.size()));
-    std::vector<float> sharpness = mesh.vertex_sharpness();
-    for (float& s : sharpness) s = child_sharpness(s);
-    return RuleMesh(mesh.vertex_count(), std::move(faces), std::move(sharpness));
+    return mesh.with_tags(child_sharpness, child_corner_angles(mesh, halfedges, halfedges.size()));
 }
 
 /// Whether there are more roots around a corner than turns are counted (RootLattices::Seen).

@@ -90,6 +90,19 @@ class RuleMesh {
     bool sharp(int h) const { return is_sharp(sharpness_[h]); }
     float vertex_sharpness(int v) const { return vertex_sharpness_.empty() ? 0.0f : vertex_sharpness_[v]; }
     const std::vector<float>& vertex_sharpness() const { return vertex_sharpness_; }
+    /// The same faces with other tags.
+    /// @param change         (sharpness) of an edge or a vertex: what it is there; of the boundary infinite
+    /// @param corner_angles  as Builder takes them
+    template <class Change>
+    RuleMesh with_tags(const Change& change, std::vector<double> corner_angles) const {
+        RuleMesh result = *this;
+        result.vertex_sharpness_.resize(first_.size(), 0.0f);
+        for (auto* tags : {&result.sharpness_, &result.vertex_sharpness_})
+            for (float& sharpness : *tags) sharpness = change(sharpness);
+        result.corner_angle_ = std::move(corner_angles);
+        result.take_corner_angles();
+        return result;
+    }
     /// Interior angle that the sector at origin(h) with face(h) in it has of its own, the same for all its half-edges;
     /// 0: none. Rules ask where the vertex is a corner.
     double corner_angle(int h) const { return corner_angle_.empty() ? 0 : corner_angle_[h]; }
