@@ -283,10 +283,9 @@ AdaptiveFactoredMesh::Output AdaptiveFactoredMesh::mesh() const {
     }
     // Points beyond the surface go; the others keep their order.
     std::vector<Site> sites = exported.sites;
-    const detail::UsedValues used(out.mesh.face_vertices, sites.size());
-    used.keep(sites);
-    used.keep(depth);
-    used.renumber(out.mesh.face_vertices);
+    const std::vector<std::uint32_t> used = detail::number_used(out.mesh.face_vertices, sites.size());
+    detail::keep_used(used, sites);
+    detail::keep_used(used, depth);
     for (std::size_t v = 0; v < sites.size(); ++v) {
         sites[v] = state.at_level(sites[v], lattice_level(depth[v]));
         out.half_steps.push_back(static_cast<std::uint8_t>(state.half_steps(depth[v])));

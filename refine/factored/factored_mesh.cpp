@@ -95,7 +95,8 @@ PolygonMesh FactoredFaces::polygons(const RuleMesh& faces, std::span<const std::
         for (const int v : faces.corners(f)) result.face_vertices.push_back(vertex[v]);
         result.face_offsets.push_back(static_cast<std::uint32_t>(result.face_vertices.size()));
     }
-    drop_unused_vertices(result, numbers);
+    std::vector<std::uint32_t> used = drop_unused_vertices(result);
+    if (numbers != nullptr) *numbers = std::move(used);
     return result;
 }
 
@@ -109,7 +110,8 @@ PolygonMesh FactoredFaces::polygons(std::span<const std::array<std::uint32_t, 3>
         result.face_vertices.insert(result.face_vertices.end(), triangles[t].begin(), triangles[t].end());
         result.face_offsets.push_back(static_cast<std::uint32_t>(result.face_vertices.size()));
     }
-    drop_unused_vertices(result, numbers);
+    std::vector<std::uint32_t> used = drop_unused_vertices(result);
+    if (numbers != nullptr) *numbers = std::move(used);
     return result;
 }
 

@@ -128,9 +128,8 @@ void detail::RefinedPoints::make(const ControlMesh& mesh, const RefineOptions& o
 }
 
 void detail::drop_unused_points(PolygonMesh& mesh, RefinedPoints* points) {
-    if (points == nullptr) return drop_unused_vertices(mesh);
-    drop_unused_vertices(mesh, &points->used);
-    if (mesh.positions.size() == points->count) points->used = {};
+    std::vector<std::uint32_t> used = drop_unused_vertices(mesh);
+    if (points != nullptr && used.size() != points->count) points->used = std::move(used);
 }
 
 namespace {
