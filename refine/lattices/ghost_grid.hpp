@@ -15,14 +15,9 @@ inline std::vector<char> regular_corners(const RootLattices& net) {
     const std::uint32_t regular = net.side_count() == 4 ? 4 : 6;
     std::vector<char> result(base.vertex_count, 0);
     for (std::uint32_t v = 0; v < base.vertex_count; ++v) {
-        const std::uint32_t first = base.vertex_halfedge[v];
-        if (first == RootLattices::none) continue;
-        std::uint32_t h = first, roots = 0;
-        do {
-            h = base.twin[base.prev(h)];
-            ++roots;
-        } while (h != RootLattices::none && h != first);
-        result[v] = h == first && roots == regular ? 1 : 0;
+        std::uint32_t roots = 0;
+        const bool closed = base.for_each_around(v, [&](std::uint32_t) { ++roots; });
+        result[v] = closed && roots == regular ? 1 : 0;
     }
     return result;
 }

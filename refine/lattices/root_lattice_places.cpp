@@ -153,42 +153,35 @@ RootLattices::Around RootLattices::around(std::uint32_t segments, const RootPlac
     const auto add = [&](std::uint32_t h, std::uint32_t a, std::uint32_t b) {
         result.places.push_back(own_place(segments, place_seen(segments, h, a, b)));
     };
+    Place seen{at.x, at.y};
+    std::uint32_t side = 0;
     for (std::uint32_t s = 0, h = side_count() * at.root; s < side_count(); ++s, ++h) {
         const auto [along, away] = seen_from(segments, s, {at.x, at.y});
         if (away != 0) continue;
         if (along == 0 || along == segments) {
-            const std::uint32_t first = base_.vertex_halfedge[base_.origin[along == 0 ? h : base_.next(h)]];
-            std::uint32_t g = first;
-            for (;;) {
+            std::uint32_t last = none;
+            result.closed = base_.for_each_around(base_.origin[along == 0 ? h : base_.next(h)], [&](std::uint32_t g) {
                 add(g, 1, 0);
                 if (quads) add(g, 1, 1);
-                const std::uint32_t next = base_.twin[base_.prev(g)];
-                if (next == none) add(g, 0, 1);
-                result.closed = next != none;
-                if (next == none || next == first) return result;
-                g = next;
-            }
+                last = g;
+            });
+            if (!result.closed) add(last, 0, 1);
+            return result;
         }
-        add(h, along + 1, 0);
-        if (quads) add(h, along + 1, 1);
-        add(h, along, 1);
-        add(h, along - 1, 1);
-        add(h, along - 1, 0);
-        const std::uint32_t t = base_.twin[h], back = segments - along;
-        result.closed = t != none;
-        if (t == none) return result;
-        if (quads) add(t, back + 1, 1);
-        add(t, back, 1);
-        add(t, back - 1, 1);
-        return result;
+        seen = {along, away};
+        side = s;
+        result.closed = base_.twin[h] != none;
+        break;
     }
-    result.closed = true;
     using Step = std::pair<int, int>;
     static constexpr std::array<Step, 8> square{{{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
     static constexpr std::array<Step, 6> hexagon{{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-    for (const auto& [dx, dy] : quads ? std::span<const Step>(square) : std::span<const Step>(hexagon))
-        result.places.push_back(own_place(
-            segments, {at.root, at.x + static_cast<std::uint32_t>(dx), at.y + static_cast<std::uint32_t>(dy)}));
+    for (const auto& [da, db] : quads ? std::span<const Step>(square) : std::span<const Step>(hexagon)) {
+        if (!result.closed && db < 0) break;
+        const auto p = turned_place<FarPlace>(quads, std::int64_t{segments}, side, std::int64_t{seen.x} + da,
+                                              std::int64_t{seen.y} + db);
+        result.places.push_back(place_beyond(segments, at.root, p.x, p.y));
+    }
     return result;
 }
 

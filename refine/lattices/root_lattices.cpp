@@ -342,15 +342,14 @@ RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     std::vector<std::uint32_t> around;
     // The outermost points are the boundary. Around a point where creases end from both sides, which has two roots,
     // there is no face.
-    for (const std::uint32_t first : base_.vertex_halfedge) {
+    for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
+        const std::uint32_t first = base_.vertex_halfedge[v];
         if (first == none || base_.twin[first] == none || turned(turned(first)) == first) continue;
-        std::uint32_t h = first;
         around.clear();
-        do {
+        base_.for_each_around(v, [&](std::uint32_t h) {
             faces.vertices.push_back(number(at, h, 0, 0));
             around.push_back(base_face_[h / 4]);
-            h = turned(h);
-        } while (h != first);
+        });
         faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
         faces.control.push_back(most_frequent(around));
     }

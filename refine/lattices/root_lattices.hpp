@@ -114,15 +114,14 @@ class RootLattices {
     template <class Visit>
     void for_each_root_of(const RootLayout& at, std::uint32_t number, const Visit& visit) const {
         if (number >= at.face_begin(0)) return visit((number - at.face_begin(0)) / at.root_points());
-        const bool corner = number < base_.vertex_count;
-        const std::uint32_t first = corner ? base_.vertex_halfedge[number]
-                                           : base_.edge_halfedge[(number - base_.vertex_count) / (at.segments() - 1)];
-        std::uint32_t h = first;
-        while (h != none) {
-            visit(base_.face_of(h));
-            h = corner ? turned(h) : base_.twin[h];
-            if (h == first) return;
+        const auto visit_root = [&](std::uint32_t h) { visit(base_.face_of(h)); };
+        if (number < base_.vertex_count) {
+            base_.for_each_around(number, visit_root);
+            return;
         }
+        const std::uint32_t h = base_.edge_halfedge[(number - base_.vertex_count) / (at.segments() - 1)];
+        visit_root(h);
+        if (base_.twin[h] != none) visit_root(base_.twin[h]);
     }
 
     // Lattices seen from half-edge h: a along it, b away from it; n is the last place.

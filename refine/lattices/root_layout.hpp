@@ -32,6 +32,18 @@ struct MeshLevel {
     }
     std::uint32_t first_halfedge(std::uint32_t face) const { return face * face_size; }
     std::uint32_t edge(std::uint32_t h) const { return edge_side[h] >> 1; }
+    /// Calls visit(h) for the half-edges that leave a vertex, counter-clockwise. Returns whether they close.
+    template <class Visit>
+    bool for_each_around(std::uint32_t vertex, const Visit& visit) const {
+        const std::uint32_t first = vertex_halfedge[vertex];
+        std::uint32_t h = first;
+        while (h != none) {
+            visit(h);
+            h = twin[prev(h)];
+            if (h == first) return true;
+        }
+        return false;
+    }
 };
 
 /// The points on a line of a lattice: both ends, and numbers between them that have one second difference (modulo

@@ -91,12 +91,7 @@ CornerKinds::CornerKinds(const RootLattices& net, const RuleMesh& mesh, std::spa
         const std::uint32_t first = base.vertex_halfedge[v];
         if (first == RootLattices::none) continue;
         around.clear();
-        std::uint32_t h = first;
-        do {
-            around.push_back(h);
-            h = base.twin[base.prev(h)];
-        } while (h != RootLattices::none && h != first);
-        found.closed = h == first;
+        found.closed = base.for_each_around(v, [&](std::uint32_t h) { around.push_back(h); });
         found.crease_end = std::binary_search(net.crease_ends().begin(), net.crease_ends().end(), v);
         found.corner = halfedge.empty() ? 0.0f : seen(mesh.vertex_sharpness(mesh.origin(halfedge[first])));
         found.sharp.clear();
