@@ -199,12 +199,10 @@ void Hierarchy::apply_refine(std::span<const LeafId> marked, FamilyUpdate& updat
 void Hierarchy::apply_coarsen(std::span<const LeafId> marked, FamilyUpdate& update) {
     std::vector<JournalLeaf> removed;
     if (journal_.active()) {
-        for (LeafId slot : marked) removed.push_back({handle(slot), family_->node(slot)});
-        std::sort(removed.begin(), removed.end(),
-                  [](const JournalLeaf& a, const JournalLeaf& b) { return a.leaf < b.leaf; });
-        removed.erase(std::unique(removed.begin(), removed.end(),
-                                  [](const JournalLeaf& a, const JournalLeaf& b) { return a.leaf == b.leaf; }),
-                      removed.end());
+        std::vector<LeafId> once(marked.begin(), marked.end());
+        std::sort(once.begin(), once.end());
+        once.erase(std::unique(once.begin(), once.end()), once.end());
+        for (const LeafId slot : once) removed.push_back({handle(slot), family_->node(slot)});
     }
     all_or_lost([&] {
         family_->coarsen(marked, update);
