@@ -42,6 +42,7 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
         throw Error(ErrorCode::invalid_input, "only dual schemes have vertex quadtrees");
     if (boundary_recedes(scheme, rules))
         throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
+    if (control.face_count() == 0) return {};
     const RuleMesh surface = rule_mesh(control, scheme, rules);
     RuleStep step;
     try {
