@@ -102,16 +102,12 @@ class PieceBounder : private PatchBounder<Face> {
     Face target_;
 };
 
-/// The errors over a face's corners, and of its triangles.
+/// The errors over a face's corners.
 class FaceErrors {
   public:
     FaceErrors(const PieceBounder<TriangleDistance>& by_triangle, const PieceBounder<ConvexFace>& by_face,
-               std::span<const FaceCorner> corners, std::span<double> of_corner, std::span<double> of_triangle)
-        : by_triangle_(by_triangle),
-          by_face_(by_face),
-          corners_(corners),
-          of_corner_(of_corner),
-          of_triangle_(of_triangle) {}
+               std::span<const FaceCorner> corners, std::span<double> of_corner)
+        : by_triangle_(by_triangle), by_face_(by_face), corners_(corners), of_corner_(of_corner) {}
 
     /// @param sliding  per triangle
     void bound_triangles(std::size_t start, std::span<const EdgeSliding> sliding) {
@@ -124,9 +120,8 @@ class FaceErrors {
             const auto diagonal_at = [&](int k) { return diagonal == k || diagonal == (k + 2) % 3 ? diagonal : -1; };
             for (int k = 0; k < 3; ++k)
                 if (k != diagonal)
-                    of_triangle_[t] =
-                        std::max(of_triangle_[t], bound_side(by_triangle_, corner[static_cast<std::size_t>(k)],
-                                                             {k, diagonal_at(k), diagonal_at((k + 1) % 3)}));
+                    bound_side(by_triangle_, corner[static_cast<std::size_t>(k)],
+                               {k, diagonal_at(k), diagonal_at((k + 1) % 3)});
         }
     }
     /// As one flat polygon.
@@ -153,7 +148,6 @@ class FaceErrors {
         for (std::size_t i = 0; i < n; ++i)
             of_corner_[i] = face.convex() ? of_corner_[i] + 2 * face.height()
                                           : std::max(of_corner_[i], glm::length(position(i) - at[0]));
-        std::fill(of_triangle_.begin(), of_triangle_.end(), *std::max_element(of_corner_.begin(), of_corner_.end()));
     }
     /// The same of a quad, if that makes its error less: beside extraordinary points it is flatter than lines over its
     /// diagonal are straight.
@@ -162,12 +156,9 @@ class FaceErrors {
         const double before = largest();
         if (before <= decide_at) return;
         const std::vector<double> corner(of_corner_.begin(), of_corner_.end());
-        const std::vector<double> triangle(of_triangle_.begin(), of_triangle_.end());
         std::fill(of_corner_.begin(), of_corner_.end(), 0.0);
         bound_whole(start, sliding);
-        if (largest() < before) return;
-        std::copy(corner.begin(), corner.end(), of_corner_.begin());
-        std::copy(triangle.begin(), triangle.end(), of_triangle_.begin());
+        if (largest() >= before) std::copy(corner.begin(), corner.end(), of_corner_.begin());
     }
     void bound_by_edge(const Vec3d& a, const Vec3d& b) {
         by_triangle_.aim_at(TriangleDistance({a, b, b}));
@@ -204,20 +195,17 @@ class FaceErrors {
     /// What lies between the line from a corner to the next one and the face's point.
     /// @param edges  that the line lies over, and those from both corners to the point; -1: none
     template <class Bounder>
-    double bound_side(Bounder& bounder, std::size_t i, const std::array<int, 3>& edges) {
+    void bound_side(Bounder& bounder, std::size_t i, const std::array<int, 3>& edges) {
         const std::size_t j = (i + 1) % corners_.size();
         const FaceCorner &a = corners_[i], &b = corners_[j];
-        const double error_a = bound_corner(bounder, a, {a.after, a.point}, {edges[0], edges[1]});
-        const double error_b = bound_corner(bounder, b, {b.point, b.before}, {edges[2], edges[0]});
-        of_corner_[i] = std::max(of_corner_[i], error_a);
-        of_corner_[j] = std::max(of_corner_[j], error_b);
-        return std::max(error_a, error_b);
+        of_corner_[i] = std::max(of_corner_[i], bound_corner(bounder, a, {a.after, a.point}, {edges[0], edges[1]}));
+        of_corner_[j] = std::max(of_corner_[j], bound_corner(bounder, b, {b.point, b.before}, {edges[2], edges[0]}));
     }
 
     PieceBounder<TriangleDistance> by_triangle_;
     PieceBounder<ConvexFace> by_face_;
     std::span<const FaceCorner> corners_;
-    std::span<double> of_corner_, of_triangle_;
+    std::span<double> of_corner_;
 };
 
 /// Adds the points where creases end, as faces of their cells. Returns these points.
@@ -282,7 +270,6 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
 
     Errors errors;
     errors.of_vertex.assign(mesh.vertex_count(), 0.0);
-    errors.of_triangle.assign(triangles.size(), 0.0);
     std::vector<double> of_corner(faces.face_vertices.size(), 0.0);
     constexpr std::uint32_t k_grain = 32;
     report(0.5);
@@ -292,21 +279,18 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
             const std::size_t begin = faces.face_offsets[f], n = faces.face_offsets[f + std::size_t{1}] - begin;
             const auto here = std::span(of_corner).subspan(begin, n);
             const bool is_face = f < face_count;
-            // Every face before this one has two triangles less than corners.
-            const auto own = is_face ? std::span(errors.of_triangle).subspan(begin - 2 * std::size_t{f}, n - 2)
-                                     : std::span<double>();
             const bool closed = is_face || ends[f - face_count]->closed;
             auto corners = corners_of(cells_, forest, std::span(faces.corners).subspan(begin, n), closed);
             for (std::size_t i = 0; i < corners.size(); ++i)
                 corners[i].position = positions[faces.face_vertices[begin + i]];
             if (corners.empty()) {
-                std::fill(here.begin(), here.end(), k_unbounded);
-                std::fill(own.begin(), own.end(), k_unbounded);
+                std::ranges::fill(here, k_unbounded);
                 return;
             }
             FaceErrors bound({cells_, midedge_, rounding_, wanted}, {cells_, midedge_, rounding_, wanted}, corners,
-                             here, own);
+                             here);
             if (!is_face) return bound.bound_by_edge(corners[0].position, corners[n > 1 ? 1 : 0].position);
+            // Every face before this one has two triangles less than corners.
             std::vector<EdgeSliding> sliding(n - 2);
             for (std::size_t t = 0; t < sliding.size(); ++t)
                 sliding[t] = of_mesh.of(static_cast<std::uint32_t>(begin - 2 * std::size_t{f} + t), {true, true, true});

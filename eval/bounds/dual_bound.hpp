@@ -36,8 +36,7 @@ class DualBound {
         bool tight;        ///< errors above it are bounds, too; else they may be any number above it
     };
     struct Errors {
-        std::vector<double> of_vertex;    ///< the largest over its cell
-        std::vector<double> of_triangle;  ///< of more than four corners: of their face
+        std::vector<double> of_vertex;  ///< the largest over its cell
         double largest = 0;
     };
     /// @param positions  of the mesh's vertices: their limit points
