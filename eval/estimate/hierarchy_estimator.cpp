@@ -62,32 +62,25 @@ void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles
 
 void HierarchyEstimator::estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,
                                            std::span<double> errors) const {
+    const detail::DualTriangles mesh = detail::dual_triangles(forest);
+    constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+    std::vector<std::uint32_t> vertex_of(forest.leaf_slots(), k_none);
+    for (const auto& [vertex, leaf] : mesh.leaves()) vertex_of[leaf.value] = vertex;
     estimate_reached(
         hierarchy_.scheme(), leaves, errors,
         [&](LeafId leaf) {
             return forest.level(leaf) + detail::DualLeafErrors::k_bits <= k_max_level &&
-                   forest.roots().hole[forest.cell(leaf).root] == 0;
+                   forest.roots().hole[forest.cell(leaf).root] == 0 && vertex_of[leaf.value] != k_none;
         },
         [&](std::span<const LeafId> reached, std::span<double> seen) {
-            const detail::DualTriangles mesh = detail::dual_triangles(forest);
-            constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
-            std::vector<std::uint32_t> vertex_of(forest.leaf_slots(), k_none);
-            for (const auto& [vertex, leaf] : mesh.leaves()) vertex_of[leaf.value] = vertex;
             std::vector<DualFaces::LeafOfVertex> asked;
-            std::vector<std::size_t> place;
-            for (std::size_t i = 0; i < reached.size(); ++i) {
-                const std::uint32_t vertex = vertex_of[reached[i].value];
-                if (vertex == k_none) continue;
-                asked.push_back({vertex, reached[i]});
-                place.push_back(i);
-            }
+            for (const LeafId leaf : reached) asked.push_back({vertex_of[leaf.value], leaf});
             detail::DualLeafErrors surface([&](std::span<const Site> sites, std::span<Vec3d> points) {
                 hierarchy_.limit_positions(sites, points);
             });
             const auto no_report = [](double) {};
             const std::vector<Vec3d> positions = surface.positions(forest, mesh, no_report);
-            const std::vector<double> found = surface.errors(forest, mesh, positions, asked, no_report);
-            for (std::size_t i = 0; i < asked.size(); ++i) seen[place[i]] = found[i];
+            std::ranges::copy(surface.errors(forest, mesh, positions, asked, no_report), seen.begin());
         });
 }
 
