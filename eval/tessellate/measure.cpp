@@ -103,7 +103,7 @@ constexpr int k_least_intervals = 3, k_most_intervals = 24;
 constexpr double k_exact = 0.7;        // of the largest distance: from there on others are exact
 constexpr std::uint32_t k_block = 64;  // triangles; fixed, so that sums do not depend on the number of threads
 
-/// What was found at one triangle, or at several.
+/// What was found at one pair of points, at one triangle, or at several.
 struct Found {
     double forward = 0, backward = 0;
     double own = 0;  ///< the largest distance of a point of the surface to its own triangle
@@ -143,11 +143,6 @@ DirectedDistance measure_from_target(const TriangleMesh& target, const TriangleB
 /// Barycentrics from weights of the second and third corner.
 std::array<double, 3> barycentrics(const Vec2d& uv) { return {std::max(1 - uv.x - uv.y, 0.0), uv.x, uv.y}; }
 
-/// Distances at one pair of points: of the surface to the mesh, and of the mesh to the surface.
-struct Distances {
-    double forward = 0, backward = 0, own = 0;  ///< own: of the surface to the same triangle
-};
-
 /// What triangles are measured with, and how closely.
 template <class Family>
 struct Measurer {
@@ -176,12 +171,12 @@ class MeasuredTriangle {
 
     /// What is not above `exact_from` may be stated too large: as the distance of a point of the surface to this very
     /// triangle, which is one of a point of the triangle to the surface, too.
-    Distances at(const Vec2d& uv) const {
+    Found at(const Vec2d& uv) const {
         const auto b = barycentrics(uv);
         const SurfaceParameter at = parameter(from_, uv);
         const Vec3d s = by_.map(at), q = b[0] * a_ + b[1] * b_ + b[2] * c_;
         const double own = std::sqrt(detail::nearest_on_triangle(s, a_, b_, c_).squared_distance);
-        Distances result{own, own, own};
+        Found result{.forward = own, .backward = own, .own = own};
         if (own > by_.exact_from) result.forward = std::min(own, by_.bvh.closest(s, own * (1 + 1e-9)).distance);
         if (by_.map.target) {
             result.backward = by_.map.target->closest(q).distance;
@@ -250,25 +245,25 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                 const double weight = triangle.area() / (n * n);
                 Found& found = each[triangles[i]] = {};
                 const auto measured = [&](const Vec2d& uv) {
-                    const Distances d = triangle.at(uv);
-                    found += {.forward = d.forward, .backward = d.backward, .own = d.own};
+                    const Found d = triangle.at(uv);
+                    found += d;
                     ++samples_here;
                     return d;
                 };
                 // The farthest samples, each way; `step` is about half the distance of samples there.
                 struct Top {
-                    double Distances::*way;
+                    double Found::*way;
                     detail::Maximum at{};
                     double step = 0;
                 };
-                std::array<Top, 2> tops{{{&Distances::forward}, {&Distances::backward}}};
-                const auto offer = [&](const Vec2d& uv, const Distances& d, double step) {
+                std::array<Top, 2> tops{{{&Found::forward}, {&Found::backward}}};
+                const auto offer = [&](const Vec2d& uv, const Found& d, double step) {
                     for (Top& top : tops)
                         if (d.*top.way > top.at.value) top = {top.way, {uv, d.*top.way}, step};
                 };
                 detail::for_each_lattice_point(n, [&](int, double b0, double b1, double b2) {
                     if (b0 == 1 || b1 == 1 || b2 == 1) return;  // corners are on the surface
-                    const Distances here = measured({b1, b2});
+                    const Found here = measured({b1, b2});
                     offer({b1, b2}, here, 0.5 / n);
                     found.weighted += weight * (here.forward + here.backward);
                     found.squared += weight * (here.forward * here.forward + here.backward * here.backward);
