@@ -140,12 +140,12 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
     const int s = 2 * side;
     const Vec3d &own = net[4], before = beside(s + 7), next = beside(s + 1), after = beside(s + 3);
     BezierTriangle<2> quarter;  // the cell's centre, the side's start and end
-    quarter.point[BezierTriangle<2>::index(0, 0)] = 0.5 * own + 0.125 * (net[1] + net[3] + net[5] + net[7]);
-    quarter.point[BezierTriangle<2>::index(1, 0)] = 0.25 * (2.0 * own + before + next);
-    quarter.point[BezierTriangle<2>::index(0, 1)] = 0.25 * (2.0 * own + next + after);
-    quarter.point[BezierTriangle<2>::index(2, 0)] = 0.25 * (own + before + beside(s) + next);
-    quarter.point[BezierTriangle<2>::index(1, 1)] = 0.5 * (own + next);
-    quarter.point[BezierTriangle<2>::index(0, 2)] = 0.25 * (own + next + beside(s + 2) + after);
+    quarter(0, 0) = 0.5 * own + 0.125 * (net[1] + net[3] + net[5] + net[7]);
+    quarter(1, 0) = 0.25 * (2.0 * own + before + next);
+    quarter(0, 1) = 0.25 * (2.0 * own + next + after);
+    quarter(2, 0) = 0.25 * (own + before + beside(s) + next);
+    quarter(1, 1) = 0.5 * (own + next);
+    quarter(0, 2) = 0.25 * (own + next + beside(s + 2) + after);
     constexpr std::array<std::array<double, 2>, 4> k_corner = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     const auto from_centre = [&](int c) {
         const auto& p = k_corner[static_cast<std::size_t>(c) % 4];

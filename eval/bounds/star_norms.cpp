@@ -122,8 +122,7 @@ void take_patch(const BezierTriangle<4>& patch, const Corners& at, int bisection
     }
     for (int j = 0; j <= 4; ++j)
         for (int i = 0; i + j <= 4; ++i)
-            take(patch.point[BezierTriangle<4>::index(i, j)],
-                 0.25 * ((4.0 - i - j) * at[0] + double(i) * at[1] + double(j) * at[2]));
+            take(patch(i, j), 0.25 * ((4.0 - i - j) * at[0] + double(i) * at[1] + double(j) * at[2]));
 }
 
 /// The same of Loop, for linear functions.

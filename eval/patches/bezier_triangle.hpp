@@ -34,6 +34,9 @@ class BezierTriangle {
 
     std::array<Vec3d, k_count> point;
 
+    Vec3d& operator()(int i, int j) { return point[index(i, j)]; }
+    const Vec3d& operator()(int i, int j) const { return point[index(i, j)]; }
+
     /// Where control points lie: on side 0, 1 or 2 (from corner 0, 1 or 2 to the next), at a corner or inside.
     static constexpr int k_corner = 3, k_inside = 4;
     static constexpr std::array<int, k_count> k_side = [] {
@@ -45,6 +48,22 @@ class BezierTriangle {
             }
         return side;
     }();
+
+    /// The polar form with all but N of its arguments at a point: the last but N rows of de Casteljau's algorithm.
+    /// Their differences are derivatives there.
+    template <int N>
+    BezierTriangle<N> around(const std::array<double, 3>& at) const {
+        if constexpr (N == Degree) {
+            return *this;
+        } else {
+            const BezierTriangle<N + 1> before = around<N + 1>(at);
+            BezierTriangle<N> result;
+            for (int j = 0; j <= N; ++j)
+                for (int i = 0; i + j <= N; ++i)
+                    result(i, j) = at[0] * before(i, j) + at[1] * before(i + 1, j) + at[2] * before(i, j + 1);
+            return result;
+        }
+    }
 
     /// The same polynomial over another triangle, by the barycentrics of its corners in this one.
     BezierTriangle over(const std::array<std::array<double, 3>, 3>& corners) const {

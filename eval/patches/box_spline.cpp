@@ -43,34 +43,6 @@ constexpr auto k_columns = [] {
     return table;
 }();
 
-/// All second derivatives of a regular triangle. Along edge e (corner e to corner e + 1) the second derivative is the
-/// bilinear box spline of the net's second differences along the edge (de Boor, Hoellig, Riemenschneider 1993, ch. I),
-/// and on the triangle that is: linear between the differences at the corners, plus the product of the barycentric
-/// coordinates of the edge's two ends times one fourth difference.
-struct BoxSplineHessian {
-    std::array<std::array<Vec3d, 3>, 3> corner;  ///< [edge][corner]
-    std::array<Vec3d, 3> bend;                   ///< [edge]
-
-    explicit BoxSplineHessian(const Net12& net) {
-        const auto second = [&](int a, int b, int c) { return net[a] + net[b] - 2.0 * net[c]; };
-        corner[0] = {second(1, 4, 0), second(8, 0, 1), second(9, 3, 2)};
-        corner[1] = {second(3, 6, 0), second(2, 7, 1), second(11, 1, 2)};
-        corner[2] = {second(2, 5, 0), second(9, 6, 1), second(10, 0, 2)};
-        bend[0] = second(7, 5, 6) + corner[0][2] - corner[0][0] - corner[0][1];
-        bend[1] = second(10, 8, 9) + corner[1][0] - corner[1][1] - corner[1][2];
-        bend[2] = second(11, 4, 3) + corner[2][1] - corner[2][2] - corner[2][0];
-    }
-    Vec3d along(int edge, const Bary& b) const {
-        return b[0] * corner[edge][0] + b[1] * corner[edge][1] + b[2] * corner[edge][2] +
-               (b[edge] * b[edge == 2 ? 0 : edge + 1]) * bend[edge];
-    }
-    /// The mean on the way from corner 0 to a point.
-    Vec3d mean(int edge, const Bary& b) const {
-        const Bary half{0.5 * (1 + b[0]), 0.5 * b[1], 0.5 * b[2]};
-        return (1.0 / 6) * (corner[edge][0] + 4.0 * along(edge, half) + along(edge, b));
-    }
-};
-
 }  // namespace
 
 TETRAKIS_FOR_AVX2_TOO
@@ -106,21 +78,6 @@ Vec3d box_spline_corner(const Net12& net, int corner) {
     const int* r = ring[corner];
     return 0.5 * net[static_cast<std::size_t>(corner)] +
            k_scale * ((net[r[0]] + net[r[1]]) + (net[r[2]] + net[r[3]]) + (net[r[4]] + net[r[5]]));
-}
-
-BoxSplineTangents box_spline_tangents(const Net12& net, const Bary& at) {
-    // From those at corner 0 by second derivatives, whose mean on the way is exact.
-    const BoxSplineHessian hessian(net);
-    const Vec3d xx = hessian.mean(0, at), yy = hessian.mean(2, at), xy = 0.5 * (xx + yy - hessian.mean(1, at));
-    const Vec3d a = net[1] - net[4], b = net[2] - net[5], c = net[3] - net[6];
-    return {(1.0 / 6) * (2.0 * a + b - c) + at[1] * xx + at[2] * xy,
-            (1.0 / 6) * (2.0 * b + a + c) + at[1] * xy + at[2] * yy};
-}
-
-BoxSplineBends box_spline_bends(const Net12& net, const Bary& at) {
-    const BoxSplineHessian hessian(net);
-    const Vec3d dxx = hessian.along(0, at), dyy = hessian.along(2, at);
-    return {dxx, 0.5 * (dxx + dyy - hessian.along(1, at)), dyy};
 }
 
 }  // namespace tetrakis::detail

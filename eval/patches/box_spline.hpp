@@ -25,16 +25,4 @@ Vec3d box_spline_position(const Net12& net, const Bary& at);
 /// Position at a corner of the triangle: half the point there and a twelfth of each of its neighbours.
 Vec3d box_spline_corner(const Net12& net, int corner);
 
-/// First derivatives by x (towards corner 1) and y (towards corner 2).
-struct BoxSplineTangents {
-    Vec3d dx, dy;
-};
-BoxSplineTangents box_spline_tangents(const Net12& net, const Bary& at);
-
-/// Second derivatives by x and y.
-struct BoxSplineBends {
-    Vec3d dxx, dxy, dyy;
-};
-BoxSplineBends box_spline_bends(const Net12& net, const Bary& at);
-
 }  // namespace tetrakis::detail

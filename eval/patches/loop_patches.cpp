@@ -44,11 +44,13 @@ std::optional<std::array<Vec3d, 6>> regular_neighbours(const CornerRing& ring) {
 }  // namespace
 
 SurfacePoint LoopShape::evaluate(const Net12& net, const Bary& at, bool second) {
-    const BoxSplineTangents tangents = box_spline_tangents(net, at);
-    SurfacePoint point{position(net, at), tangents.dx, tangents.dy};
+    const BezierTriangle<2> p = box_spline_triangle(net).around<2>(at);
+    const BezierTriangle<1> q = p.around<1>(at);
+    SurfacePoint point{position(net, at), 4.0 * (q(1, 0) - q(0, 0)), 4.0 * (q(0, 1) - q(0, 0))};
     if (!second) return point;
-    const BoxSplineBends bends = box_spline_bends(net, at);
-    point.duu = bends.dxx, point.duv = bends.dxy, point.dvv = bends.dyy;
+    point.duu = 12.0 * (p(2, 0) - 2.0 * p(1, 0) + p(0, 0));
+    point.duv = 12.0 * (p(1, 1) - p(1, 0) - p(0, 1) + p(0, 0));
+    point.dvv = 12.0 * (p(0, 2) - 2.0 * p(0, 1) + p(0, 0));
     return point;
 }
 
