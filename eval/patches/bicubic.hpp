@@ -50,28 +50,6 @@ inline Vec3d combine(const Net16& net, const Weights4& wx, const Weights4& wy) {
     return result;
 }
 
-/// Value and first derivatives of the net under tensor weights (values, first derivatives); the value as combine() has
-/// it, bit by bit.
-struct NetTangents {
-    Vec3d position, du, dv;
-};
-inline NetTangents combine_tangents(const Net16& net, const Weights4 (&wx)[3], const Weights4 (&wy)[3]) {
-    NetTangents result;
-    for (int k = 0; k < 3; ++k) {
-        const double* p = net.c[k];
-        double value = 0, du = 0, dv = 0;
-        for (int r = 0; r < 4; ++r, p += 4) {
-            const double row = wx[0][0] * p[0] + wx[0][1] * p[1] + wx[0][2] * p[2] + wx[0][3] * p[3];
-            const double row_du = wx[1][0] * p[0] + wx[1][1] * p[1] + wx[1][2] * p[2] + wx[1][3] * p[3];
-            value += wy[0][r] * row;
-            du += wy[0][r] * row_du;
-            dv += wy[1][r] * row;
-        }
-        result.position[k] = value, result.du[k] = du, result.dv[k] = dv;
-    }
-    return result;
-}
-
 /// One binary refinement of the curve rule: four points give the four of the lower (upper = 0) or upper half.
 /// Lower: edge, vertex, edge, vertex points at -1/2, 0, 1/2, 1; upper: vertex, edge, vertex, edge at 0, 1/2, 1, 3/2.
 inline void half_curve(const double* p, int stride, bool upper, double* q, int out_stride) {

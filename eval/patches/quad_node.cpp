@@ -40,12 +40,9 @@ std::optional<std::array<Vec3d, 3>> points_beyond(const CornerRing& ring) {
 SurfacePoint QuadShape::evaluate(const Patch& patch, const Point& at, bool second) {
     Weights4 wx[3], wy[3];
     regular_basis(patch.crease, at.x, at.y, wx, wy);
-    const NetTangents tangents = combine_tangents(patch.net, wx, wy);
-    SurfacePoint point{tangents.position, tangents.du, tangents.dv};
-    if (!second) return point;
-    point.duu = combine(patch.net, wx[2], wy[0]);
-    point.duv = combine(patch.net, wx[1], wy[1]);
-    point.dvv = combine(patch.net, wx[0], wy[2]);
+    const auto derivative = [&](int by_x, int by_y) { return combine(patch.net, wx[by_x], wy[by_y]); };
+    SurfacePoint point{derivative(0, 0), derivative(1, 0), derivative(0, 1)};
+    if (second) point.duu = derivative(2, 0), point.duv = derivative(1, 1), point.dvv = derivative(0, 2);
     return point;
 }
 
