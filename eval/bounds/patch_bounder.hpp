@@ -131,10 +131,7 @@ class PatchBounder {
     /// @param patch  in the face's frame
     template <int Degree>
     void bound_patch(const BezierTriangle<Degree>& patch, const Edges& edge) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3d& corner = patch.point[patch.corner(k)];
-            if (!attain(std::max(node_error(corner, edge[k]), node_error(corner, edge[(k + 2) % 3])))) return;
-        }
+        if (!attain(corner_error({patch(0, 0), patch(Degree, 0), patch(0, Degree)}, edge))) return;
         bound_bisected(patch, edge, k_most_bisections);
     }
 
