@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace tetrakis {
 
@@ -133,16 +132,6 @@ double LoopBounder::corner_error_in(const LoopNode& cell, const Piece& piece) co
         corner[k] = face_.local(b[0] * of_cell[0] + b[1] * of_cell[1] + b[2] * of_cell[2]);
     }
     return corner_error(corner, piece.edge);
-}
-
-void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {
-    Corners at = corners_of(leaf);
-    const LoopNode& cell = locate(leaf.root, at);
-    detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
-        Bary b;
-        for (std::size_t c = 0; c < 3; ++c) b[c] = b0 * at[0][c] + b1 * at[1][c] + b2 * at[2][c];
-        positions[static_cast<std::size_t>(i)] = LoopPatches::position(cell, b);
-    });
 }
 
 }  // namespace tetrakis

@@ -5,8 +5,6 @@
 #include "patch_bounder.hpp"
 
 #include <array>
-#include <span>
-#include <vector>
 
 namespace tetrakis {
 
@@ -35,10 +33,6 @@ class LoopBounder : private detail::PatchBounder<> {
     double certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding = {}) {
         return leaf_error(leaf, floor, sliding, false).upper;
     }
-
-    /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points of the limit
-    /// surface in the order corner 2 first, rows parallel to the edge corner 0 - corner 1.
-    void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions);
 
   private:
     using Corners = std::array<detail::Bary, 3>;

@@ -6,6 +6,7 @@
 #include "star_norms.hpp"
 
 #include <algorithm>
+#include <span>
 
 namespace tetrakis {
 
@@ -92,7 +93,7 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlidin
     // Two half-cells, of corners v and w, that share the edge from the middle of the base to the face's centre c.
     const QuadNode &left = patches_.root_node(h), &right = patches_.root_node(patches_.mesh().next(h));
     const Vec2d corner(0), middle(0.5), end(1);
-    const auto position = &QuadPatches::position;
+    const auto position = [](const QuadNode& cell, const Vec2d& at) { return QuadPatches::position(cell, at); };
     const Vec3d v = position(left, corner), c = position(left, end), m = position(left, Vec2d(1, 0));
     set_face(detail::TriangleDistance({v, position(right, corner), centre ? *centre : c}, sliding));
     if (centre && !attain(glm::length(c - *centre))) return;
@@ -200,25 +201,6 @@ void QuadBounder::bound_strips(const QuadShape::Patch& cell, const Piece& piece)
                 bound_part(strip.net, {at, edge});
             });
     }
-}
-
-void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions) {
-    Corners at;
-    const auto for_each_point = [&](auto&& position) {
-        detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
-            positions[static_cast<std::size_t>(i)] = position(b0 * at[0] + b1 * at[1] + b2 * at[2]);
-        });
-    };
-    if (!is_root(leaf)) {
-        const Cell& cell = locate(leaf, at);
-        return for_each_point([&](const Vec2d& p) { return cell.position(glm::clamp(p, 0.0, 1.0)); });
-    }
-    // Its second corner lies in the next cell.
-    at = {Vec2d(0), Vec2d(2, 0), Vec2d(1)};
-    const QuadNode &here = patches_.root_node(leaf.root), &beyond = patches_.root_node(patches_.mesh().next(leaf.root));
-    for_each_point([&](const Vec2d& p) {
-        return p.x > 1 ? QuadPatches::position(beyond, {p.y, 2 - p.x}) : QuadPatches::position(here, p);
-    });
 }
 
 }  // namespace tetrakis

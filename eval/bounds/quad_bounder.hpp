@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -45,10 +44,6 @@ class QuadBounder : private detail::PatchBounder<> {
 
     /// The error of the depth-0 leaf of a root against a triangle with another corner in place of the face's centre.
     LeafError root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject = true);
-
-    /// Samples of a leaf, depth-0 ones included, on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2
-    /// points of the limit surface in the order corner 2 first, rows parallel to the edge corner 0 - corner 1.
-    void sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions);
 
   private:
     using Corners = std::array<Vec2d, 3>;

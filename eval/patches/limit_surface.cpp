@@ -70,9 +70,9 @@ void LimitSurface::positions(std::span<const Site> sites, std::span<Vec3d> out) 
     const ControlMesh& mesh = patches_->mesh();
     for (const Site& site : sites) require_site(mesh, site, patches_->triangles.has_value());
     patches_->with([&](const auto& patches) {
-        for_each_block(static_cast<std::uint32_t>(sites.size()), k_grain, [&](std::uint32_t begin, std::uint32_t end) {
-            patches.limits(sites.subspan(begin, end - begin), out.subspan(begin, end - begin));
-        });
+        for_each_index(
+            static_cast<std::uint32_t>(sites.size()),
+            [&](std::uint32_t i) { out[i] = patches.limit(sites[i].root, sites[i].at, sites[i].level); }, k_grain);
     });
 }
 

@@ -146,14 +146,12 @@ class PatchTree {
     SurfacePoint evaluate(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, true); }
     /// The same without second derivatives: cheaper, and the same bits.
     SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
-    /// The limit position at a lattice point of the root, level <= k_max_level; about the cost of one patch.
+    /// The position alone, with the same bits: about the cost of one patch.
+    Vec3d position(HalfedgeId root, double x, double y) const { return position(root_node(root), Shape::point(x, y)); }
+    /// The same at a lattice point of the root, level <= k_max_level.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const {
         const double step = std::ldexp(1.0, -level);
-        return position(root_node(root), Shape::point(at.x * step, at.y * step));
-    }
-    /// limit() of many points.
-    void limits(std::span<const Site> sites, std::span<Vec3d> out) const {
-        for (std::size_t i = 0; i < sites.size(); ++i) out[i] = limit(sites[i].root, sites[i].at, sites[i].level);
+        return position(root, at.x * step, at.y * step);
     }
 
     const Node& root_node(HalfedgeId root) const {

@@ -59,7 +59,7 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
                                if (bound.upper <= tolerance_) return;
                                if (by_samples) {
                                    basis[i] = ErrorBasis::samples;
-                                   errors[i] = sampled(leaf, bounder());
+                                   errors[i] = sampled(leaf);
                                } else if (!compares_ && bound.lower > tolerance_) {
                                    errors[i] = bound.lower;
                                }
@@ -67,16 +67,17 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
 }
 
 template <class Family>
-double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family::Bounder& bounder) const {
+double LeafEstimator<Family>::sampled(const CellTriangle& leaf) const {
+    const ControlMesh& mesh = map_.patches->mesh();
     std::array<Vec3d, k_samples> s;
-    bounder.sample(leaf, k_lattice, s);
+    detail::for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
+        s[static_cast<std::size_t>(i)] = map_(Family::parameter(mesh, leaf, b0, b1, b2));
+    });
     const Vec3d c2 = s[0], c0 = s[k_samples - 1 - k_lattice], c1 = s[k_samples - 1];
     const detail::PlaneMeasure plane({c0, c1, c2});
-    const detail::Maximum top =
-        detail::farthest_sample(s, k_lattice, plane, hard_edges<Family>(map_.patches->mesh(), leaf));
+    const detail::Maximum top = detail::farthest_sample(s, k_lattice, plane, hard_edges<Family>(mesh, leaf));
     double error = top.value;
     if (error > tolerance_) return error;
-    const ControlMesh& mesh = map_.patches->mesh();
     if (top.value > detail::k_climb_from * tolerance_) {
         // Between the samples it may be farther.
         const auto distance = [&](const Vec2d& uv) {
@@ -121,25 +122,20 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
     });
     // On control edges the displacement may jump (UV seams, hard creases): there the one value that vertices get.
     if (map_.displacement) {
-        const int level = leaf.level + k_mapped_bits;
-        const auto& c = leaf.corner;
         const bool edge[3] = {Family::control_edge(mesh, leaf, 0).valid(), Family::control_edge(mesh, leaf, 1).valid(),
                               Family::control_edge(mesh, leaf, 2).valid()};
         detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
             const bool corner = b0 == 1 || b1 == 1 || b2 == 1;
             if (!corner && !(edge[0] && b2 == 0) && !(edge[1] && b0 == 0) && !(edge[2] && b1 == 0)) return;
-            Site site;
-            if (corner) {
-                site = Family::corner_site(mesh, leaf, b0 == 1 ? 0 : (b1 == 1 ? 1 : 2));
-            } else {
-                if (level > k_max_level) return;
-                const auto at = [&](std::uint32_t p0, std::uint32_t p1, std::uint32_t p2) {
-                    return static_cast<std::uint32_t>(n * (b0 * p0 + b1 * p1 + b2 * p2));
-                };
-                site = Family::lattice_site(mesh, leaf.root, {at(c[0].x, c[1].x, c[2].x), at(c[0].y, c[1].y, c[2].y)},
-                                            level);
-            }
-            s[static_cast<std::size_t>(i)] = map_.vertex(Family::canonical_site(mesh, site), nullptr);
+            if (!corner && leaf.level + k_mapped_bits > k_max_level) return;
+            const Site site =
+                corner ? Family::canonical_site(mesh, Family::corner_site(mesh, leaf,
+                                                                          b0 == 1   ? 0
+                                                                          : b1 == 1 ? 1
+                                                                                    : 2))
+                       : detail::lattice_site_of<Family>(mesh, leaf, k_mapped_bits, static_cast<int>(n * (b0 + b1)),
+                                                         static_cast<int>(n * b1));
+            s[static_cast<std::size_t>(i)] = map_.vertex(site, nullptr);
         });
     }
     const Vec3d c2 = s[0], c0 = s[count - 1 - n], c1 = s[count - 1];

@@ -42,7 +42,7 @@ class LeafEstimator final : public ErrorEstimator {
     }
 
   private:
-    double sampled(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
+    double sampled(const CellTriangle& leaf) const;
     /// Leaves much smaller than the tolerance are left as they are: there the map jumps, and refining would never end.
     double mapped(const CellTriangle& leaf) const;
 

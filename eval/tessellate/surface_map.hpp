@@ -29,7 +29,7 @@ class UvSurface {
         }
     }
     Vec2d at(HalfedgeId root, double x, double y) const {
-        if (patches_) return Vec2d(patches_->evaluate(root, x, y).position);
+        if (patches_) return Vec2d(patches_->position(root, x, y));
         return Family::linear(mesh_, root, x, y, [&](HalfedgeId h) { return mesh_.data().uvs[mesh_.uv_index(h)]; });
     }
     /// At a lattice point, in the UV layer's own canonical frame: both sides of an unbroken edge get the same bits.
@@ -86,7 +86,7 @@ class SurfaceMap {
     }
     /// Anywhere. On edges where a displacement jumps (UV seams, hard creases) the value of the given root.
     Vec3d operator()(const SurfaceParameter& at) const {
-        if (plain()) return patches->evaluate(at.root, at.x, at.y).position;
+        if (plain()) return patches->position(at.root, at.x, at.y);
         return apply(patches->evaluate(at.root, at.x, at.y), displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0));
     }
     /// Distance from q to a nearby point: nearby_distance() on the limit surface, displaced or not. Not on a target.

@@ -97,11 +97,11 @@ TEST_CASE_TEMPLATE("[inv9] bounds of leaves are never below the error sampled, a
             CHECK(bounder.leaf_error(leaf, k_infinity).lower <= certified + rounding);
             CHECK(bounder.certified_error(leaf, 0.7 * sampled) >= sampled - rounding);
             CHECK(bounder.certified_error(leaf, 3 * sampled) <= 3 * sampled + added);
-            std::array<Vec3d, 3> corners;
-            bounder.sample(leaf, 1, corners);
             for (std::size_t k = 0; k < 3; ++k) {
+                const SurfaceParameter at = Family::parameter(mesh, leaf, k == 0, k == 1, k == 2);
                 const Site site = Family::corner_site(mesh, leaf, k);
-                CHECK(glm::length(corners[(k + 1) % 3] - patches.limit(site.root, site.at, site.level)) < rounding);
+                const Vec3d corner = patches.position(at.root, at.x, at.y);
+                CHECK(glm::length(corner - patches.limit(site.root, site.at, site.level)) < rounding);
             }
         }
     }
@@ -129,26 +129,6 @@ TEST_CASE("[inv9] bounds of roots whose centre is given") {
             CHECK(bounder.root_error(root, centre, 0, false).upper <= 1.25 * sampled + added);
             CHECK(bounder.root_error(root, centre, 0.5 * sampled).upper >= sampled - rounding);
         }
-    }
-}
-
-TEST_CASE_TEMPLATE("samples of leaves are points of the surface", Family, QuadFamily, LoopFamily) {
-    const ControlMesh mesh = test::random_patch_mesh<Family>(22);
-    const typename Family::Patches patches(mesh);
-    typename Family::Bounder bounder(patches);
-    test::Random random(5);
-    constexpr int n = 4;
-    std::vector<Vec3d> positions((n + 1) * (n + 2) / 2);
-    for (int i = 0; i < 300; ++i) {
-        const CellTriangle leaf = test::random_leaf<Family>(random, mesh, 5);
-        bounder.sample(leaf, n, positions);
-        std::size_t at = 0;
-        for (int row = 0; row <= n; ++row)
-            for (int j = 0; j <= row; ++j, ++at) {
-                const SurfaceParameter p =
-                    Family::parameter(mesh, leaf, double(row - j) / n, double(j) / n, double(n - row) / n);
-                CHECK(glm::length(positions[at] - patches.evaluate(p.root, p.x, p.y).position) < 1e-12);
-            }
     }
 }
 
