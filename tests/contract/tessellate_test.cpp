@@ -201,6 +201,10 @@ TEST_CASE("[slow] every model of data/ at 2e-2 and 6e-3: watertight, and within 
     }
 }
 
+TEST_CASE("[slow] a small model at 1e-4: watertight, and within what was asked and certified") {
+    check_all(load_control_mesh(TETRAKIS_SOURCE_DIR "/data/tetrahedron.obj"), *find_scheme("loop"), 1e-4);
+}
+
 TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark, Loop and sqrt3") {
     for (const std::uint64_t seed : {1, 2, 5}) {
         CAPTURE(seed);
