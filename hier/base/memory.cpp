@@ -6,6 +6,7 @@
 
 #include <sys/resource.h>
 
+#include <cassert>
 #include <cstdlib>
 #include <mutex>
 #include <string>
@@ -61,12 +62,13 @@ class FreedBlocks {
   public:
     FreedBlocks() { blocks_.reserve(k_most_blocks); }
 
-    /// The front of the smallest block that is large enough, of several the latest one; nullptr: there is none.
+    /// The latest block of this size, or the front of one that is a quarter larger at most; nullptr: there is none.
     char* take(std::size_t bytes) {
         const std::lock_guard lock(mutex_);
         auto best = blocks_.end();
         for (auto at = blocks_.begin(); at != blocks_.end(); ++at)
-            if (at->bytes >= bytes && (best == blocks_.end() || at->bytes <= best->bytes)) best = at;
+            if (at->bytes >= bytes && at->bytes <= bytes + bytes / 4)
+                if (best == blocks_.end() || at->bytes <= best->bytes) best = at;
         if (best == blocks_.end()) return nullptr;
         char* const data = best->data;
         best->data += bytes;
@@ -127,6 +129,28 @@ FreedBlocks& freed_blocks() {
     static auto& blocks = *new FreedBlocks;
     return blocks;
 }
+
+/// grow_memory() without giving back freed blocks.
+void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
+    if (bytes < k_mapped) return std::realloc(data, bytes);
+    const std::size_t size = mapped_size(bytes), old_size = mapped_size(old_bytes);
+    if (old_bytes >= k_mapped && size == old_size) return data;
+    char* memory = freed_blocks().take(size);
+    if (memory == nullptr) {
+        memory = map_pages(size);
+        // The old block grows and moves there by its page tables, still one mapping. If the system refuses, it may have
+        // unmapped the target, which is not touched again then: the contents are copied elsewhere.
+        if (memory != nullptr && old_bytes >= k_mapped) {
+            if (mremap(data, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, memory) != MAP_FAILED) return memory;
+            memory = map_pages(size);
+        }
+    }
+    if (memory != nullptr && old_bytes > 0) {
+        std::memcpy(memory, data, old_bytes);
+        free_memory(data, old_bytes);
+    }
+    return memory;
+}
 #endif
 
 /// As messages have it: rounded down, in KiB below a MiB.
@@ -145,21 +169,16 @@ void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limi
                 file);
 }
 
-void* new_memory(std::size_t bytes) {
-    void* memory = nullptr;
+void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
+    assert(bytes >= old_bytes);
 #if defined(TETRAKIS_MAPS_PAGES)
-    const auto allocate = [&]() -> void* {
-        if (bytes < k_mapped) return std::malloc(bytes);
-        char* const freed = freed_blocks().take(mapped_size(bytes));
-        return freed != nullptr ? freed : map_pages(mapped_size(bytes));
-    };
-    memory = allocate();
-    if (memory == nullptr && freed_blocks().give_back()) memory = allocate();
-#else
-    memory = std::malloc(bytes);
-#endif
-    if (memory == nullptr) throw std::bad_alloc();
+    void* memory = grown(data, old_bytes, bytes);
+    if (memory == nullptr && freed_blocks().give_back()) memory = grown(data, old_bytes, bytes);
     return memory;
+#else
+    (void)old_bytes;
+    return std::realloc(data, bytes);
+#endif
 }
 
 void free_memory(void* data, [[maybe_unused]] std::size_t bytes) noexcept {

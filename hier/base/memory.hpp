@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <new>
@@ -36,10 +37,20 @@ void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limi
                   const std::filesystem::path& file = {});
 
 /// Memory of working arrays. Blocks from 2 MiB on are mappings of their own, on huge pages where the system has them,
-/// and are kept when they are freed; smaller ones are those of malloc(). @throws std::bad_alloc
-void* new_memory(std::size_t bytes);
-/// @param bytes  as new_memory() was asked for
+/// and are kept when they are freed; smaller ones are those of malloc(). Contents stay as a block grows.
+/// @param data       from this function, or nullptr
+/// @param old_bytes  its size as it was asked for
+/// @param bytes      not less than old_bytes
+/// @return nullptr where memory runs out; `data` is then as it was
+void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes);
 void free_memory(void* data, std::size_t bytes) noexcept;
+
+/// grow_memory() of a new block. @throws std::bad_alloc
+inline void* new_memory(std::size_t bytes) {
+    void* const memory = grow_memory(nullptr, 0, bytes);
+    if (memory == nullptr) throw std::bad_alloc();
+    return memory;
+}
 
 /// Asks for huge pages for memory that has been allocated but not touched, where it is large.
 void wish_for_huge_pages(void* data, std::size_t bytes) noexcept;
@@ -78,18 +89,13 @@ void resize_large(std::vector<T, Allocator>& v, std::size_t size) {
 }
 /// Room for `size` elements, growing by half at least: many small calls take linear time in all.
 template <class T, class Allocator>
-void reserve_by_half(std::vector<T, Allocator>& v, std::size_t size) {
-    if (size > v.capacity()) v.reserve(std::max(size, v.capacity() + v.capacity() / 2));
-}
-/// The same, of which the pages of `size` elements are prepared.
-template <class T, class Allocator>
 void make_room(std::vector<T, Allocator>& v, std::size_t size) {
     if (size <= v.capacity()) return;
-    reserve_by_half(v, size);
+    v.reserve(std::max(size, v.capacity() + v.capacity() / 2));
     prepare_pages(v, size);
 }
 
-/// new_memory() for containers.
+/// grow_memory() for containers.
 template <class T>
 struct PoolAllocator {
     static_assert(alignof(T) <= alignof(std::max_align_t));
@@ -112,28 +118,83 @@ struct PoolAllocator {
 template <class T>
 using PoolVector = std::vector<T, PoolAllocator<T>>;
 
-/// `new` and `delete` of what derives from it, by new_memory().
+/// `new` and `delete` of what derives from it, by grow_memory().
 struct PoolNew {
     static void* operator new(std::size_t bytes) { return new_memory(bytes); }
     static void operator delete(void* memory, std::size_t bytes) noexcept { free_memory(memory, bytes); }
 };
 
-/// PoolAllocator of plain records whose new elements, where they get no value, hold garbage.
+/// A growing array of plain records, for pools of many gigabytes and for scratch memory: new elements are not
+/// initialised, and growth moves large blocks by their page tables where std::vector holds two blocks and copies.
 template <class T>
-struct PodAllocator : PoolAllocator<T> {
-    static_assert(std::is_trivially_copyable_v<T>);
-    template <class U>
-    struct rebind {
-        using other = PodAllocator<U>;
-    };
-    template <class U, class... Values>
-    void construct(U* at, Values&&... values) {
-        if constexpr (sizeof...(Values) > 0) std::construct_at(at, std::forward<Values>(values)...);
+class PodArray {
+    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= alignof(std::max_align_t));
+
+  public:
+    PodArray() = default;
+    PodArray(const PodArray& other) {
+        resize(other.size_);
+        if (size_ != 0) std::memcpy(static_cast<void*>(data_), other.data_, size_ * sizeof(T));
     }
+    PodArray(PodArray&& other) noexcept { swap(other); }
+    PodArray& operator=(PodArray other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~PodArray() { free_memory(data_, capacity_ * sizeof(T)); }
+
+    void swap(PodArray& other) noexcept {
+        std::swap(data_, other.data_);
+        std::swap(size_, other.size_);
+        std::swap(capacity_, other.capacity_);
+    }
+
+    std::size_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
+    std::size_t capacity() const { return capacity_; }
+    T* data() { return data_; }
+    const T* data() const { return data_; }
+    T* begin() { return data_; }
+    const T* begin() const { return data_; }
+    T* end() { return data_ + size_; }
+    const T* end() const { return data_ + size_; }
+    T& operator[](std::size_t i) { return data_[i]; }
+    const T& operator[](std::size_t i) const { return data_[i]; }
+
+    /// Room for `capacity` elements, growing by half at least. @throws std::bad_alloc, with the array as it was
+    void reserve(std::size_t capacity) {
+        if (capacity <= capacity_) return;
+        capacity = std::max(capacity, capacity_ + capacity_ / 2);
+        void* moved = grow_memory(static_cast<void*>(data_), capacity_ * sizeof(T), capacity * sizeof(T));
+        if (moved == nullptr) throw std::bad_alloc();
+        data_ = static_cast<T*>(moved);
+        capacity_ = capacity;
+    }
+    /// Gives back the room for more. @throws std::bad_alloc, with the array as it was
+    void shrink_to_fit() {
+        if (capacity_ > size_) *this = PodArray(*this);
+    }
+    /// New elements hold garbage. Does not throw within the capacity.
+    void resize(std::size_t size) {
+        reserve(size);
+        size_ = size;
+    }
+    /// New elements are zero bytes.
+    void resize_zeroed(std::size_t size) {
+        const std::size_t old = size_;
+        resize(size);
+        if (size > old) std::memset(static_cast<void*>(data_ + old), 0, (size - old) * sizeof(T));
+    }
+    void push_back(const T& value) {
+        const T copy = value;
+        resize(size_ + 1);
+        data_[size_ - 1] = copy;
+    }
+
+  private:
+    T* data_ = nullptr;
+    std::size_t size_ = 0, capacity_ = 0;
 };
-/// For what is large and written before it is read.
-template <class T>
-using PodArray = std::vector<T, PodAllocator<T>>;
 
 }  // namespace detail
 }  // namespace tetrakis

@@ -72,8 +72,8 @@ void BisectionForest::reserve(std::uint64_t leaves, std::uint64_t midpoints) {
     if (slots >= LeafId::none || points >= PointId::none)
         throw Error(ErrorCode::memory_limit,
                     "the refinement would have more than 2^32 - 1 leaves; use a larger tolerance or a lower level");
-    detail::reserve_by_half(leaves_, static_cast<std::size_t>(slots));
-    detail::reserve_by_half(sites_, static_cast<std::size_t>(points));
+    leaves_.reserve(static_cast<std::size_t>(slots));
+    sites_.reserve(static_cast<std::size_t>(points));
     leaf_capacity_ = std::max(leaf_capacity_, static_cast<std::uint32_t>(leaves));
     midpoint_capacity_ = std::max(midpoint_capacity_, static_cast<std::uint32_t>(midpoints));
 }

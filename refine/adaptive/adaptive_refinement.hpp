@@ -111,8 +111,8 @@ class AdaptiveRefinement {
     void estimate(std::vector<LeafId>& leaves) {
         if (leaves.size() > 2) sort_along_curve(leaves);
         if (errors_.size() < hierarchy_.slots()) {
-            errors_.resize(hierarchy_.slots(), 0.0);
-            basis_.resize(hierarchy_.slots(), ErrorBasis{});
+            errors_.resize_zeroed(hierarchy_.slots());
+            basis_.resize_zeroed(hierarchy_.slots());
         }
         const std::uint32_t count = static_cast<std::uint32_t>(leaves.size());
         constexpr std::uint32_t k_block = 1u << 16;
