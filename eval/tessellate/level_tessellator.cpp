@@ -65,7 +65,11 @@ class LevelTessellator final : public TessellationRun {
             left_over_ = level == options_.max_level && options_.tolerance;
             if (level == options_.max_level) break;
         }
-        if (options_.tolerance) measure();
+        if (options_.tolerance) {
+            Stopwatch watch;
+            measure();
+            estimate_seconds_ += watch.lap();
+        }
         if (!options_.measure) result_.measured_error.reset();
     }
     void export_mesh() override {}  // done with each level
@@ -137,8 +141,10 @@ class LevelTessellator final : public TessellationRun {
 
     void measure() override {
         if (result_.measured_error) return;
-        result_.measured_error.emplace();
-        if (result_.mesh.triangles.empty()) return;
+        if (result_.mesh.triangles.empty()) {
+            result_.measured_error.emplace();
+            return;
+        }
         measure_triangles(reference(reference_steps()), result_, options_.measure_samples / 2, context_);
     }
     /// Whether the level is within the tolerance. Most are refused by points of the next level alone, which are points

@@ -12,7 +12,7 @@ namespace tetrakis::detail {
 
 /// Gives the values that corners name numbers of their own, in the same order.
 /// @param corners  numbers below `count`
-/// @return         the numbers until now of those that are used
+/// @return         the old numbers of those that are used, in increasing order
 inline std::vector<std::uint32_t> number_used(std::vector<std::uint32_t>& corners, std::size_t count) {
     std::vector<std::uint32_t> number(count, 0), used;
     for (const std::uint32_t v : corners) number[v] = 1;
@@ -22,7 +22,8 @@ inline std::vector<std::uint32_t> number_used(std::vector<std::uint32_t>& corner
     return used;
 }
 
-/// Removes the values that are not used. @param width  of each value
+/// Removes the values that are not used. @param values  as many as corners could name, none missing
+/// @param width  of each value
 template <class T>
 void keep_used(std::span<const std::uint32_t> used, std::vector<T>& values, std::size_t width = 1) {
     if (used.size() * width == values.size()) return;

@@ -6,6 +6,7 @@
 #include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <cassert>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -64,7 +65,7 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
         std::ranges::copy(forest_.points(leaf), out.point.begin());
     }
     /// By the control face that they lie in (on an edge of two: whose number they have), then by their middles along a
-    /// Z-order curve (Morton 1966) through the finest lattice there.
+    /// Z-order curve (Morton 1966) through the finest lattice there. Leaves do not overlap, so no two have one middle.
     std::vector<LeafId> leaves_on_curve() const override {
         std::vector<std::tuple<std::uint32_t, std::uint64_t, LeafId>> places;
         detail::reserve_large(places, forest_.leaf_count());
@@ -72,6 +73,7 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
             const Sqrt3Cell cell = forest_.lattice().cell(forest_.triangle(leaf));
             Sqrt3Point middle = cell.corner[0] + cell.corner[1] + cell.corner[2];  // 3^20 at most: less than 2^32
             for (int l = cell.lattice(); l < k_finest_lattice; ++l) middle = 3 * middle;
+            assert(middle[0] >= 0 && middle[1] >= 0 && middle[2] >= 0);
             const auto x = static_cast<std::uint64_t>(middle[0]), y = static_cast<std::uint64_t>(middle[1]);
             places.emplace_back(cell.root.value, detail::spread_bits(x) | detail::spread_bits(y) << 1, leaf);
         });
