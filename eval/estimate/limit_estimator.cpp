@@ -62,7 +62,7 @@ double fan_error(const Hierarchy& points, FaceId face, std::span<const std::arra
     const auto at = [&](std::uint32_t i) { return corner_positions[mesh.origin(HalfedgeId(h0 + i)).value]; };
     std::vector<PlaneMeasure> planes;
     for (const auto& t : fan) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
-    // What is no farther than the farthest so far makes no difference.
+    // Points that lie nearer than the farthest one so far do not change the error.
     double error = 0;
     for (std::uint32_t r = 0; r < size; ++r) {
         const CellTriangle root = root_triangle(HalfedgeId(h0 + r));

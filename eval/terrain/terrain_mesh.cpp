@@ -148,7 +148,7 @@ class TerrainRefinement {
     /// Merges diamonds in rounds: all threads make some passes over blocks of leaves, one block after the other while
     /// it is in the cache. What reaches into several blocks follows in larger ones, and at last in one of all leaves.
     void merge() {
-        // Another of each would save 2 % of the triangles and take a third longer.
+        // Another of each would save 2 % of the triangles and take a tenth longer.
         constexpr int k_rounds = 2, k_passes = 2;  // over the smallest blocks, in a round
         std::vector<Block> smallest = make_blocks();
         changed_.assign(vertices_.size(), 0);

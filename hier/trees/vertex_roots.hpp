@@ -36,8 +36,7 @@ struct VertexRoots {
     std::vector<std::uint8_t> crease;  ///< per root: bit s is set where side s lies along a crease
     std::vector<FaceId> face;          ///< per root: the control face that it belongs to
     std::vector<std::uint8_t> hole;    ///< per root: whether that is not part of the surface
-    /// Per root: the half-edge that side 0 lies along, of the quads that the first level of lattices has (RootLattices
-    /// of refine).
+    /// Per root: the half-edge that side 0 lies along, in the mesh of the roots as quads.
     std::vector<std::uint32_t> net_halfedge;
 
     std::uint32_t count() const { return static_cast<std::uint32_t>(face.size()); }

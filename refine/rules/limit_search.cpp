@@ -416,8 +416,8 @@ class LimitSearch::Finder {
 };
 
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
-    // What a step's rules reach, one ring more for what they are chosen by (honeycomb's: nothing), and half of what the
-    // step after it needs in the finer mesh.
+    // The rings that a step's rules reach, and those by which they are chosen (honeycomb's are the same everywhere).
+    // The step after it needs as many rings of the finer mesh, for which some more are taken.
     const int chosen_by = scheme.family == MeshFamily::hexagons ? 0 : 2;
     return 2 * (rule_rings(scheme, options) + chosen_by);
 }

@@ -54,7 +54,7 @@ namespace {
 
 using Leaves = std::vector<std::array<Site, 3>>;
 
-/// Those of a forest that is split from its roots until all these points are there, which is checked.
+/// The leaves of a forest that is split from its roots until all these points are there. The forest is checked.
 /// @param sites  sorted
 Leaves leaves_from_scratch(const ControlMesh& roots, const std::vector<Site>& sites) {
     BisectionForest forest(roots);
