@@ -80,40 +80,20 @@ struct QuadFamily {
     }
     /// Moves parameters beyond a root's sides into the roots there; on boundaries, onto the side.
     static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {
-        double &x = at.x, &y = at.y;
         for (int crossing = 0; crossing < 3; ++crossing) {
-            CellSide side;
-            if (x < 0)
-                side = CellSide::prev_edge;
-            else if (y < 0)
-                side = CellSide::edge;
-            else if (x > 1)
-                side = CellSide::next_cell;
-            else if (y > 1)
-                side = CellSide::prev_cell;
-            else
-                break;
+            const bool below = std::min(at.x, at.y) < 0;
+            if (!below && std::max(at.x, at.y) <= 1) break;
+            const bool by_x = below ? at.x < 0 : at.x > 1;
+            const CellSide side = by_x ? (below ? CellSide::prev_edge : CellSide::next_cell)
+                                       : (below ? CellSide::edge : CellSide::prev_cell);
             const HalfedgeId beyond = across(mesh, at.root, side);
             if (!beyond.valid() || mesh.is_hole(mesh.face(beyond))) break;
-            const double old_x = x, old_y = y;
-            switch (side) {
-                case CellSide::edge:
-                    x = -old_y, y = old_x;
-                    break;
-                case CellSide::prev_edge:
-                    x = old_y, y = -old_x;
-                    break;
-                case CellSide::next_cell:
-                    x = old_y, y = 2 - old_x;
-                    break;
-                case CellSide::prev_cell:
-                    x = 2 - old_y, y = old_x;
-                    break;
-            }
-            at.root = beyond;
+            // A quarter turn about a corner of both: (0, 0), or (1, 1).
+            const double twice = below ? 0 : 2;
+            at = by_x ? SurfaceParameter{beyond, at.y, twice - at.x} : SurfaceParameter{beyond, twice - at.y, at.x};
         }
-        x = std::clamp(x, 0.0, 1.0);
-        y = std::clamp(y, 0.0, 1.0);
+        at.x = std::clamp(at.x, 0.0, 1.0);
+        at.y = std::clamp(at.y, 0.0, 1.0);
     }
 };
 
