@@ -7,31 +7,8 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 
 namespace tetrakis::detail {
-
-/// The points of a star: in place up to valence 8.
-class StarPoints {
-  public:
-    void resize(std::size_t size) {
-        size_ = size;
-        if (size > inside_.size()) outside_ = std::make_unique<Vec3d[]>(size);
-    }
-    std::size_t size() const { return size_; }
-    std::size_t outside_bytes() const { return outside_ ? size_ * sizeof(Vec3d) : 0; }
-    Vec3d* data() { return outside_ ? outside_.get() : inside_.data(); }
-    const Vec3d* data() const { return outside_ ? outside_.get() : inside_.data(); }
-    Vec3d& operator[](std::size_t i) { return data()[i]; }
-    const Vec3d& operator[](std::size_t i) const { return data()[i]; }
-    const Vec3d* begin() const { return data(); }
-    const Vec3d* end() const { return data() + size_; }
-
-  private:
-    std::size_t size_ = 0;
-    std::array<Vec3d, 24> inside_;
-    std::unique_ptr<Vec3d[]> outside_;
-};
 
 /// Where (x, y), as seen from corner k with x along the side that leaves it counter-clockwise, lies in the cell.
 inline std::array<int, 2> from_corner(int k, int x, int y) {
@@ -56,7 +33,7 @@ struct QuadStar : PoolNew {
     int valence = 0;
     int far_valence = 4;
     Vec3d limit{0};  ///< limit position of the corner (0, 0), the same at every level
-    StarPoints points;
+    PoolVector<Vec3d> points;
 
     static std::size_t point_count(int valence, int far_valence = 4) {
         return 2 * (static_cast<std::size_t>(valence) + static_cast<std::size_t>(far_valence));
@@ -72,7 +49,7 @@ struct QuadStar : PoolNew {
     static bool is_extraordinary(int corner) { return corner == 0; }
     /// The points of a regular cell, one of whose corners is (0, 0).
     Net16 net(int corner) const;
-    std::size_t memory_bytes() const { return sizeof(QuadStar) + points.outside_bytes(); }
+    std::size_t memory_bytes() const { return sizeof(QuadStar) + points.capacity() * sizeof(Vec3d); }
     /// Neighbour i of a corner, counter-clockwise: 0 the next corner, 1 the one opposite, and so on to 2 n - 1; edges'
     /// ends are even.
     const Vec3d& ring(int corner, int i) const;
@@ -95,7 +72,7 @@ void subdivide(const QuadStar& star, std::array<QuadStar, 4>& quarters);
 /// have.
 struct LoopStar : PoolNew {
     std::array<int, 3> valence{};
-    StarPoints points;
+    PoolVector<Vec3d> points;
 
     /// @param n  from 3 on
     void resize(const std::array<int, 3>& n) {
@@ -106,7 +83,7 @@ struct LoopStar : PoolNew {
     bool is_extraordinary(int corner) const { return valence[static_cast<std::size_t>(corner)] != 6; }
     /// The points of a regular cell, one of whose corners is corner 0.
     Net12 net(int corner) const;
-    std::size_t memory_bytes() const { return sizeof(LoopStar) + points.outside_bytes(); }
+    std::size_t memory_bytes() const { return sizeof(LoopStar) + points.capacity() * sizeof(Vec3d); }
     /// Neighbour i of a corner, counter-clockwise from the next corner on.
     const Vec3d& ring(int corner, int i) const {
         if (i < 2) return points[static_cast<std::size_t>((corner + 1 + i) % 3)];
