@@ -52,20 +52,15 @@ class DualTessellator final : public TessellationRun {
 
   private:
     void refine_to_least_level() {
-        std::vector<LeafId> low;
         ForestChange change;
-        for (;;) {
-            low.clear();
+        for (int level = 0; level < options_.min_level; ++level) {
             const std::vector<LeafId> leaves = forest_.ordered_leaves();
-            for (const LeafId leaf : leaves)
-                if (forest_.level(leaf) < options_.min_level) low.push_back(leaf);
-            if (low.empty()) return;
             // A leaf is a vertex, and there are about two triangles to a vertex.
-            const std::uint64_t next = leaves.size() + 3 * low.size(), triangles = 2 * next;
+            const std::uint64_t next = 4 * leaves.size(), triangles = 2 * next;
             if (options_.max_triangles != 0 && next > options_.max_triangles)
                 refuse_least_level(options_.max_triangles);
             check_triangle_memory(triangles, triangles * k_dual_bytes, context_.max_memory_bytes);
-            forest_.refine(low, change);
+            forest_.refine(leaves, change);
         }
     }
 

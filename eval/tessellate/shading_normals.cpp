@@ -193,19 +193,12 @@ class NormalSplitter {
             std::fill_n(group.begin(), count, 0u);
             return 1;
         }
-        std::vector<std::uint32_t> by_end(count);
-        std::iota(by_end.begin(), by_end.end(), 0u);
         DisjointSets sets(count);
-        const auto next_end = [&](std::uint32_t i) { return end(corners[i], 1); };
-        std::sort(by_end.begin(), by_end.end(),
-                  [&](std::uint32_t i, std::uint32_t j) { return next_end(i) < next_end(j); });
-        for (std::uint32_t i = 0; i < count; ++i) {
-            const auto across = std::lower_bound(by_end.begin(), by_end.end(), end(corners[i], 2),
-                                                 [&](std::uint32_t j, std::uint32_t v) { return next_end(j) < v; });
-            if (across == by_end.end() || next_end(*across) != end(corners[i], 2)) continue;
-            if (sharp_between(face_[corners[i] / 3], face_[corners[*across] / 3])) continue;
-            sets.unite(i, *across);
-        }
+        for (std::uint32_t i = 0; i < count; ++i)
+            for (std::uint32_t j = 0; j < count; ++j)
+                if (end(corners[i], 2) == end(corners[j], 1) &&
+                    !sharp_between(face_[corners[i] / 3], face_[corners[j] / 3]))
+                    sets.unite(i, j);
         std::uint32_t groups = 0;
         for (std::uint32_t i = 0; i < count; ++i) group[i] = sets.find(i) == i ? groups++ : group[sets.find(i)];
         return groups;
