@@ -21,9 +21,6 @@
 
 namespace tetrakis::detail {
 
-/// Triangles that limit points are found for between two chances to cancel: enough for many blocks of these.
-constexpr std::size_t k_limit_block = 1u << 14;
-
 /// A tessellation whose leaves are triangles: bisected quads, red-green quadtrees, those of sqrt(3). A derived class
 /// says where vertices are and what estimates errors.
 /// @tparam Family  the hierarchy; all but sqrt(3), whose leaves lie in no cells: sites of their points, too
@@ -34,19 +31,15 @@ class CellTessellator : public TessellationRun {
 
     /// refine() by an estimator. hierarchy_ is known.
     /// @param base_bytes  that are in use, for the memory limit
-    /// @param block       triangles between two chances to cancel, at most
-    void refine_by(const ErrorEstimator& estimator, std::uint64_t base_bytes, std::uint64_t bytes_per_triangle,
-                   std::size_t block = 4096) {
-        progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_->triangle_count(); });
-        watched_.emplace(estimator, *progress_, block);
+    void refine_by(const ErrorEstimator& estimator, std::uint64_t base_bytes, std::uint64_t bytes_per_triangle) {
         AdaptiveOptions adaptive{aim_, options_.max_triangles, min_depth_, max_depth_};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = base_bytes;
         adaptive.bytes_per_triangle = bytes_per_triangle;
         choose_coarsest();
-        refinement_.emplace(*hierarchy_, *watched_, adaptive, progress_->context());
+        refinement_.emplace(*hierarchy_, estimator, adaptive, context_);
         refinement_->run();
-        estimate_seconds_ = watched_->seconds();
+        estimate_seconds_ = refinement_->estimate_seconds();
     }
     void export_mesh() final {
         context_.report("export", 0);
@@ -237,9 +230,6 @@ class CellTessellator : public TessellationRun {
                 if (fans_.has(FaceId(f)) && errors[f] <= most) hierarchy_->accept_fan(FaceId(f), errors[f]);
         }
     }
-
-    std::optional<RefineProgress> progress_;
-    std::optional<WatchedEstimator> watched_;
 };
 
 }  // namespace tetrakis::detail

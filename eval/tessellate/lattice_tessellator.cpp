@@ -89,7 +89,7 @@ class LatticeTessellator final : public CellTessellator<Family> {
 
     void refine() override {
         this->refine_by(certified() ? static_cast<const ErrorEstimator&>(*bound_) : *by_points_, points_.memory_bytes(),
-                        k_lattice_bytes, k_limit_block);
+                        k_lattice_bytes);
     }
 
     void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d>, std::string_view stage,

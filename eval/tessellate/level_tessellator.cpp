@@ -36,23 +36,15 @@ class LevelTessellator final : public TessellationRun {
     LevelTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : TessellationRun(mesh, options, context),
           marked_(with_faces_as_materials(mesh, options.uvs)),
-          without_uvs_(with_faces_as_materials(mesh, false)) {
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) has_holes_ = has_holes_ || mesh.is_hole(FaceId(f));
-    }
+          without_uvs_(with_faces_as_materials(mesh, false)) {}
 
   private:
-    struct Level {
-        TriangleMesh mesh;
-        std::vector<std::uint32_t> face;  ///< per triangle: the control face
-        std::vector<std::string> warnings;
-    };
-
     /// Level by level until one is within the tolerance, or the next one would be too much.
     void refine() override {
         for (int level = options_.min_level;; ++level) {
-            Level next = make(level);
+            TriangleMesh next = make(level);
             left_over_ = level != options_.min_level && options_.max_triangles != 0 &&
-                         next.mesh.triangles.size() > options_.max_triangles;
+                         next.triangles.size() > options_.max_triangles;
             if (left_over_) break;
             take(std::move(next), level);
             if (options_.tolerance) {
@@ -82,14 +74,16 @@ class LevelTessellator final : public TessellationRun {
                                 {.rules = options_.rules, .limit = limit, .normals = normals, .context = context_});
     }
 
-    /// A level on the limit surface, its faces cut into triangles.
-    Level make(int level) const {
+    /// A level on the limit surface, its faces cut into triangles, whose materials are the control faces.
+    TriangleMesh make(int level) {
         context_.report("refine", 0);
         const bool normals = options_.normals;
         PolygonMesh from = points(marked_, level, true, normals);
-        Level result;
-        result.warnings = std::move(from.warnings);
-        result.mesh.normals = std::move(from.normals);
+        if (level == options_.min_level)  // all have the same
+            for (std::string& warning : from.warnings)
+                if (std::ranges::count(result_.warnings, warning) == 0) result_.warnings.push_back(std::move(warning));
+        TriangleMesh result;
+        result.normals = std::move(from.normals);
         if (from.face_count() == 0) return result;
         ControlMeshData data;
         data.positions = std::move(from.positions);
@@ -101,42 +95,37 @@ class LevelTessellator final : public TessellationRun {
         data.materials = std::move(from.materials);
         // Where holes were left out, faces may touch in a vertex alone: two while they are cut, one afterwards.
         const auto vertex_count = static_cast<std::uint32_t>(data.positions.size());
-        const std::vector<std::uint32_t> origin =
-            has_holes_ ? split_to_manifold(data).origin : std::vector<std::uint32_t>();
-        const auto copies = has_holes_ ? static_cast<std::uint32_t>(origin.size()) - vertex_count : 0;
+        const std::vector<std::uint32_t> origin = split_to_manifold(data).origin;
+        const std::uint32_t copies = static_cast<std::uint32_t>(origin.size()) - vertex_count;
         const auto whole = [&](std::uint32_t v) {
             if (v < vertex_count) return v;
             return v < vertex_count + copies ? origin[v] : v - copies;
         };
         const ControlMesh cut = triangulate(ControlMesh::build(std::move(data), context_), context_);
         const ControlMeshData& triangles = cut.data();
-        result.mesh.positions = triangles.positions;
-        const auto first_copy = result.mesh.positions.begin() + vertex_count;
-        result.mesh.positions.erase(first_copy, first_copy + copies);
-        result.mesh.uvs = triangles.uvs;
-        result.face = triangles.face_material;
-        result.mesh.triangles.resize(cut.face_count());
-        if (cut.has_uvs()) result.mesh.triangle_uvs.resize(cut.face_count());
-        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
+        result.positions = triangles.positions;
+        const auto first_copy = result.positions.begin() + vertex_count;
+        result.positions.erase(first_copy, first_copy + copies);
+        result.uvs = triangles.uvs;
+        result.triangle_material = triangles.face_material;
+        result.triangles.resize(cut.face_count());
+        if (cut.has_uvs()) result.triangle_uvs.resize(cut.face_count());
+        for (std::size_t t = 0; t < result.triangles.size(); ++t)
             for (std::size_t k = 0; k < 3; ++k) {
-                result.mesh.triangles[t][k] = whole(triangles.face_vertices[3 * t + k]);
-                if (cut.has_uvs()) result.mesh.triangle_uvs[t][k] = triangles.face_uvs[3 * t + k];
+                result.triangles[t][k] = whole(triangles.face_vertices[3 * t + k]);
+                if (cut.has_uvs()) result.triangle_uvs[t][k] = triangles.face_uvs[3 * t + k];
             }
         // A face that has no ear has become a fan around its mean.
-        if (normals && result.mesh.normals.size() != result.mesh.positions.size()) geometric_normals(result.mesh);
+        if (normals && result.normals.size() != result.positions.size()) geometric_normals(result);
         return result;
     }
 
-    void take(Level&& level, int number) {
-        result_.mesh = std::move(level.mesh);
-        result_.triangle_face = std::move(level.face);
+    void take(TriangleMesh&& mesh, int level) {
+        result_.mesh = std::move(mesh);
+        result_.triangle_face = std::exchange(result_.mesh.triangle_material, {});
         result_.triangle_error.assign(result_.mesh.triangles.size(), 0.0f);
         result_.measured_error.reset();
-        result_.deepest_level = number;
-        // All levels have the same.
-        if (number == options_.min_level)
-            for (std::string& warning : level.warnings)
-                if (std::ranges::count(result_.warnings, warning) == 0) result_.warnings.push_back(std::move(warning));
+        result_.deepest_level = level;
     }
 
     void measure() override {
@@ -194,27 +183,24 @@ class LevelTessellator final : public TessellationRun {
     }
 
     ControlMesh marked_, without_uvs_;
-    bool has_holes_ = false, left_over_ = false;
+    bool left_over_ = false;
 };
 
 }  // namespace
 
-Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options,
-                                  const RunContext& context) {
-    return LevelTessellator(mesh, options, context).run();
-}
-
 Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
                                   const std::string& why_not_adaptive) {
     const std::string scheme(options.scheme.name());
-    if (options.estimator == EstimatorKind::certified)
+    if (!why_not_adaptive.empty() && options.estimator == EstimatorKind::certified)
         throw Error(ErrorCode::unsupported,
                     "there is no certified bound for " + scheme + " on this mesh: " + why_not_adaptive +
                         "; use the measured estimator",
                     mesh.data().source);
-    Tessellation result = tessellate_by_levels(mesh, options, context);
-    result.warnings.insert(result.warnings.begin(),
-                           scheme + " was refined by whole levels, as it cannot be adaptive here: " + why_not_adaptive);
+    Tessellation result = LevelTessellator(mesh, options, context).run();
+    if (!why_not_adaptive.empty())
+        result.warnings.insert(
+            result.warnings.begin(),
+            scheme + " was refined by whole levels, as it cannot be adaptive here: " + why_not_adaptive);
     return result;
 }
 

@@ -108,7 +108,7 @@ class Sqrt3Tessellator final : public CellTessellator<Sqrt3Family> {
 
     void refine() override {
         estimator_.emplace(points_, forest().lattice());
-        refine_by(*estimator_, points_.memory_bytes(), k_sqrt3_bytes, k_limit_block);
+        refine_by(*estimator_, points_.memory_bytes(), k_sqrt3_bytes);
     }
 
     void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,

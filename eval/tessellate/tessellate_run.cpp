@@ -191,45 +191,6 @@ Tessellation TessellationRun::run() {
     return std::move(result_);
 }
 
-RefineProgress::RefineProgress(const RunContext& outer, std::uint64_t budget,
-                               std::function<std::uint64_t()> triangle_count)
-    : context_(outer) {
-    if (!outer.progress) return;
-    context_.progress = [this, &outer, budget, triangle_count](std::string_view stage, double fraction) {
-        if (budget != 0) fraction = static_cast<double>(triangle_count()) / static_cast<double>(budget);
-        fraction_ = std::clamp(fraction, fraction_, 1.0);
-        return outer.progress(stage, fraction_);
-    };
-}
-
-void WatchedEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
-                                std::span<ErrorBasis> basis) const {
-    constexpr double k_short = 0.02, k_long = 0.1;  // seconds
-    constexpr std::size_t k_least = 16;
-    Stopwatch watch;
-    for (std::size_t begin = 0; begin < triangles.size();) {
-        if (begin > 0) progress_.again();
-        const std::size_t size = std::min(block_, triangles.size() - begin);
-        inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size), basis.subspan(begin, size));
-        begin += size;
-        const double seconds = watch.lap();
-        if (seconds < k_short && size == block_) block_ = std::min(most_, 2 * block_);
-        if (seconds > k_long)
-            block_ = std::max(k_least, static_cast<std::size_t>(k_long / seconds * static_cast<double>(size)));
-        seconds_ += seconds;
-    }
-}
-
-void WatchedEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const {
-    Stopwatch watch;
-    for (std::size_t begin = 0; begin < triangles.size(); begin += most_) {
-        if (begin > 0) progress_.again();
-        const std::size_t size = std::min(most_, triangles.size() - begin);
-        inner_.estimate_sqrt3(triangles.subspan(begin, size), errors.subspan(begin, size));
-    }
-    seconds_ += watch.lap();
-}
-
 }  // namespace detail
 
 namespace {

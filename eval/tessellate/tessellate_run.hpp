@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../../refine/families/error_estimator.hpp"
 #include "../estimate/limit_estimator.hpp"
 #include "shading_normals.hpp"
 #include "tessellate.hpp"
@@ -8,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -34,11 +32,10 @@ Tessellation tessellate_sqrt3(const ControlMesh& mesh, const TessellateOptions& 
 
 /// tessellate() by whole levels, for schemes that no hierarchy has (honeycomb): the first level of refine() that is
 /// within the tolerance, its faces cut into triangles.
-Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context);
-/// The same with a warning, for meshes that a scheme's hierarchy cannot take.
-/// @throws Error  unsupported: the certified estimator
+/// @param why_not_adaptive  for a warning, where a scheme's hierarchy cannot take the mesh
+/// @throws Error  unsupported: the certified estimator, where that is so
 Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
-                                  const std::string& why_not_adaptive);
+                                  const std::string& why_not_adaptive = {});
 
 }  // namespace tetrakis::detail
 
@@ -123,46 +120,6 @@ class TessellationRun {
     void add_face_attributes();
 
     double sampled_aim_;
-};
-
-/// What the caller is told while a mesh is refined: how much of a budget is used, else what the refinement says.
-class RefineProgress {
-  public:
-    RefineProgress(const RunContext& outer, std::uint64_t budget, std::function<std::uint64_t()> triangle_count);
-    RefineProgress(const RefineProgress&) = delete;
-    RefineProgress& operator=(const RefineProgress&) = delete;
-
-    const RunContext& context() const { return context_; }
-    /// Says the same once more, for the chance to cancel.
-    void again() const { context_.report("refine", fraction_); }
-
-  private:
-    RunContext context_;
-    double fraction_ = 0;
-};
-
-/// Adds up the time that an estimator takes, and lets the caller cancel between blocks of triangles: as many as take a
-/// moment, for a leaf of a degenerate surface may take a thousand times as long as another.
-class WatchedEstimator final : public ErrorEstimator {
-  public:
-    /// @param most  triangles between two chances to cancel
-    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t most)
-        : inner_(inner), progress_(progress), most_(most), block_(std::min<std::size_t>(most, 256)) {}
-    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
-        std::vector<ErrorBasis> basis(triangles.size());
-        estimate(triangles, errors, basis);
-    }
-    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
-                  std::span<ErrorBasis> basis) const override;
-    void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override;
-    double seconds() const { return seconds_; }
-
-  private:
-    const ErrorEstimator& inner_;
-    const RefineProgress& progress_;
-    std::size_t most_;
-    mutable std::size_t block_;
-    mutable double seconds_ = 0;
 };
 
 }  // namespace tetrakis::detail

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <compare>
 #include <cstdint>
 #include <limits>
@@ -85,6 +86,8 @@ class AdaptiveRefinement {
     bool budget_spent() const { return budget_spent_; }
     /// True when some leaf at the maximum level, or one that the budget left, exceeds the tolerance.
     bool left_over() const { return left_over_; }
+    /// That the estimator has taken so far.
+    double estimate_seconds() const { return estimate_seconds_; }
 
   private:
     bool wants_split(LeafId leaf) const {
@@ -115,13 +118,21 @@ class AdaptiveRefinement {
             basis_.resize_zeroed(hierarchy_.slots());
         }
         const std::uint32_t count = static_cast<std::uint32_t>(leaves.size());
-        constexpr std::uint32_t k_block = 1u << 16;
-        for (std::uint32_t begin = 0; begin < count; begin += k_block) {
-            const std::uint32_t size = std::min(count - begin, k_block);
+        for (std::uint32_t begin = 0, size = 0; begin < count; begin += size) {
+            size = std::min(count - begin, block_);
             gather(std::span(leaves).subspan(begin, size));
             values_.resize(triangles_.size());
             value_basis_.resize(triangles_.size());
+            const auto start = std::chrono::steady_clock::now();
             Hierarchy::estimate(estimator_, triangles_, values_, value_basis_);
+            const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+            estimate_seconds_ += taken.count();
+            // As many as take a moment: a leaf of a degenerate surface may take a thousand times as long as another.
+            constexpr double k_short = 0.02, k_long = 0.1;  // seconds
+            constexpr std::uint32_t k_least = 16, k_most = 1u << 14;
+            if (taken.count() < k_short && size == block_) block_ = std::min(k_most, 2 * block_);
+            if (taken.count() > k_long)
+                block_ = std::max(k_least, static_cast<std::uint32_t>(k_long / taken.count() * size));
             for_each_index(size, [&](std::uint32_t i) {
                 double error = 0;
                 ErrorBasis basis = ErrorBasis::bound;
@@ -157,7 +168,7 @@ class AdaptiveRefinement {
         if (options_.max_triangles != 0) return settle_in_budget(fresh);
         std::vector<LeafId> marked;
         for (int pass = 1; !fresh.empty(); ++pass) {
-            progress_ = 1.0 - 1.0 / pass;
+            progress_ = std::max(progress_, 1.0 - 1.0 / pass);
             estimate(fresh);
             marked.clear();
             for (LeafId leaf : fresh) {
@@ -296,7 +307,9 @@ class AdaptiveRefinement {
     detail::PodArray<Place> order_;
     detail::PodArray<double> values_;
     detail::PodArray<ErrorBasis> value_basis_;
-    double progress_ = 0;
+    double progress_ = 0;  ///< how much of the budget is used; without one, more with each pass
+    double estimate_seconds_ = 0;
+    std::uint32_t block_ = 256;  ///< leaves between two chances to cancel
     bool budget_spent_ = false, left_over_ = false;
 };
 
