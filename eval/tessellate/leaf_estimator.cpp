@@ -3,7 +3,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../distance/limit_samples.hpp"
 #include "../triangles/point_triangle.hpp"
-#include "patch_batches.hpp"
 
 #include <array>
 #include <limits>

@@ -3,8 +3,8 @@
 #include "../../refine/attributes/uv_mesh.hpp"
 #include "../distance/surface_family.hpp"
 #include "../distance/triangle_bvh.hpp"
-#include "../surface/height_detail.hpp"
 #include "../surface/height_image.hpp"
+#include "../surface/height_pyramid.hpp"
 
 #include <memory>
 #include <string>

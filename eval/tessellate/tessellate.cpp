@@ -6,7 +6,6 @@
 #include "../triangles/point_triangle.hpp"
 #include "cell_tessellator.hpp"
 #include "leaf_estimator.hpp"
-#include "patch_batches.hpp"
 
 #include <fmt/format.h>
 

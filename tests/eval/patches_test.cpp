@@ -4,7 +4,6 @@
 #include "../../eval/patches/loop_patches.hpp"
 #include "../../eval/patches/quad_patches.hpp"
 #include "../../eval/surface/local_frame.hpp"
-#include "../../eval/tessellate/patch_batches.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/obj/obj_reader.hpp"
