@@ -90,11 +90,8 @@ class GltfDecoder {
     /// A binary file says how long it is: 12 bytes of magic number, version and length, little-endian.
     void require_whole(std::string_view bytes) const {
         constexpr std::size_t k_header = 12;
-        std::size_t length = k_header;
-        if (bytes.size() >= k_header) {
-            length = 0;
-            for (std::size_t i = k_header; i-- > 8;) length = length << 8 | static_cast<unsigned char>(bytes[i]);
-        }
+        std::uint32_t length = k_header;
+        if (bytes.size() >= k_header) std::memcpy(&length, &bytes[8], sizeof(length));
         if (bytes.size() < length)
             reject(fmt::format("the file is cut short: {} of {} bytes are there; copy or export it again", bytes.size(),
                                length));
@@ -313,10 +310,8 @@ class GltfDecoder {
         if (!named_) mesh_.groups.clear(), mesh_.triangle_group.clear();
         if (has_material_) {
             for (const tinygltf::Material& material : model_.materials) mesh_.materials.push_back(material.name);
-            mesh_.materials.push_back("default");  // for primitives without one
-            if (std::find(mesh_.triangle_material.begin(), mesh_.triangle_material.end(), model_.materials.size()) ==
-                mesh_.triangle_material.end())
-                mesh_.materials.pop_back();
+            if (std::ranges::count(mesh_.triangle_material, model_.materials.size()) != 0)
+                mesh_.materials.push_back("default");  // for primitives without one
         } else {
             mesh_.triangle_material.clear();
         }

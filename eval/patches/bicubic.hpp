@@ -51,20 +51,12 @@ inline Vec3d combine(const Net16& net, const Weights4& wx, const Weights4& wy) {
 }
 
 /// One binary refinement of the curve rule: four points give the four of the lower (upper = 0) or upper half.
-/// Lower: edge, vertex, edge, vertex points at -1/2, 0, 1/2, 1; upper: vertex, edge, vertex, edge at 0, 1/2, 1, 3/2.
 inline void half_curve(const double* p, int stride, bool upper, double* q, int out_stride) {
     const double a = p[0], b = p[stride], c = p[2 * stride], d = p[3 * stride];
-    if (!upper) {
-        q[0] = 0.5 * (a + b);
-        q[out_stride] = 0.125 * (a + c) + 0.75 * b;
-        q[2 * out_stride] = 0.5 * (b + c);
-        q[3 * out_stride] = 0.125 * (b + d) + 0.75 * c;
-    } else {
-        q[0] = 0.125 * (a + c) + 0.75 * b;
-        q[out_stride] = 0.5 * (b + c);
-        q[2 * out_stride] = 0.125 * (b + d) + 0.75 * c;
-        q[3 * out_stride] = 0.5 * (c + d);
-    }
+    // At -1/2, 0, 1/2, 1 and 3/2.
+    const double all[5] = {0.5 * (a + b), 0.125 * (a + c) + 0.75 * b, 0.5 * (b + c), 0.125 * (b + d) + 0.75 * c,
+                           0.5 * (c + d)};
+    for (int i = 0; i < 4; ++i) q[i * out_stride] = all[i + (upper ? 1 : 0)];
 }
 
 /// Net of the quarter (qx, qy) in {0, 1}^2 of a smooth patch.

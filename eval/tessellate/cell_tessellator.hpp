@@ -1,10 +1,14 @@
 #pragma once
 
+#include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/exported_triangles.hpp"
 #include "../../hier/mesh/fan_choice.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "../../refine/attributes/uv_mesh.hpp"
 #include "../distance/surface_family.hpp"
 #include "../surface/local_frame.hpp"
+#include "../surface/site_limits.hpp"
 #include "measure.hpp"
 #include "tessellate_run.hpp"
 
@@ -197,6 +201,34 @@ class CellTessellator : public TessellationRun {
             for (std::size_t j = 0; j < place.size(); ++j)
                 out[place[j]] = unit_or_zero(2.0 * found[2 * j] - found[2 * j + 1]);
         };
+    }
+
+    Hierarchy chart_hierarchy(const ControlMesh& chart) const {
+        return make_hierarchy(chart, options_.scheme.info(),
+                              {.rules = chart_rules(options_.rules), .whole_levels = true, .context = context_});
+    }
+    /// Texture coordinates at the corners of triangles: limits of the chart by the scheme, or linear.
+    /// @param points   chart_hierarchy(), where the chart can be subdivided
+    /// @param site_of  (corner 3 t + k) its canonical site in the chart; else
+    /// @param linear   (corner) its coordinates
+    template <class SiteOf, class Linear>
+    std::vector<Vec2d> chart_uvs(const std::optional<Hierarchy>& points, const SiteOf& site_of,
+                                 const Linear& linear) const {
+        std::vector<Vec2d> uvs(3 * result_.mesh.triangles.size());
+        std::vector<Site> sites(points ? uvs.size() : 0);
+        for_each_index(static_cast<std::uint32_t>(result_.mesh.triangles.size()), [&](std::uint32_t t) {
+            for (std::size_t corner = 3 * std::size_t{t}; corner < 3 * (std::size_t{t} + 1); ++corner)
+                if (points)
+                    sites[corner] = site_of(corner);
+                else
+                    uvs[corner] = linear(corner);
+        });
+        if (!points) return uvs;
+        std::vector<Vec3d> positions(sites.size());
+        limit_positions_once(*points, sites, positions,
+                             [&](double done) { context_.report("attributes", 0.5 * done); });
+        for (std::size_t i = 0; i < uvs.size(); ++i) uvs[i] = Vec2d(positions[i]);
+        return uvs;
     }
 
     int min_depth_ = options_.min_level, max_depth_ = options_.max_level;  ///< of the hierarchy's leaves

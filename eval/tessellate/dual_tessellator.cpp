@@ -51,7 +51,7 @@ class DualTessellator final : public TessellationRun {
     }
 
   private:
-    void refine_to_least_level() {
+    void refine() override {
         ForestChange change;
         for (int level = 0; level < options_.min_level; ++level) {
             const std::vector<LeafId> leaves = forest_.ordered_leaves();
@@ -62,10 +62,6 @@ class DualTessellator final : public TessellationRun {
             check_triangle_memory(triangles, triangles * k_dual_bytes, context_.max_memory_bytes);
             forest_.refine(leaves, change);
         }
-    }
-
-    void refine() override {
-        refine_to_least_level();
         refine({});
     }
 

@@ -1,9 +1,6 @@
-#include "../../hier/base/parallel.hpp"
-#include "../../refine/attributes/uv_mesh.hpp"
 #include "../estimate/limit_estimator.hpp"
 #include "../estimate/linear_bound.hpp"
 #include "../estimate/mask_norm_bound.hpp"
-#include "../surface/site_limits.hpp"
 #include "cell_tessellator.hpp"
 
 #include <algorithm>
@@ -18,43 +15,6 @@ namespace {
 /// Bytes a triangle that refining and exporting take at their peak (leaf, samples, error, output), for the memory
 /// limit.
 constexpr std::uint64_t k_lattice_bytes = 800;
-
-/// Texture coordinates at addresses: limits of the chart by the same scheme where it can be subdivided, else linear.
-template <class Family>
-std::vector<Vec2d> uvs_at(std::span<const Site> addresses, const ControlMesh& mesh, const TessellateOptions& options,
-                          const RunContext& context, std::vector<std::string>& warnings) {
-    ControlMesh chart;
-    std::optional<Hierarchy> points;
-    try {
-        if (mesh.face_varying_rule() != FaceVaryingRule::linear_all) {
-            const auto untagged = without_ignored_tags(mesh, options.scheme.info(), options.rules);
-            chart = uv_mesh(untagged ? *untagged : mesh, options.rules);
-            points.emplace(
-                make_hierarchy(chart, options.scheme.info(),
-                               {.rules = chart_rules(options.rules), .whole_levels = true, .context = context}));
-        }
-    } catch (const Error& error) {
-        warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
-                           error.what() + ")");
-    }
-    std::vector<Vec2d> uvs(addresses.size());
-    const auto count = static_cast<std::uint32_t>(addresses.size());
-    if (!points) {
-        for_each_index(count, [&](std::uint32_t i) {
-            const Site& s = addresses[i];
-            const double step = std::ldexp(1.0, -s.level);
-            uvs[i] = Family::linear(mesh, s.root, s.at.x * step, s.at.y * step,
-                                    [&](HalfedgeId h) { return mesh.data().uvs[mesh.uv_index(h)]; });
-        });
-        return uvs;
-    }
-    std::vector<Site> sites(addresses.size());
-    for_each_index(count, [&](std::uint32_t i) { sites[i] = Family::canonical_site(chart, addresses[i]); });
-    std::vector<Vec3d> positions(addresses.size());
-    limit_positions_once(*points, sites, positions, [&](double done) { context.report("attributes", 0.5 * done); });
-    for_each_index(count, [&](std::uint32_t i) { uvs[i] = Vec2d(positions[i]); });
-    return uvs;
-}
 
 template <class Family>
 class LatticeTessellator final : public CellTessellator<Family> {
@@ -187,11 +147,29 @@ class LatticeTessellator final : public CellTessellator<Family> {
     }
 
     std::vector<Vec2d> corner_uvs() override {
-        std::vector<Site> addresses(3 * result_.mesh.triangles.size());
-        for_each_index(static_cast<std::uint32_t>(result_.mesh.triangles.size()), [&](std::uint32_t t) {
-            for (std::size_t k = 0; k < 3; ++k) addresses[3 * std::size_t{t} + k] = this->corner_site(t, k);
-        });
-        return uvs_at<Family>(addresses, mesh_, options_, context_, result_.warnings);
+        ControlMesh chart;
+        std::optional<Hierarchy> points;
+        try {
+            if (mesh_.face_varying_rule() != FaceVaryingRule::linear_all) {
+                const auto untagged = without_ignored_tags(mesh_, options_.scheme.info(), options_.rules);
+                chart = uv_mesh(untagged ? *untagged : mesh_, options_.rules);
+                points.emplace(this->chart_hierarchy(chart));
+            }
+        } catch (const Error& error) {
+            result_.warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
+                                       error.what() + ")");
+        }
+        const auto address = [&](std::size_t corner) {
+            return this->corner_site(static_cast<std::uint32_t>(corner / 3), corner % 3);
+        };
+        return this->chart_uvs(
+            points, [&](std::size_t corner) { return Family::canonical_site(chart, address(corner)); },
+            [&](std::size_t corner) {
+                const Site s = address(corner);
+                const double step = std::ldexp(1.0, -s.level);
+                return Family::linear(mesh_, s.root, s.at.x * step, s.at.y * step,
+                                      [&](HalfedgeId h) { return mesh_.data().uvs[mesh_.uv_index(h)]; });
+            });
     }
 
     Hierarchy points_;

@@ -3,10 +3,10 @@
 #include "../../hier/base/parallel.hpp"
 #include "../distance/limit_samples.hpp"
 #include "../triangles/point_triangle.hpp"
+#include "measure.hpp"
 
 #include <array>
 #include <limits>
-#include <numbers>
 #include <vector>
 
 namespace tetrakis {
@@ -176,18 +176,10 @@ template class LeafEstimator<LoopFamily>;
 
 namespace {
 
+using detail::cross2;
+
 /// Intervals a side of a root's sample lattice.
 constexpr int k_fan_lattice = 6;
-
-struct Polygon {
-    std::uint32_t n;
-    Vec2d corner(std::uint32_t i) const {
-        const double angle = 2 * std::numbers::pi * (i % n) / n;
-        return {std::cos(angle), std::sin(angle)};
-    }
-};
-
-double cross2(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
 
 }  // namespace
 
@@ -195,12 +187,12 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
     const ControlMesh& mesh = map_.patches->mesh();
     const std::uint32_t n = mesh.face_size(face), h0 = mesh.face_halfedge(face).value;
     const auto at = [&](std::uint32_t i) { return positions_[mesh.origin(HalfedgeId(h0 + i)).value]; };
-    const Polygon polygon{n};
+    const auto corner = [n](std::uint32_t i) { return detail::polygon_corner(n, i); };
     // The fan's point over the polygon's centre.
     Vec3d centre(0);
     double least = -std::numeric_limits<double>::infinity();
     for (const auto& t : fans_.of(face)) {
-        const Vec2d a = polygon.corner(t[0]), b = polygon.corner(t[1]), c = polygon.corner(t[2]);
+        const Vec2d a = corner(t[0]), b = corner(t[1]), c = corner(t[2]);
         const double det = cross2(b - a, c - a);
         const double wb = cross2(-a, c - a) / det, wc = cross2(b - a, -a) / det, wa = 1 - wb - wc;
         if (std::min({wa, wb, wc}) > least) {
@@ -215,9 +207,9 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t i = t[k], j = t[(k + 1) % 3];
             if ((i + 1) % n == j || (j + 1) % n == i) continue;
-            const Vec2d p = polygon.corner(i), d = polygon.corner(j) - p;
+            const Vec2d p = corner(i), d = corner(j) - p;
             for (std::uint32_t s = 0; s < n; ++s) {
-                const Vec2d spoke = polygon.corner(s);
+                const Vec2d spoke = corner(s);
                 const double det = cross2(d, spoke);
                 if (std::abs(det) < 1e-12) continue;
                 const double along = cross2(spoke, p) / det, out = cross2(d, p) / det;  // p + along d = out spoke
@@ -233,13 +225,13 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
     return error + departure;
 }
 
-FanError::Estimate FanError::measured(FaceId face, double tolerance) const {
+double FanError::measured(FaceId face, double tolerance) const {
     const ControlMesh& mesh = map_.patches->mesh();
     const std::uint32_t n = mesh.face_size(face), h0 = mesh.face_halfedge(face).value;
     const auto at = [&](std::uint32_t i) { return positions_[mesh.origin(HalfedgeId(h0 + i)).value]; };
     if (map_.plain()) {
         const double bound = certified(face, tolerance, true);
-        if (bound <= tolerance) return {bound, ErrorBasis::bound};
+        if (bound <= tolerance) return bound;
     }
     std::vector<detail::PlaneMeasure> planes;
     for (const auto& t : fans_.of(face)) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
@@ -278,7 +270,7 @@ FanError::Estimate FanError::measured(FaceId face, double tolerance) const {
                 error = std::max(error, map_.target->closest(q).distance);
             });
     }
-    return {error, ErrorBasis::samples};
+    return error;
 }
 
 }  // namespace tetrakis

@@ -65,13 +65,9 @@ class FanError {
     /// polygon that the fan's triangles cut, plus what the fan departs from those triangles.
     /// Decides at `decide_at`: infinite where the error is certainly larger, unless may_reject is false: then tight.
     double certified(FaceId face, double decide_at, bool may_reject) const;
-    struct Estimate {
-        double error = 0;
-        ErrorBasis basis = ErrorBasis::bound;
-    };
     /// What the default estimator goes by: the bound where it accepts; else what samples of the surface are off the
     /// fan's planes, boundary edges against themselves.
-    Estimate measured(FaceId face, double tolerance) const;
+    double measured(FaceId face, double tolerance) const;
 
   private:
     const SurfaceMap<QuadFamily>& map_;

@@ -46,7 +46,11 @@ class LevelTessellator final : public TessellationRun {
             left_over_ = level != options_.min_level && options_.max_triangles != 0 &&
                          next.triangles.size() > options_.max_triangles;
             if (left_over_) break;
-            take(std::move(next), level);
+            result_.mesh = std::move(next);
+            result_.triangle_face = std::exchange(result_.mesh.triangle_material, {});
+            result_.triangle_error.assign(result_.mesh.triangles.size(), 0.0f);
+            result_.measured_error.reset();
+            result_.deepest_level = level;
             if (options_.tolerance) {
                 check_coarsest();
                 Stopwatch watch;
@@ -118,14 +122,6 @@ class LevelTessellator final : public TessellationRun {
         // A face that has no ear has become a fan around its mean.
         if (normals && result.normals.size() != result.positions.size()) geometric_normals(result);
         return result;
-    }
-
-    void take(TriangleMesh&& mesh, int level) {
-        result_.mesh = std::move(mesh);
-        result_.triangle_face = std::exchange(result_.mesh.triangle_material, {});
-        result_.triangle_error.assign(result_.mesh.triangles.size(), 0.0f);
-        result_.measured_error.reset();
-        result_.deepest_level = level;
     }
 
     void measure() override {

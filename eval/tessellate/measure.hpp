@@ -38,6 +38,13 @@ TriangleMesh limit_reference(const Hierarchy& points, std::span<const CellTriang
 void measure_triangles(const TriangleMesh& reference, Tessellation& result, std::uint64_t samples,
                        const RunContext& context);
 
+/// Corner i of the regular polygon of n corners about the origin.
+inline Vec2d polygon_corner(std::uint32_t n, std::uint32_t i) {
+    const double angle = 2 * std::numbers::pi / n * i;
+    return {std::cos(angle), std::sin(angle)};
+}
+inline double cross2(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
+
 }  // namespace tetrakis::detail
 
 namespace tetrakis {
@@ -54,22 +61,16 @@ struct OutputTriangle {
     SurfaceParameter parameter(const ControlMesh& mesh, double b0, double b1, double b2) const {
         if (!fan.valid()) return Family::parameter(mesh, cell, b0, b1, b2);
         const std::uint32_t n = mesh.face_size(fan);
-        const double turn = 2 * std::numbers::pi / n;
-        const double b[3] = {b0, b1, b2};
-        double x = 0, y = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            x += b[k] * std::cos(turn * fan_corner[k]);
-            y += b[k] * std::sin(turn * fan_corner[k]);
-        }
-        double angle = std::atan2(y, x);
-        if (angle < 0) angle += 2 * std::numbers::pi;
-        const std::uint32_t sector = std::min(n - 1, static_cast<std::uint32_t>(angle / turn));
-        const double c0 = std::cos(turn * sector), s0 = std::sin(turn * sector);
-        const double c1 = std::cos(turn * (sector + 1)), s1 = std::sin(turn * (sector + 1));
-        const double det = c0 * s1 - c1 * s0;
+        using detail::cross2;
+        const auto corner = [n](std::uint32_t i) { return detail::polygon_corner(n, i); };
+        const Vec2d p = b0 * corner(fan_corner[0]) + b1 * corner(fan_corner[1]) + b2 * corner(fan_corner[2]);
+        double turns = std::atan2(p.y, p.x) / (2 * std::numbers::pi);
+        if (turns < 0) turns += 1;
+        const std::uint32_t sector = std::min(n - 1, static_cast<std::uint32_t>(turns * n));
+        const Vec2d from = corner(sector), to = corner(sector + 1);
         // Corners and sides are met exactly: trees would grow down to the last bits beside them.
         const auto rounded = [](double value) { return std::round(std::max(0.0, value) * 0x1p40) * 0x1p-40; };
-        const double v = rounded((x * s1 - y * c1) / det), w = rounded((y * c0 - x * s0) / det);
+        const double det = cross2(from, to), v = rounded(cross2(p, to) / det), w = rounded(cross2(from, p) / det);
         const double sum = std::max(1.0, v + w);
         const CellTriangle root = root_triangle(HalfedgeId(mesh.face_halfedge(fan).value + sector));
         return Family::parameter(mesh, root, v / sum, w / sum, 1 - (v + w) / sum);

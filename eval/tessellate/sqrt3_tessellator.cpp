@@ -1,9 +1,4 @@
-#include "../../hier/base/parallel.hpp"
-#include "../../refine/adaptive/hierarchy.hpp"
-#include "../../refine/attributes/uv_mesh.hpp"
 #include "../estimate/sqrt3_leaf_error.hpp"
-#include "../surface/local_frame.hpp"
-#include "../surface/site_limits.hpp"
 #include "cell_tessellator.hpp"
 
 #include <algorithm>
@@ -34,37 +29,6 @@ std::function<bool(EdgeId)> sqrt3_seams(const ControlMesh& mesh, bool uvs) {
         const FaceId here = mesh.face(h), there = mesh.face(t);
         return differs(data.face_material, here, there) || differs(data.face_group, here, there);
     };
-}
-
-/// Texture coordinates at the corners of leaves, three a leaf: limits of the charts by the scheme, or linear.
-/// @param lattice  of a forest over a mesh with UVs that keeps sqrt3_seams()
-/// @throws Error   the UV layer makes no mesh
-std::vector<Vec2d> sqrt3_uvs(const Sqrt3Lattice& lattice, std::span<const Sqrt3Triangle> leaves,
-                             const TessellateOptions& options, const RunContext& context) {
-    const ControlMesh charts = uv_mesh(lattice.mesh(), options.rules);
-    std::vector<Vec2d> result(3 * leaves.size());
-    std::vector<Site> sites(is_linear(lattice.mesh()) ? 0 : result.size());
-    for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
-        const Sqrt3Cell cell = lattice.cell(leaves[i]);
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Sqrt3Point& p = cell.corner[k];
-            if (!sites.empty()) {
-                sites[3 * std::size_t{i} + k] = sqrt3_site(charts, cell.root, p, cell.lattice());
-                continue;
-            }
-            Vec3d sum(0);
-            for (std::uint32_t c = 0; c < 3; ++c)
-                sum += static_cast<double>(p[c]) * charts.position(charts.origin(HalfedgeId(3 * cell.root.value + c)));
-            result[3 * std::size_t{i} + k] = Vec2d(sum) / static_cast<double>(p[0] + p[1] + p[2]);
-        }
-    });
-    if (sites.empty()) return result;
-    const Hierarchy points = make_hierarchy(
-        charts, options.scheme.info(), {.rules = chart_rules(options.rules), .whole_levels = true, .context = context});
-    std::vector<Vec3d> positions(sites.size());
-    limit_positions_once(points, sites, positions, [&](double done) { context.report("attributes", 0.5 * done); });
-    for (std::size_t i = 0; i < positions.size(); ++i) result[i] = Vec2d(positions[i]);
-    return result;
 }
 
 /// Bytes a triangle that refining and exporting take at their peak (leaf, error, output), for the memory limit.
@@ -148,14 +112,34 @@ class Sqrt3Tessellator final : public CellTessellator<Sqrt3Family> {
     }
     void add_normals() override { split_creases(); }
     std::vector<Vec2d> corner_uvs() override {
+        ControlMesh charts;
+        std::optional<Hierarchy> points;
         try {
-            return sqrt3_uvs(forest().lattice(), forest().leaves(), options_, context_);
+            charts = uv_mesh(mesh_, options_.rules);
+            if (!is_linear(mesh_)) points.emplace(chart_hierarchy(charts));
         } catch (const Error& error) {
             if (error.code() != ErrorCode::invalid_input) throw;
             result_.warnings.push_back(std::string("the UV layer cannot be subdivided and is left out (") +
                                        error.what() + ")");
             return {};
         }
+        const std::vector<Sqrt3Triangle> leaves = forest().leaves();
+        const auto cell_at = [&](std::size_t corner) { return forest().lattice().cell(leaves[corner / 3]); };
+        return chart_uvs(
+            points,
+            [&](std::size_t corner) {
+                const Sqrt3Cell cell = cell_at(corner);
+                return sqrt3_site(charts, cell.root, cell.corner[corner % 3], cell.lattice());
+            },
+            [&](std::size_t corner) {
+                const Sqrt3Cell cell = cell_at(corner);
+                const Sqrt3Point& p = cell.corner[corner % 3];
+                Vec3d sum(0);
+                for (std::uint32_t c = 0; c < 3; ++c)
+                    sum +=
+                        static_cast<double>(p[c]) * charts.position(charts.origin(HalfedgeId(3 * cell.root.value + c)));
+                return Vec2d(sum) / static_cast<double>(p[0] + p[1] + p[2]);
+            });
     }
 
     Hierarchy points_;  ///< asked for limits alone

@@ -151,20 +151,14 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     std::vector<double> fan_errors() override {
         std::vector<double> errors(mesh_.face_count(), 0.0);
-        fan_basis_.assign(mesh_.face_count(), ErrorBasis::bound);
         if constexpr (std::is_same_v<Family, QuadFamily>) {
             fan_error_.emplace(map_, *estimator_, fans_, corners_);
             detail::for_each_batch(
                 patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
                     if (!fans_.has(FaceId(f))) return;
                     // A budget opens the worst fans first: their errors must be known.
-                    if (certified()) {
-                        errors[f] = fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0);
-                    } else {
-                        const FanError::Estimate found = fan_error_->measured(FaceId(f), aim_);
-                        errors[f] = found.error;
-                        fan_basis_[f] = found.basis;
-                    }
+                    errors[f] = certified() ? fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0)
+                                            : fan_error_->measured(FaceId(f), aim_);
                     // Nobody else asks for the corner cells of a face, and of one that needs no more triangles nobody
                     // will.
                     if (errors[f] <= aim_)
@@ -200,13 +194,12 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     void certify() override {
         if (!map_.plain()) return;
-        // The estimator has a bound for errors within the aim that it has not marked.
+        // The estimator has a bound for errors of leaves within the aim that it has not marked.
         const auto known = [&](std::uint32_t t) {
             const LeafId leaf = exported_.leaves[t];
             const double error = this->estimated_error(t);
-            const ErrorBasis basis = leaf.valid() ? refinement_->basis(leaf) : fan_basis_[exported_.faces[t].value];
-            return basis == ErrorBasis::bound && error > 0 && error <= aim_ ? error
-                                                                            : std::numeric_limits<double>::infinity();
+            const bool bounded = leaf.valid() && refinement_->basis(leaf) == ErrorBasis::bound;
+            return bounded && error > 0 && error <= aim_ ? error : std::numeric_limits<double>::infinity();
         };
         const MeshSliding granted(result_.mesh.triangles, result_.mesh.positions);
         result_.certified_error = this->largest_error(
@@ -228,7 +221,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         return error <= floor ? error : std::min(error, bounder.certified_error(leaf, floor, second));
     }
 
-    void add_warnings() {
+    void add_attributes() override {
         if (options_.target && options_.tolerance && result_.measured_error) warn_of_target(refinement_->left_over());
         if (options_.displacement && options_.tolerance) warn_of_torn_heights();
         if (estimator_->gave_up())
@@ -236,10 +229,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
                 "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
                 "across a seam or a crease): refinement stopped there, far below the tolerance");
         this->warn_of_fine_control_mesh();
-    }
-
-    void add_attributes() override {
-        add_warnings();
         Base::add_attributes();
     }
 
@@ -272,7 +261,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     std::unique_ptr<TriangleBvh> target_;
     std::unique_ptr<HeightPyramid> heights_;
     SurfaceMap<Family> map_;
-    std::vector<ErrorBasis> fan_basis_;  ///< of fans' errors, by face
     std::optional<LeafEstimator<Family>> estimator_;
     std::optional<FanError> fan_error_;
     std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
