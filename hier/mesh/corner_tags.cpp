@@ -57,13 +57,13 @@ TaggedAngles tagged_angles(const ControlMesh& mesh, const ControlMeshData& data)
         const auto [at, is_new] = tag_of.try_emplace(sector.front().value, i);
         const auto& before = data.corner_angles[at->second];
         if (!is_new && before.angle != tag.angle)
-            result.faults.push_back(make_fault(
-                data, MeshFaultKind::corner_angle_tag, i,
-                fmt::format("{} has {} degrees, but tag {}{} has {} for the same sector (the faces between two sharp "
-                            "edges); leave one, {}",
-                            angle_tag_name(data, i), degrees(tag.angle), std::uint64_t{at->second} + data.first_number,
-                            before.line == 0 ? "" : fmt::format(" (line {})", before.line), degrees(before.angle),
-                            k_drop_tag)));
+            result.faults.push_back(
+                {MeshFaultKind::corner_angle_tag, i, tag.line,
+                 fmt::format("{} has {} degrees, but tag {}{} has {} for the same sector (the faces between two sharp "
+                             "edges); leave one, {}",
+                             angle_tag_name(data, i), degrees(tag.angle), std::uint64_t{at->second} + data.first_number,
+                             before.line == 0 ? "" : fmt::format(" (line {})", before.line), degrees(before.angle),
+                             k_drop_tag)});
         if (!is_corner_vertex(mesh, VertexId(tag.vertex))) {
             result.idle.push_back(i);
             continue;

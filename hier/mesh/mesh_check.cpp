@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
-#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -34,30 +33,6 @@ std::string with_line(const std::string& text, std::uint64_t line) {
     return line == 0 ? text : fmt::format("{} (line {})", text, line);
 }
 
-std::uint64_t line_of(const ControlMeshData& data, Kind kind, std::uint32_t element) {
-    switch (kind) {
-        case Kind::array_size:
-        case Kind::no_faces:
-            return 0;
-        case Kind::non_finite_uv:
-            return line_at(data.uv_lines, element);
-        case Kind::non_finite_vertex:
-        case Kind::absurd_coordinate:
-        case Kind::non_manifold_vertex:
-            return line_at(data.vertex_lines, element);
-        case Kind::crease_tag:
-            return data.creases[element].line;
-        case Kind::corner_tag:
-            return data.corners[element].line;
-        case Kind::corner_angle_tag:
-            return data.corner_angles[element].line;
-        case Kind::hole_tag:
-            return line_at(data.hole_lines, element);
-        default:
-            return line_at(data.face_lines, element);
-    }
-}
-
 constexpr std::string_view k_repair_advice = "correct it in the modeller or use --repair";
 // Corner counts up to which comparing all pairs beats sorting.
 constexpr std::uint32_t k_small_face = 16;
@@ -65,12 +40,9 @@ constexpr std::uint32_t k_small_face = 16;
 // Twice the area over the perimeter squared, below which a face is a line as far as doubles can tell.
 constexpr double k_zero_area = 1e-14;
 
-std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
-
 void check_sizes(const ControlMeshData& data, std::vector<MeshFault>& faults) {
     const auto complain = [&](const char* what) {
-        faults.push_back(
-            make_fault(data, Kind::array_size, 0, fmt::format("the arrays do not fit together: {}", what)));
+        faults.push_back({Kind::array_size, 0, 0, fmt::format("the arrays do not fit together: {}", what)});
     };
     // Four numbers are kept free: "none", and room to look two elements ahead.
     constexpr std::size_t k_limit = 0xFFFF'FFFBu;
@@ -109,7 +81,9 @@ void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<MeshFa
     const std::uint32_t first = data.face_offsets[f], size = data.face_offsets[f + 1] - first;
     const std::uint64_t from = data.first_number, number = f + from;
     const std::span corners(data.face_vertices.data() + first, size);
-    const auto add = [&](Kind kind, std::string text) { faults.push_back(make_fault(data, kind, f, std::move(text))); };
+    const auto add = [&](Kind kind, std::string text) {
+        faults.push_back({kind, f, line_at(data.face_lines, f), std::move(text)});
+    };
     if (size < 3)
         return add(Kind::face_too_small,
                    fmt::format("face {} has {} corners; it needs 3 or more, or use --repair to drop it", number, size));
@@ -150,11 +124,11 @@ void check_vertex(const ControlMeshData& data, std::uint32_t v, std::vector<Mesh
     const Vec3d& p = data.positions[v];
     if (is_sound_position(p)) return;
     const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-    faults.push_back(make_fault(
-        data, finite ? Kind::absurd_coordinate : Kind::non_finite_vertex, v,
-        fmt::format("vertex {} has a coordinate {}; correct it, or use --repair to drop its faces",
-                    std::uint64_t{v} + data.first_number,
-                    finite ? fmt::format("beyond {:.0e}", k_max_coordinate) : "that is not a finite number")));
+    faults.push_back(
+        {finite ? Kind::absurd_coordinate : Kind::non_finite_vertex, v, line_at(data.vertex_lines, v),
+         fmt::format("vertex {} has a coordinate {}; correct it, or use --repair to drop its faces",
+                     std::uint64_t{v} + data.first_number,
+                     finite ? fmt::format("beyond {:.0e}", k_max_coordinate) : "that is not a finite number")});
 }
 
 std::string crease_name(const ControlMeshData& data, std::uint32_t i) {
@@ -165,53 +139,51 @@ std::string crease_name(const ControlMeshData& data, std::uint32_t i) {
 void check_tags(const ControlMeshData& data, std::vector<MeshFault>& faults) {
     const std::size_t vertices = data.positions.size(), faces = data.face_offsets.size() - 1;
     const auto last = [](std::size_t count) { return static_cast<std::int64_t>(count) - 1; };
-    const auto add = [&](Kind kind, std::uint32_t i, std::string text) {
-        faults.push_back(make_fault(data, kind, i, std::move(text)));
+    const auto add = [&](Kind kind, std::uint32_t i, std::uint64_t line, std::string text) {
+        faults.push_back({kind, i, line, std::move(text)});
     };
     const auto no_such = [&](const std::string& tag, std::string_view one, std::string_view many, std::size_t count) {
         return fmt::format("{} names a {} that is not there, the last of {} is {}; tags count {} from 0, {}", tag, one,
                            count, last(count), many, k_drop_tag);
     };
-    const auto check_sharpness = [&](Kind kind, std::uint32_t i, bool there, float sharpness, auto&& tag_name) {
+    const auto check_sharpness = [&](Kind kind, std::uint32_t i, bool there, const auto& tag, auto&& tag_name) {
         if (!there)
-            add(kind, i, no_such(tag_name(), "vertex", "vertices", vertices));
-        else if (!(sharpness >= 0.0f))  // NaN fails the comparison
-            add(kind, i,
-                fmt::format("{} has sharpness {}; it must be 0 or more, {}", tag_name(), sharpness, k_drop_tag));
+            add(kind, i, tag.line, no_such(tag_name(), "vertex", "vertices", vertices));
+        else if (!(tag.sharpness >= 0.0f))  // NaN fails the comparison
+            add(kind, i, tag.line,
+                fmt::format("{} has sharpness {}; it must be 0 or more, {}", tag_name(), tag.sharpness, k_drop_tag));
     };
     for (std::uint32_t i = 0; i < data.creases.size(); ++i) {
         const auto& tag = data.creases[i];
-        check_sharpness(Kind::crease_tag, i, tag.a < vertices && tag.b < vertices, tag.sharpness,
+        check_sharpness(Kind::crease_tag, i, tag.a < vertices && tag.b < vertices, tag,
                         [&] { return crease_name(data, i); });
     }
     for (std::uint32_t i = 0; i < data.corners.size(); ++i) {
         const auto& tag = data.corners[i];
-        check_sharpness(Kind::corner_tag, i, tag.vertex < vertices, tag.sharpness, [&] {
+        check_sharpness(Kind::corner_tag, i, tag.vertex < vertices, tag, [&] {
             return fmt::format("corner tag {} ({})", std::uint64_t{i} + data.first_number, tag_number(tag.vertex));
         });
     }
     for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
         const auto& tag = data.corner_angles[i];
         if (tag.vertex >= vertices)
-            add(Kind::corner_angle_tag, i, no_such(angle_tag_name(data, i), "vertex", "vertices", vertices));
+            add(Kind::corner_angle_tag, i, tag.line, no_such(angle_tag_name(data, i), "vertex", "vertices", vertices));
         else if (tag.face >= faces)
-            add(Kind::corner_angle_tag, i, no_such(angle_tag_name(data, i), "face", "faces", faces));
+            add(Kind::corner_angle_tag, i, tag.line, no_such(angle_tag_name(data, i), "face", "faces", faces));
         else if (!is_sector_angle(tag.angle))
-            add(Kind::corner_angle_tag, i,
+            add(Kind::corner_angle_tag, i, tag.line,
                 fmt::format("{} has {} degrees; they must be above 0 and below 360, and not 180, {}",
                             angle_tag_name(data, i), degrees(tag.angle), k_drop_tag));
     }
     for (std::uint32_t i = 0; i < data.holes.size(); ++i)
         if (data.holes[i] >= faces)
-            add(Kind::hole_tag, i,
+            add(Kind::hole_tag, i, line_at(data.hole_lines, i),
                 fmt::format("hole tag {} names face {}, but there are {} faces; tags count faces from 0, {}",
                             std::uint64_t{i} + data.first_number, tag_number(data.holes[i]), faces, k_drop_tag));
 }
 
 void sort_faults(std::vector<MeshFault>& faults) {
-    std::stable_sort(faults.begin(), faults.end(), [](const MeshFault& x, const MeshFault& y) {
-        return std::tie(x.kind, x.element) < std::tie(y.kind, y.element);
-    });
+    std::ranges::stable_sort(faults, {}, [](const MeshFault& fault) { return std::pair(fault.kind, fault.element); });
 }
 
 // Whether a face is a line, or a point, as far as doubles can tell.
@@ -237,17 +209,16 @@ std::vector<MeshFault> element_faults(const ControlMeshData& data) {
         // What reading or repairing left out may say why.
         std::string text = "there are no faces; a control mesh needs at least one";
         for (const std::string& warning : data.warnings) text += "\n  " + warning;
-        return {make_fault(data, Kind::no_faces, 0, text)};
+        return {{Kind::no_faces, 0, 0, text}};
     }
     for (std::uint32_t v = 0; v < data.positions.size(); ++v) check_vertex(data, v, faults);
     for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) check_face(data, f, faults);
     for (std::uint32_t i = 0; i < data.uvs.size(); ++i)
         if (!is_sound_uv(data.uvs[i]))
-            faults.push_back(make_fault(
-                data, Kind::non_finite_uv, i,
-                fmt::format("texture coordinate {} is not finite or beyond {:g}; correct it, or use --repair to put "
-                            "(0, 0)",
-                            std::uint64_t{i} + data.first_number, k_max_uv)));
+            faults.push_back({Kind::non_finite_uv, i, line_at(data.uv_lines, i),
+                              fmt::format("texture coordinate {} is not finite or beyond {:g}; correct it, or use "
+                                          "--repair to put (0, 0)",
+                                          std::uint64_t{i} + data.first_number, k_max_uv)});
     check_tags(data, faults);
     sort_faults(faults);
     return faults;
@@ -257,8 +228,8 @@ std::vector<MeshFault> element_faults(const ControlMeshData& data) {
 std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
                                    const MeshLinks& links) {
     std::vector<MeshFault> faults;
-    const auto add = [&](Kind kind, std::uint32_t element, std::string text) {
-        faults.push_back(make_fault(data, kind, element, std::move(text)));
+    const auto add = [&](Kind kind, std::uint32_t element, std::uint64_t line, std::string text) {
+        faults.push_back({kind, element, line, std::move(text)});
     };
     const std::size_t uses = links.manifold_edges ? 0 : sorted_uses.size();
     for (std::size_t i = 0, count = 1; i < uses; i += count) {
@@ -266,7 +237,7 @@ std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const 
         for (count = 1; i + count < uses && use.same_edge(sorted_uses[i + count]);) ++count;
         const std::uint32_t face = links.face[use.halfedge];
         const auto add_edge = [&](Kind kind, fmt::format_string<std::string, std::string, std::uint64_t> text) {
-            add(kind, face,
+            add(kind, face, line_at(data.face_lines, face),
                 fmt::format(text, vertex_name(data, use.low), vertex_name(data, use.high),
                             std::uint64_t{face} + data.first_number));
         };
@@ -282,17 +253,17 @@ std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const 
     // Two faces with one cycle run along the same edges in the same direction: no edge fault, no duplicate.
     if (!faults.empty())
         for (const auto& [face, first] : duplicate_faces(data))
-            add(Kind::duplicate_face, face,
+            add(Kind::duplicate_face, face, line_at(data.face_lines, face),
                 fmt::format("face {} has the same vertices as {}; delete one, or use --repair",
                             std::uint64_t{face} + data.first_number, face_name(data, first)));
     for (std::uint32_t i = 0; i < data.creases.size(); ++i)
         if (const auto& tag = data.creases[i]; !find_edge(sorted_uses, tag.a, tag.b))
-            add(Kind::crease_tag, i,
+            add(Kind::crease_tag, i, tag.line,
                 fmt::format("{}: no face has an edge between {} and {}; tags count vertices from 0, {}",
                             crease_name(data, i), vertex_name(data, tag.a), vertex_name(data, tag.b), k_drop_tag));
     for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i)
         if (const auto& tag = data.corner_angles[i]; face_corner(data, tag.face, tag.vertex) == HalfedgeId::none)
-            add(Kind::corner_angle_tag, i,
+            add(Kind::corner_angle_tag, i, tag.line,
                 fmt::format("{}: {} does not touch {}; tags count vertices and faces from 0, {}",
                             angle_tag_name(data, i), face_name(data, tag.face), vertex_name(data, tag.vertex),
                             k_drop_tag));
@@ -304,14 +275,16 @@ std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const 
 std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links) {
     std::vector<MeshFault> faults;
     for (std::uint32_t v = 0; v < data.positions.size(); ++v) {
-        const std::uint32_t fan = fan_size(data, links, v), all = links.vertex_face_count[v];
+        const std::uint32_t all = links.vertex_face_count[v], start = links.vertex_halfedge[v];
+        std::uint32_t fan = 0;  // corners met counter-clockwise from the first
+        for (std::uint32_t h = start; h != HalfedgeId::none && (fan == 0 || h != start); ++fan)
+            h = links.twin[prev_corner(data, links.face[h], h)];
         if (fan != all)
-            faults.push_back(make_fault(
-                data, Kind::non_manifold_vertex, v,
-                fmt::format("the {} faces at vertex {} are not one fan, they only touch there (one is {}); {} to split "
-                            "it",
-                            all, std::uint64_t{v} + data.first_number,
-                            face_name(data, links.face[links.vertex_halfedge[v]]), k_repair_advice)));
+            faults.push_back({Kind::non_manifold_vertex, v, line_at(data.vertex_lines, v),
+                              fmt::format("the {} faces at vertex {} are not one fan, they only touch there (one is "
+                                          "{}); {} to split it",
+                                          all, std::uint64_t{v} + data.first_number,
+                                          face_name(data, links.face[links.vertex_halfedge[v]]), k_repair_advice)});
     }
     return faults;
 }
@@ -326,10 +299,6 @@ std::string vertex_name(const ControlMeshData& data, std::uint32_t v) {
 
 std::string face_name(const ControlMeshData& data, std::uint32_t f) {
     return with_line(fmt::format("face {}", std::uint64_t{f} + data.first_number), line_at(data.face_lines, f));
-}
-
-MeshFault make_fault(const ControlMeshData& data, MeshFaultKind kind, std::uint32_t element, std::string message) {
-    return {kind, element, line_of(data, kind, element), std::move(message)};
 }
 
 void throw_faults(const ControlMeshData& data, const std::vector<MeshFault>& faults) {

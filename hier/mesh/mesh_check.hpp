@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -85,8 +84,6 @@ std::vector<DuplicateFace> duplicate_faces(const ControlMeshData& data);
 std::string vertex_name(const ControlMeshData& data, std::uint32_t v);
 std::string face_name(const ControlMeshData& data, std::uint32_t f);
 
-/// With the line of its element.
-MeshFault make_fault(const ControlMeshData& data, MeshFaultKind kind, std::uint32_t element, std::string message);
 /// @throws Error invalid_input with the first few faults and their count, unless there are none
 void throw_faults(const ControlMeshData& data, const std::vector<MeshFault>& faults);
 

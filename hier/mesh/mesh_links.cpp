@@ -61,15 +61,4 @@ MeshLinks link_mesh(const ControlMeshData& data, std::span<const EdgeUse> sorted
     return links;
 }
 
-std::uint32_t fan_size(const ControlMeshData& data, const MeshLinks& links, std::uint32_t vertex) {
-    const std::uint32_t start = links.vertex_halfedge[vertex];
-    if (start == HalfedgeId::none) return 0;
-    std::uint32_t size = 0, h = start;
-    do {
-        ++size;
-        h = links.twin[prev_corner(data, links.face[h], h)];
-    } while (h != start && h != HalfedgeId::none);
-    return size;
-}
-
 }  // namespace tetrakis::detail

@@ -52,8 +52,4 @@ struct MeshLinks {
 /// O(H). @param sorted_uses  sorted_edge_uses() of the same faces
 MeshLinks link_mesh(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses);
 
-/// Number of corners met by walking counter-clockwise from the vertex's first half-edge; fewer than its face count
-/// means a non-manifold vertex. Valid where every edge is manifold and consistently oriented.
-std::uint32_t fan_size(const ControlMeshData& data, const MeshLinks& links, std::uint32_t vertex);
-
 }  // namespace tetrakis::detail

@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <compare>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -54,12 +55,9 @@ std::vector<std::uint32_t> first_at_position(std::span<const Vec3d> positions, s
         const Vec3d& p = positions[v];
         return std::tuple(p.x, p.y, p.z);
     };
-    std::sort(listed.begin(), listed.end(), [&](std::uint32_t a, std::uint32_t b) {
-        const auto p = key(a), q = key(b);
-        return p != q ? p < q : a < b;
-    });
+    std::ranges::sort(listed, {}, [&](std::uint32_t v) { return std::pair(key(v), v); });
     std::vector<std::uint32_t> first(positions.size());
-    for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = v;
+    std::iota(first.begin(), first.end(), 0u);
     for (std::size_t i = 1; i < listed.size(); ++i)
         if (key(listed[i]) == key(listed[i - 1])) first[listed[i]] = first[listed[i - 1]];
     return first;

@@ -12,6 +12,7 @@
 namespace tetrakis::detail {
 
 inline constexpr std::uint32_t k_no_number = VertexId::none;
+inline std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
 
 /// New numbers of elements of which some stay.
 struct Numbering {
