@@ -11,7 +11,7 @@ namespace {
 
 /// Appends the n - 2 triangles of a face, n > 3, that face as it does and share no edge with other triangles but once;
 /// or nothing.
-bool cut_into_fan(detail::MeshFaceCutter& cutter, FaceId f, std::vector<std::array<std::uint8_t, 3>>& triangles) {
+void cut_into_fan(detail::MeshFaceCutter& cutter, FaceId f, std::vector<std::array<std::uint8_t, 3>>& triangles) {
     const std::size_t first = triangles.size();
     bool forward = true;
     const auto rest = cutter.cut(f, [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
@@ -19,13 +19,9 @@ bool cut_into_fan(detail::MeshFaceCutter& cutter, FaceId f, std::vector<std::arr
             {static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(tip), static_cast<std::uint8_t>(b)});
         forward &= cutter.facing(a, tip, b) > 0;
     });
-    if (!rest.empty() || !forward) {
-        triangles.resize(first);
-        return false;
-    }
+    if (!rest.empty() || !forward) return triangles.resize(first);
     for (std::size_t i = first; i + 1 < triangles.size(); ++i)  // the last triangle has no diagonal of its own
         cutter.take(triangles[i][0], triangles[i][2]);
-    return true;
 }
 
 /// Two triangles with the same three vertices close up to a pillow: one of them has to keep its centre.
@@ -33,8 +29,7 @@ bool repeats_accepted_triangle(const ControlMesh& mesh, FaceId f, const FanChoic
     const HalfedgeId h = mesh.face_halfedge(f), t = mesh.twin(h);
     if (!t.valid()) return false;
     const FaceId g = mesh.face(t);
-    return mesh.face_size(g) == 3 && fans.accepted[g.value] != 0 &&
-           mesh.origin(mesh.prev(t)) == mesh.origin(mesh.prev(h));
+    return mesh.face_size(g) == 3 && fans.has(g) && mesh.origin(mesh.prev(t)) == mesh.origin(mesh.prev(h));
 }
 
 }  // namespace
@@ -44,7 +39,6 @@ FanChoice choose_fans(const ControlMesh& mesh, std::span<const Vec3d> positions)
         throw Error(ErrorCode::invalid_input,
                     fmt::format("fans need {} positions, got {}", mesh.vertex_count(), positions.size()));
     FanChoice fans;
-    fans.accepted.assign(mesh.face_count(), 0);
     fans.offsets.reserve(mesh.face_count() + 1);
     fans.offsets.push_back(0);
     detail::MeshFaceCutter cutter(mesh, positions);
@@ -52,12 +46,10 @@ FanChoice choose_fans(const ControlMesh& mesh, std::span<const Vec3d> positions)
         const FaceId f(i);
         const std::uint32_t n = mesh.face_size(f);
         if (!mesh.is_hole(f) && n <= k_max_fan_corners) {
-            if (n > 3) {
-                fans.accepted[i] = cut_into_fan(cutter, f, fans.triangles);
-            } else if (!repeats_accepted_triangle(mesh, f, fans)) {
-                fans.accepted[i] = 1;
+            if (n > 3)
+                cut_into_fan(cutter, f, fans.triangles);
+            else if (!repeats_accepted_triangle(mesh, f, fans))
                 fans.triangles.push_back({0, 1, 2});
-            }
         }
         fans.offsets.push_back(static_cast<std::uint32_t>(fans.triangles.size()));
     }

@@ -14,11 +14,10 @@ inline constexpr std::uint32_t k_max_fan_corners = 32;
 
 /// For faces of a control mesh, a triangulation over their corners alone (eval/README.md, Coarsest mesh).
 struct FanChoice {
-    std::vector<std::uint8_t> accepted;                  ///< per face: 1 where it has one
     std::vector<std::uint32_t> offsets;                  ///< F + 1 numbers into `triangles`
     std::vector<std::array<std::uint8_t, 3>> triangles;  ///< corner numbers within the face, counter-clockwise
 
-    bool has(FaceId f) const { return f.value < accepted.size() && accepted[f.value] != 0; }
+    bool has(FaceId f) const { return f.value + 1 < offsets.size() && offsets[f.value] < offsets[f.value + 1]; }
     /// n - 2 triangles, or none.
     std::span<const std::array<std::uint8_t, 3>> of(FaceId f) const {
         return std::span(triangles).subspan(offsets[f.value], offsets[f.value + 1] - offsets[f.value]);
