@@ -98,9 +98,7 @@ class ControlMeshBuilder {
 };
 
 bool ControlMesh::has_boundary() const {
-    for (std::uint32_t e = 0; e < edge_count(); ++e)
-        if (is_boundary(EdgeId(e))) return true;
-    return false;
+    return std::ranges::find(twin_, std::uint32_t{HalfedgeId::none}) != twin_.end();
 }
 
 Box3d ControlMesh::bounding_box() const {

@@ -4,7 +4,6 @@
 #include "../base/run_context.hpp"
 #include "../base/vec.hpp"
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>

@@ -8,27 +8,24 @@
 #include "mesh_split.hpp"
 
 #include <fmt/format.h>
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numeric>
-#include <tuple>
 #include <utility>
 
 namespace tetrakis {
 
 namespace {
 
+using detail::count_of;
 using detail::gather;
 using detail::k_no_number;
 using detail::NewFaces;
 using detail::Numbering;
-
-std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
 
 // How often a repair was done, and what to quote: the first element, and its line where it is a tag's.
 struct Tally {
@@ -76,7 +73,8 @@ class Repair {
         report("joined {} vertices at {} places", gone + places, places);
         drop_misfit_layers();
         renumber_vertices(Numbering(first));
-        drop_collapsed_creases();
+        if (const auto creases = std::erase_if(data_.creases, [](const auto& tag) { return tag.a == tag.b; }))
+            report("dropped {} crease tags of edges whose ends fell together", creases);
         join_uvs();
         drop_collapsed();
         return std::move(reports_);
@@ -153,21 +151,14 @@ class Repair {
     }
 
     void mend_uvs() {
-        std::uint64_t bad = 0;
-        for (Vec2d& uv : data_.uvs)
-            if (!is_sound_uv(uv)) {
-                uv = Vec2d(0.0);
-                ++bad;
-            }
+        const auto bad = std::ranges::count_if(data_.uvs, std::not_fn(is_sound_uv));
         if (bad != 0) report("set {} texture coordinates that are not finite or absurd to (0, 0)", bad);
-        const std::size_t known = data_.uvs.size();
-        std::uint64_t beyond = 0;
-        for (std::uint32_t& i : data_.face_uvs)
-            if (i >= known) {
-                i = count_of(known);
-                ++beyond;
-            }
+        std::ranges::replace_if(data_.uvs, std::not_fn(is_sound_uv), Vec2d(0.0));
+        const std::uint32_t known = count_of(data_.uvs.size());
+        const auto is_beyond = [known](std::uint32_t i) { return i >= known; };
+        const auto beyond = std::ranges::count_if(data_.face_uvs, is_beyond);
         if (beyond == 0) return;
+        std::ranges::replace_if(data_.face_uvs, is_beyond, known);
         data_.uvs.emplace_back(0.0, 0.0);
         if (!data_.uv_lines.empty()) data_.uv_lines.push_back(0);
         report("gave {} face corners the texture coordinate (0, 0) for one that is not there", beyond);
@@ -183,8 +174,9 @@ class Repair {
 
     // Drops faces with bad vertices; cuts faces that pass a vertex twice into loops.
     void rebuild_faces() {
-        std::vector<std::uint8_t> sound(data_.positions.size());
-        for (std::size_t v = 0; v < sound.size(); ++v) sound[v] = detail::is_sound_position(data_.positions[v]);
+        const auto is_sound = [&](std::uint32_t v) {
+            return v < data_.positions.size() && detail::is_sound_position(data_.positions[v]);
+        };
         NewFaces faces;
         faces.corners.reserve(data_.face_vertices.size());
         Tally unsound, small, cut;
@@ -192,12 +184,7 @@ class Repair {
         std::vector<std::uint32_t> path;
         for (std::uint32_t f = 0; f < face_count(); ++f) {
             const std::uint32_t first = data_.face_offsets[f], end = data_.face_offsets[f + 1];
-            bool good = true;
-            for (std::uint32_t h = first; h < end && good; ++h) {
-                const std::uint32_t v = data_.face_vertices[h];
-                good = v < sound.size() && sound[v];
-            }
-            if (!good) {
+            if (!std::all_of(data_.face_vertices.begin() + first, data_.face_vertices.begin() + end, is_sound)) {
                 unsound.add(f);
                 continue;
             }
@@ -241,11 +228,8 @@ class Repair {
         const auto duplicates = detail::duplicate_faces(data_);
         if (duplicates.empty()) return;
         NewFaces faces;
-        for (std::uint32_t f = 0, next = 0; f < face_count(); ++f) {
-            if (next < duplicates.size() && duplicates[next].face == f) {
-                ++next;
-                continue;
-            }
+        for (std::uint32_t f = 0; f < face_count(); ++f) {
+            if (std::ranges::binary_search(duplicates, f, {}, &detail::DuplicateFace::face)) continue;
             for (std::uint32_t h = data_.face_offsets[f]; h < data_.face_offsets[f + 1]; ++h)
                 faces.corners.push_back(h);
             faces.end_face(f);
@@ -339,21 +323,13 @@ class Repair {
             if (now.size() == size) lost.add(i, tag.line);
             source.resize(now.size(), i);
         }
-        std::vector<MeshFault> faults;
-        if (!now.empty()) {
-            ControlMeshData data = data_;
-            const ControlMesh mesh = ControlMesh::build(data);
-            data.corner_angles = now;
-            faults = detail::tagged_angles(mesh, data).faults;
-        }
-        for (std::uint32_t i = 0, next = 0; i < now.size(); ++i) {
-            if (next == faults.size() || faults[next].element != i) {
+        data_.corner_angles = now;
+        const std::vector<MeshFault> faults = find_faults(data_);  // of angles, if any
+        for (std::uint32_t i = 0; i < now.size(); ++i)
+            if (std::ranges::binary_search(faults, i, {}, &MeshFault::element))
+                other.add(source[i], now[i].line);
+            else
                 kept.push_back(now[i]);
-                continue;
-            }
-            ++next;
-            other.add(source[i], now[i].line);
-        }
         data_.corner_angles = std::move(kept);
         report_tags(lost,
                     "dropped {} corner angle tags that name no corner of a face that is left, or no angle (the first "
@@ -381,14 +357,6 @@ class Repair {
         for (auto& tag : data_.creases) now.follow(tag.a), now.follow(tag.b);
         for (auto& tag : data_.corners) now.follow(tag.vertex);
         for (auto& tag : data_.corner_angles) now.follow(tag.vertex);
-    }
-
-    /// Of edges whose ends weld() has joined.
-    void drop_collapsed_creases() {
-        const std::size_t creases = data_.creases.size();
-        std::erase_if(data_.creases, [](const auto& tag) { return tag.a == tag.b; });
-        if (creases != data_.creases.size())
-            report("dropped {} crease tags of edges whose ends fell together", creases - data_.creases.size());
     }
 
     /// Equal texture coordinates become one.
@@ -428,15 +396,13 @@ class Repair {
         report_all(cut, "took corners that fell together out of {} faces (the first is {})", name_of_face);
         if (small.count + cut.count == 0) return;
         adopt(faces);
-        const std::size_t angles = data_.corner_angles.size();
-        std::erase_if(data_.corner_angles, [&](auto& tag) {
+        const auto angles = std::erase_if(data_.corner_angles, [&](auto& tag) {
             const auto at = std::lower_bound(source_face_.begin(), source_face_.end(), tag.face);
             if (at == source_face_.end() || *at != tag.face) return true;
             tag.face = count_of(static_cast<std::size_t>(at - source_face_.begin()));
             return false;
         });
-        if (angles != data_.corner_angles.size())
-            report("dropped {} corner angle tags of faces that are not there", angles - data_.corner_angles.size());
+        if (angles != 0) report("dropped {} corner angle tags of faces that are not there", angles);
     }
 
     ControlMeshData& data_;

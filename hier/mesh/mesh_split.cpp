@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 namespace tetrakis::detail {
 
@@ -22,7 +23,6 @@ class Splitter {
             if (end - i > 2 && result_.non_manifold_edges++ == 0) result_.first_edge = {uses[i].low, uses[i].high};
         }
         cut_.assign(data.face_vertices.size(), 0);
-        split_.assign(data.positions.size(), 0);
         result_.origin.resize(data.positions.size());
         std::iota(result_.origin.begin(), result_.origin.end(), 0u);
     }
@@ -37,21 +37,21 @@ class Splitter {
             const bool faces_cut = orient();
             if (!vertices_split && !faces_cut) break;
         }
-        result_.split_vertices = static_cast<std::uint64_t>(std::ranges::count(split_, 1));
-        result_.first_vertex = static_cast<std::uint32_t>(std::ranges::find(split_, std::uint8_t{1}) - split_.begin());
+        const std::set<std::uint32_t> split(result_.origin.begin() + vertices_before_, result_.origin.end());
+        result_.split_vertices = split.size();
+        if (!split.empty()) result_.first_vertex = *split.begin();
         return std::move(result_);
     }
 
   private:
-    std::uint32_t next(std::uint32_t h) const { return next_corner(data_, face_[h], h); }
-    std::uint32_t prev(std::uint32_t h) const { return prev_corner(data_, face_[h], h); }
+    std::uint32_t next(std::uint32_t h) const { return next_corner(data_, links_.face[h], h); }
+    std::uint32_t prev(std::uint32_t h) const { return prev_corner(data_, links_.face[h], h); }
 
     void pair_edges() {
-        MeshLinks links = link_mesh(data_, sorted_edge_uses(data_));
-        face_ = std::move(links.face);
-        partner_ = std::move(links.twin);
-        for (std::uint32_t h = 0; h < partner_.size(); ++h)
-            if (cut_[h] && partner_[h] != k_none) partner_[h] = partner_[partner_[h]] = k_none;
+        links_ = link_mesh(data_, sorted_edge_uses(data_));
+        std::vector<std::uint32_t>& twin = links_.twin;
+        for (std::uint32_t h = 0; h < twin.size(); ++h)
+            if (cut_[h] && twin[h] != k_none) twin[h] = twin[twin[h]] = k_none;
     }
 
     // Gives every fan of corners a vertex of its own; the one with the lowest corner keeps the old number.
@@ -59,7 +59,7 @@ class Splitter {
         const auto corners = static_cast<std::uint32_t>(data_.face_vertices.size());
         DisjointSets fans(corners);
         for (std::uint32_t h = 0; h < corners; ++h) {
-            const std::uint32_t t = partner_[h];
+            const std::uint32_t t = links_.twin[h];
             if (t == k_none || t < h) continue;
             const bool opposite = data_.face_vertices[h] != data_.face_vertices[t];
             fans.unite(h, opposite ? next(t) : t);
@@ -80,14 +80,9 @@ class Splitter {
                 continue;
             }
             vertex[h] = static_cast<std::uint32_t>(data_.positions.size());
-            const Vec3d position = data_.positions[v];
-            data_.positions.push_back(position);
-            if (!data_.vertex_lines.empty()) {
-                const std::uint64_t line = data_.vertex_lines[v];
-                data_.vertex_lines.push_back(line);
-            }
+            data_.positions.push_back(data_.positions[v]);
+            if (!data_.vertex_lines.empty()) data_.vertex_lines.push_back(data_.vertex_lines[v]);
             result_.origin.push_back(result_.origin[v]);
-            split_[result_.origin[v]] = 1;
             changed = true;
         }
         data_.face_vertices = std::move(vertex);
@@ -95,7 +90,7 @@ class Splitter {
     }
 
     // Two faces agree when they run along their edge in opposite directions.
-    bool agree(std::uint32_t h) const { return data_.face_vertices[h] != data_.face_vertices[partner_[h]]; }
+    bool agree(std::uint32_t h) const { return data_.face_vertices[h] != data_.face_vertices[links_.twin[h]]; }
 
     bool orient() {
         const auto faces = static_cast<std::uint32_t>(data_.face_offsets.size() - 1);
@@ -111,14 +106,14 @@ class Splitter {
             for (std::size_t i = 0; i < piece.size(); ++i) {
                 const std::uint32_t f = piece[i];
                 for (std::uint32_t h = data_.face_offsets[f]; h < data_.face_offsets[f + 1]; ++h) {
-                    if (partner_[h] == k_none) continue;
-                    const std::uint32_t g = face_[partner_[h]];
+                    if (links_.twin[h] == k_none) continue;
+                    const std::uint32_t g = links_.face[links_.twin[h]];
                     const std::uint8_t wanted = agree(h) ? state[f] : (state[f] == kept ? flipped : kept);
                     if (state[g] == unseen) {
                         state[g] = wanted;
                         flip_count += wanted == flipped;
                         piece.push_back(g);
-                    } else if (state[g] != wanted && !cut_[h] && !cut_[partner_[h]]) {
+                    } else if (state[g] != wanted && !cut_[h] && !cut_[links_.twin[h]]) {
                         // h's corners at both of its ends leave their fans, so that no other face can share the edge.
                         cut_[h] = cut_[next(h)] = cut_[prev(h)] = 1;
                         ++result_.cut_faces;
@@ -147,9 +142,9 @@ class Splitter {
     }
 
     ControlMeshData& data_;
-    std::vector<std::uint32_t> face_, partner_;
-    std::vector<std::uint8_t> cut_;    ///< half-edges that hold nothing together
-    std::vector<std::uint8_t> split_;  ///< by vertex before the split
+    MeshLinks links_;
+    std::vector<std::uint8_t> cut_;  ///< half-edges that hold nothing together
+    std::ptrdiff_t vertices_before_ = std::ssize(data_.positions);
     ManifoldSplit result_;
 };
 
