@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
-#include <cmath>
 #include <cstdlib>
 #include <limits>
 
@@ -17,11 +16,6 @@ std::string_view trimmed(std::string_view s) {
     while (!s.empty() && is_blank(s.front())) s.remove_prefix(1);
     while (!s.empty() && is_blank(s.back())) s.remove_suffix(1);
     return s;
-}
-
-bool is_comment(std::string_view line) {
-    const std::string_view s = trimmed(line);
-    return !s.empty() && s.front() == '#';
 }
 
 // Length of the UTF-8 sequence at the front, 0 if there is none. Overlong forms and surrogates do not count.
@@ -59,7 +53,7 @@ bool ObjLines::next(ObjLine& line) {
     if (rest_.empty()) return false;
     line.text = physical_line();
     line.number = number_;
-    if (line.text.empty() || line.text.back() != '\\' || is_comment(line.text)) return true;
+    if (line.text.empty() || line.text.back() != '\\' || trimmed(line.text).starts_with('#')) return true;
     joined_.clear();
     std::string_view part = line.text;
     while (!part.empty() && part.back() == '\\') {

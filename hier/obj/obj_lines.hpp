@@ -1,7 +1,5 @@
 #pragma once
 
-#include "../base/error.hpp"
-
 #include <cstdint>
 #include <optional>
 #include <string>

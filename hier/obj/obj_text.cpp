@@ -19,13 +19,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-struct Tag {
-    std::string_view name;
-    std::vector<std::uint32_t> ints;  ///< VertexId::none where the file's number is negative or too large for any mesh
-    std::vector<double> reals;
-    std::vector<std::string_view> strings;
-};
-
 /// Reads what follows the `t` of a tag line.
 class TagReader {
   public:
@@ -33,8 +26,8 @@ class TagReader {
 
     /// False for a tag of another name, which is left alone.
     bool run() {
-        tag_.name = words_.next();
-        if (tag_.name.empty()) fail("the tag has no name; write `t crease 2/1/0 a b sharpness` or the like");
+        name_ = words_.next();
+        if (name_.empty()) fail("the tag has no name; write `t crease 2/1/0 a b sharpness` or the like");
         constexpr std::pair<std::string_view, void (TagReader::*)()> k_tags[] = {
             {"crease", &TagReader::crease},
             {"corner", &TagReader::corner},
@@ -44,7 +37,7 @@ class TagReader {
             {"facevaryinginterpolateboundary", &TagReader::face_varying_rule},
             {"creasemethod", &TagReader::crease_method}};
         for (const auto& [name, read] : k_tags)
-            if (tag_.name == name) {
+            if (name_ == name) {
                 read_arguments();
                 (this->*read)();
                 return true;
@@ -67,49 +60,47 @@ class TagReader {
             const auto value =
                 slash == std::string_view::npos ? std::nullopt : obj_integer(counts.substr(at, slash - at));
             if (!value || *value < 0)
-                fail(fmt::format("tag '{}' needs its counts as ints/reals/strings, not {}", tag_.name,
-                                 obj_quote(counts)));
+                fail(fmt::format("tag '{}' needs its counts as ints/reals/strings, not {}", name_, obj_quote(counts)));
             count[i] = *value;
             at = slash + 1;
         }
         const auto word = [&](const char* what) {
             const std::string_view next = words_.next();
             if (next.empty())
-                fail(fmt::format("tag '{}' ends before the {} that its counts {} promise", tag_.name, what,
+                fail(fmt::format("tag '{}' ends before the {} that its counts {} promise", name_, what,
                                  obj_quote(counts)));
             return next;
         };
         const auto number = [&](const char* what, const char* one, auto parse) {
             const std::string_view text = word(what);
             const auto value = parse(text);
-            if (!value) fail(fmt::format("{} in tag '{}' is no {}", obj_quote(text), tag_.name, one));
+            if (!value) fail(fmt::format("{} in tag '{}' is no {}", obj_quote(text), name_, one));
             return *value;
         };
         for (std::int64_t i = 0; i < count[0]; ++i) {
             const std::int64_t value = number("integers", "integer", obj_integer);
-            tag_.ints.push_back(value < 0 || value >= VertexId::none ? VertexId::none
-                                                                     : static_cast<std::uint32_t>(value));
+            ints_.push_back(value < 0 || value >= VertexId::none ? VertexId::none : static_cast<std::uint32_t>(value));
         }
-        for (std::int64_t i = 0; i < count[1]; ++i) tag_.reals.push_back(number("reals", "number", obj_number));
-        for (std::int64_t i = 0; i < count[2]; ++i) tag_.strings.push_back(word("strings"));
+        for (std::int64_t i = 0; i < count[1]; ++i) reals_.push_back(number("reals", "number", obj_number));
+        for (std::int64_t i = 0; i < count[2]; ++i) strings_.push_back(word("strings"));
         if (const std::string_view extra = words_.next(); !extra.empty())
-            fail(fmt::format("tag '{}' goes on with {} after what its counts {} promise", tag_.name, obj_quote(extra),
+            fail(fmt::format("tag '{}' goes on with {} after what its counts {} promise", name_, obj_quote(extra),
                              obj_quote(counts)));
     }
 
     float sharpness(std::size_t i) const {
-        const double value = tag_.reals[i];
+        const double value = reals_[i];
         return value > std::numeric_limits<float>::max() ? k_sharpness_infinity : static_cast<float>(value);
     }
 
     void crease() {
-        const std::size_t pairs = tag_.ints.size() / 2, reals = tag_.reals.size();
-        if (pairs == 0 || tag_.ints.size() % 2 != 0)
-            fail(fmt::format("a crease tag needs pairs of vertices, not {} numbers", tag_.ints.size()));
+        const std::size_t pairs = ints_.size() / 2, reals = reals_.size();
+        if (pairs == 0 || ints_.size() % 2 != 0)
+            fail(fmt::format("a crease tag needs pairs of vertices, not {} numbers", ints_.size()));
         if (reals != 1 && reals != pairs && reals != 2 * pairs)
             fail(fmt::format("a crease tag of {} edges needs 1 sharpness or one for each edge, not {}", pairs, reals));
         for (std::size_t i = 0; i < pairs; ++i)
-            data_.creases.push_back({tag_.ints[2 * i], tag_.ints[2 * i + 1],
+            data_.creases.push_back({ints_[2 * i], ints_[2 * i + 1],
                                      sharpness(reals == 1       ? 0
                                                : reals == pairs ? i
                                                                 : 2 * i),
@@ -117,37 +108,36 @@ class TagReader {
     }
 
     void corner() {
-        const std::size_t count = tag_.ints.size(), reals = tag_.reals.size();
+        const std::size_t count = ints_.size(), reals = reals_.size();
         if (count == 0) fail("a corner tag needs at least one vertex");
         if (reals != 1 && reals != count)
             fail(fmt::format("a corner tag of {} vertices needs 1 sharpness or one for each, not {}", count, reals));
         for (std::size_t i = 0; i < count; ++i)
-            data_.corners.push_back({tag_.ints[i], sharpness(reals == 1 ? 0 : i), line_});
+            data_.corners.push_back({ints_[i], sharpness(reals == 1 ? 0 : i), line_});
     }
 
     void corner_angle() {
-        const std::size_t pairs = tag_.ints.size() / 2, reals = tag_.reals.size();
-        if (pairs == 0 || tag_.ints.size() % 2 != 0)
-            fail(fmt::format("a cornerangle tag needs pairs of a vertex and a face, not {} numbers", tag_.ints.size()));
+        const std::size_t pairs = ints_.size() / 2, reals = reals_.size();
+        if (pairs == 0 || ints_.size() % 2 != 0)
+            fail(fmt::format("a cornerangle tag needs pairs of a vertex and a face, not {} numbers", ints_.size()));
         if (reals != 1 && reals != pairs)
             fail(fmt::format("a cornerangle tag of {} corners needs 1 angle or one for each, not {}", pairs, reals));
         for (std::size_t i = 0; i < pairs; ++i)
-            data_.corner_angles.push_back({tag_.ints[2 * i], tag_.ints[2 * i + 1],
-                                           tag_.reals[reals == 1 ? 0 : i] * std::numbers::pi / 180, line_});
+            data_.corner_angles.push_back(
+                {ints_[2 * i], ints_[2 * i + 1], reals_[reals == 1 ? 0 : i] * std::numbers::pi / 180, line_});
     }
 
     void hole() {
-        if (tag_.ints.empty()) fail("a hole tag needs at least one face");
-        for (const std::uint32_t face : tag_.ints) {
+        if (ints_.empty()) fail("a hole tag needs at least one face");
+        for (const std::uint32_t face : ints_) {
             data_.holes.push_back(face);
             data_.hole_lines.push_back(line_);
         }
     }
 
     std::uint32_t choice(std::uint32_t last, const char* meaning) const {
-        if (tag_.ints.size() != 1 || tag_.ints[0] > last)
-            fail(fmt::format("tag '{}' needs one integer: {}", tag_.name, meaning));
-        return tag_.ints[0];
+        if (ints_.size() != 1 || ints_[0] > last) fail(fmt::format("tag '{}' needs one integer: {}", name_, meaning));
+        return ints_[0];
     }
 
     void boundary_rule() {
@@ -158,9 +148,9 @@ class TagReader {
             5, "0 smooth, 1 corners only, 2 corners plus 1, 3 corners plus 2, 4 boundaries, 5 linear everywhere"));
     }
     void crease_method() {
-        if (tag_.strings.size() == 1 && tag_.strings[0] == "chaikin")
+        if (strings_.size() == 1 && strings_[0] == "chaikin")
             data_.crease_method = CreaseMethod::chaikin;
-        else if (tag_.strings.size() == 1 && (tag_.strings[0] == "normal" || tag_.strings[0] == "uniform"))
+        else if (strings_.size() == 1 && (strings_[0] == "normal" || strings_[0] == "uniform"))
             data_.crease_method = CreaseMethod::uniform;
         else
             fail("tag 'creasemethod' needs one word: normal or chaikin");
@@ -169,7 +159,10 @@ class TagReader {
     ObjWords words_;
     std::uint64_t line_;
     ControlMeshData& data_;
-    Tag tag_;
+    std::string_view name_;
+    std::vector<std::uint32_t> ints_;  ///< VertexId::none where the file's number is negative or too large for any mesh
+    std::vector<double> reals_;
+    std::vector<std::string_view> strings_;
 };
 
 // Most numbers on a `v` line: position, weight and colour.
@@ -266,9 +259,10 @@ class Reader {
     }
 
     void ignore(const std::string& keyword) {
-        const auto [it, added] = ignored_.try_emplace(keyword, ignored_list_.size());
-        if (added) ignored_list_.push_back({keyword, {}});
-        ignored_list_[it->second].lines.add(line_);
+        auto known = std::ranges::find(ignored_, keyword, &Ignored::keyword);
+        if (known == ignored_.end() && ignored_.size() == k_named_keywords) return void(++ignored_others_);
+        if (known == ignored_.end()) known = ignored_.insert(known, {keyword, {}});
+        known->lines.add(line_);
     }
 
     struct Numbers {
@@ -373,16 +367,11 @@ class Reader {
              "{} vertices have 5 or 8 numbers, one more than x y z with a weight or a colour or both (the first is on "
              "line {}); it is ignored");
         warn(coloured_, "{2}: vertex colours are not carried over ({0} vertices have one, the first is on line {1})");
-        std::uint64_t others = 0;
-        for (std::size_t i = 0; i < ignored_list_.size(); ++i) {
-            const auto& [keyword, lines] = ignored_list_[i];
-            if (i < k_named_keywords)
-                data_.warnings.push_back(fmt::format("{} line{} of kind {} ignored (the first is line {})", lines.count,
-                                                     lines.count == 1 ? "" : "s", obj_quote(keyword), lines.first));
-            else
-                others += lines.count;
-        }
-        if (others != 0) data_.warnings.push_back(fmt::format("{} lines of other unknown kinds ignored", others));
+        for (const auto& [keyword, lines] : ignored_)
+            data_.warnings.push_back(fmt::format("{} line{} of kind {} ignored (the first is line {})", lines.count,
+                                                 lines.count == 1 ? "" : "s", obj_quote(keyword), lines.first));
+        if (ignored_others_ != 0)
+            data_.warnings.push_back(fmt::format("{} lines of other unknown kinds ignored", ignored_others_));
     }
 
     struct Ignored {
@@ -397,8 +386,8 @@ class Reader {
     std::uint64_t line_ = 0;
     CurrentName material_, group_;
     Tally weighted_, surplus_, coloured_;
-    std::unordered_map<std::string, std::size_t> ignored_;
-    std::vector<Ignored> ignored_list_;
+    std::vector<Ignored> ignored_;
+    std::uint64_t ignored_others_ = 0;  ///< lines of keywords beyond those
 };
 
 }  // namespace
