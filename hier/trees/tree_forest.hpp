@@ -7,7 +7,6 @@
 
 #include <array>
 #include <bit>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -166,8 +165,7 @@ class TreeForest {
     void mark_closure(std::span<const LeafId> marked, detail::PoolVector<std::uint32_t>& splits);
     void split(std::uint32_t slot, ForestChange& change);
     bool has_finer_beside(const Record& record) const;
-    bool blocks_merge(const Record& record) const;
-    void remove_records(std::span<const std::uint32_t> going);
+    void remove_records(std::span<const std::uint32_t> going, std::vector<LeafId>& reshaped);
     void append_leaves(std::uint32_t slot, std::vector<LeafId>& leaves) const;
 };
 

@@ -220,17 +220,12 @@ bool TreeForest<Rule>::has_finer_beside(const Record& record) const {
     return false;
 }
 
-// Whether a node, all of whose children are leaves, has to stay split.
 template <class Rule>
-bool TreeForest<Rule>::blocks_merge(const Record& record) const {
-    for (int side = 0; side < k_sides; ++side)
-        if ((creases(record) >> side & 1) != 0 && marks_[records_[record.link[side] / 4].parent] == 0) return true;
-    return has_finer_beside(record);
-}
-
-template <class Rule>
-void TreeForest<Rule>::remove_records(std::span<const std::uint32_t> going) {
+void TreeForest<Rule>::remove_records(std::span<const std::uint32_t> going, std::vector<LeafId>& reshaped) {
     const std::size_t points_before = free_points_.size();
+    const auto is_going = [&](std::uint32_t slot) {
+        return !is_root(slot) && marks_[records_[record_of(slot)].parent] != 0;
+    };
     for (const std::uint32_t record : going) {
         const Record& r = records_[record];
         for (int side = 0; side < k_sides; ++side) {
@@ -238,11 +233,14 @@ void TreeForest<Rule>::remove_records(std::span<const std::uint32_t> going) {
             const bool alone = link >= k_coarser;
             const bool both_go = !alone && marks_[records_[link / 4].parent] != 0;
             if (!alone && !both_go) records_[link / 4].link[link % 4] = k_coarser;
-            if constexpr (Rule::k_midpoints)
+            if constexpr (Rule::k_midpoints) {
+                const std::uint32_t next = beyond(r.parent, side).slot;
+                if (alone && next < k_coarser && !is_going(next)) reshaped.emplace_back(next);
                 if (alone || (both_go && record < link / 4)) {
                     sites_[r.point[k_sides + side]] = Site{};
                     free_points_.push_back(r.point[k_sides + side]);
                 }
+            }
         }
     }
     for (const std::uint32_t record : going) {
@@ -295,8 +293,11 @@ void TreeForest<Rule>::coarsen(std::span<const LeafId> marked, ForestChange& cha
     // The reason to stay is of the form "if this stays, so does that": there is one largest set that can go, whatever
     // the order.
     const auto stays = [&](std::uint32_t record) {
-        const bool blocks = blocks_merge(records_[record]);
-        if (blocks) marks_[records_[record].parent] = 0;
+        const Record& r = records_[record];
+        bool blocks = has_finer_beside(r);
+        for (int side = 0; side < k_sides; ++side)
+            if ((creases(r) >> side & 1) != 0 && marks_[records_[r.link[side] / 4].parent] == 0) blocks = true;
+        if (blocks) marks_[r.parent] = 0;
         return blocks;
     };
     while (std::erase_if(going, stays) > 0) {
@@ -304,19 +305,9 @@ void TreeForest<Rule>::coarsen(std::span<const LeafId> marked, ForestChange& cha
     change.created.clear();
     change.reshaped.clear();
     for (const std::uint32_t record : going) change.created.emplace_back(records_[record].parent);
-    if constexpr (Rule::k_midpoints) {
-        const auto is_going = [&](std::uint32_t slot) {
-            return !is_root(slot) && marks_[records_[record_of(slot)].parent] != 0;
-        };
-        for (const LeafId parent : change.created)
-            for (int side = 0; side < k_sides; ++side) {
-                const std::uint32_t next = beyond(parent.value, side).slot;
-                if (next < k_coarser && !is_split(next) && !is_going(next)) change.reshaped.emplace_back(next);
-            }
-        std::sort(change.reshaped.begin(), change.reshaped.end());
-        change.reshaped.erase(std::unique(change.reshaped.begin(), change.reshaped.end()), change.reshaped.end());
-    }
-    remove_records(going);
+    remove_records(going, change.reshaped);
+    std::sort(change.reshaped.begin(), change.reshaped.end());
+    change.reshaped.erase(std::unique(change.reshaped.begin(), change.reshaped.end()), change.reshaped.end());
 }
 
 }  // namespace tetrakis

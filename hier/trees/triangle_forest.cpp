@@ -10,18 +10,12 @@ namespace tetrakis {
 
 template class TreeForest<RedTriangles>;
 
-RedTriangles::RedTriangles(const ControlMesh& control)
-    : mesh(&control), link(3 * std::size_t{control.face_count()}, 0xFFFF'FFFFu) {
+RedTriangles::RedTriangles(const ControlMesh& control) : mesh(&control) {
     for (std::uint32_t f = 0; f < mesh->face_count(); ++f)
         if (mesh->face_size(FaceId(f)) != 3)
             throw Error(ErrorCode::unsupported, detail::face_name(mesh->data(), f) + " has " +
                                                     std::to_string(mesh->face_size(FaceId(f))) +
                                                     " corners, but a triangle forest needs triangles; triangulate it");
-    for (std::uint32_t h = 0; h < link.size(); ++h) {
-        const HalfedgeId twin = mesh->twin(HalfedgeId(h));
-        if (has_root(h / 3) && twin.valid() && has_root(twin.value / 3))
-            link[h] = 4 * (twin.value / 3) + twin.value % 3;
-    }
 }
 
 Site RedTriangles::midpoint_site(const TreeFrame& frame, int edge) const {
@@ -86,35 +80,23 @@ constexpr std::array<GreenPattern, 8> make_patterns() {
 
 constexpr std::array<GreenPattern, 8> k_patterns = make_patterns();
 
-}  // namespace
-
-// The set of edges with a hanging midpoint.
-unsigned TriangleForest::hanging_mask(std::uint32_t slot) const {
-    unsigned mask = 0;
-    for (int e = 0; e < 3; ++e) {
-        const std::uint32_t next = beyond(slot, e).slot;
-        if (next < k_coarser && is_split(next)) mask |= 1u << e;
-    }
-    return mask;
+const GreenPattern& pattern_of(const std::array<PointId, 3>& hanging) {
+    return k_patterns[(hanging[0].valid() ? 1u : 0u) | (hanging[1].valid() ? 2u : 0u) | (hanging[2].valid() ? 4u : 0u)];
 }
+
+}  // namespace
 
 GreenTriangles TriangleForest::green_triangles(LeafId leaf) const {
     const CellTriangle whole = triangle(leaf);
-    const unsigned mask = hanging_mask(leaf.value);
-    GreenTriangles green;
-    if (mask == 0) {
-        green.count = 1;
-        green.cell[0] = whole;
-        return green;
-    }
+    const GreenPattern& pattern = pattern_of(hanging_points(leaf));
+    GreenTriangles green{pattern.count, {whole}};
+    if (green.count == 1) return green;
     std::array<LatticePoint, 6> at;
     for (std::size_t e = 0; e < 3; ++e) {
         const LatticePoint p = whole.corner[e], q = whole.corner[(e + 1) % 3];
         at[e] = {2 * p.x, 2 * p.y};
         at[3 + e] = {p.x + q.x, p.y + q.y};
     }
-    const GreenPattern& pattern = k_patterns[mask];
-    green.count = pattern.count;
     for (int t = 0; t < green.count; ++t) {
         green.cell[t].root = whole.root;
         green.cell[t].level = static_cast<std::uint8_t>(whole.level + 1);
@@ -129,16 +111,15 @@ ExportedTriangles TriangleForest::exported() const {
     detail::reserve_large(out.faces, leaf_count_);
     detail::reserve_large(out.leaves, leaf_count_);
     for (const LeafId leaf : ordered_leaves()) {
-        const std::uint32_t slot = leaf.value, mask = hanging_mask(slot);
-        const auto own = corners(slot);
-        std::array<std::uint32_t, 6> point{own[0], own[1], own[2], 0, 0, 0};
-        for (int e = 0; e < 3; ++e)
-            if (mask >> e & 1) point[3 + e] = hanging_point(slot, e);
-        const GreenPattern& pattern = k_patterns[mask];
+        const auto own = corners(leaf.value);
+        const auto hanging = hanging_points(leaf);
+        const std::array<std::uint32_t, 6> point{own[0],           own[1],           own[2],
+                                                 hanging[0].value, hanging[1].value, hanging[2].value};
+        const GreenPattern& pattern = pattern_of(hanging);
         for (int k = 0; k < pattern.count; ++k) {
             const auto& [a, b, c] = pattern.corner[k];
             out.triangles.push_back({point[a], point[b], point[c]});
-            out.faces.emplace_back(root_of(slot));
+            out.faces.push_back(face(leaf));
             out.leaves.push_back(leaf);
         }
     }

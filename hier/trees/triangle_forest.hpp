@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../base/memory.hpp"
 #include "../forest/corner_cell.hpp"
 #include "../forest/exported_triangles.hpp"
 #include "../forest/site.hpp"
@@ -10,7 +9,6 @@
 #include <array>
 #include <cstdint>
 #include <utility>
-#include <vector>
 
 namespace tetrakis {
 
@@ -64,7 +62,8 @@ struct RedTriangles {
     bool has_root(std::uint32_t face) const { return !mesh->is_hole(FaceId(face)); }
     static TreeFrame root_frame(std::uint32_t face) { return {face, {0, 0}, 0, 0}; }
     std::uint32_t root_link(std::uint32_t face, int edge) const {
-        return link[3 * std::size_t{face} + static_cast<std::size_t>(edge)];
+        const std::uint32_t twin = mesh->twin(HalfedgeId(3 * face + static_cast<std::uint32_t>(edge))).value;
+        return twin != HalfedgeId::none && has_root(twin / 3) ? 4 * (twin / 3) + twin % 3 : 0xFFFF'FFFFu;
     }
     std::array<std::uint32_t, 3> root_corners(std::uint32_t face) const {
         const std::uint32_t h = 3 * face;
@@ -72,10 +71,9 @@ struct RedTriangles {
                 mesh->origin(HalfedgeId(h + 2)).value};
     }
     Site midpoint_site(const TreeFrame& frame, int edge) const;
-    std::uint64_t memory_bytes() const { return link.capacity() * sizeof(std::uint32_t); }
+    static std::uint64_t memory_bytes() { return 0; }
 
     const ControlMesh* mesh;
-    std::vector<std::uint32_t> link;  // 3 per face: 4 * face + edge across it; all bits at the boundary
 };
 
 /// Restricted triangle quadtrees over a triangle mesh, with conforming (red-green) closure; one root per face.
@@ -118,9 +116,6 @@ class TriangleForest : public TreeForest<RedTriangles> {
 
     /// The output mesh. O(leaves).
     ExportedTriangles exported() const;
-
-  private:
-    unsigned hanging_mask(std::uint32_t slot) const;
 };
 
 extern template class TreeForest<RedTriangles>;
