@@ -2,19 +2,16 @@
 
 #include "../base/error.hpp"
 #include "../base/memory.hpp"
+#include "tree_forest_change.hpp"
 
 #include <algorithm>
 #include <cassert>
-#include <compare>
 #include <tuple>
 
 namespace tetrakis {
 
 Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept)
-    : lattice_(mesh, kept),
-      max_level_(Sqrt3Lattice::max_level(mesh)),
-      child_(mesh.face_count(), std::uint32_t{k_whole}),
-      shared_(lattice_) {
+    : lattice_(mesh, kept), child_(mesh.face_count(), std::uint32_t{k_whole}), known_(lattice_) {
     if (!mesh.all_triangles())
         throw Error(ErrorCode::unsupported,
                     "adaptive sqrt3 refinement takes no other faces than triangles; triangulate the mesh",
@@ -29,17 +26,10 @@ Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeI
 // Names and slots.
 
 std::uint32_t Sqrt3Forest::slot_of(int level, std::uint64_t face) const {
-    std::array<std::uint8_t, 64> side;
-    for (int k = level; k > 0; --k) {
-        side[static_cast<std::size_t>(k - 1)] = static_cast<std::uint8_t>(face % 3);
-        face /= 3;
-    }
-    auto slot = static_cast<std::uint32_t>(face);
-    for (int k = 0; k < level; ++k) {
-        if (!is_split(slot)) return k_no_slot;
-        slot = first_child(child_[slot]) + side[static_cast<std::size_t>(k)];
-    }
-    return slot;
+    if (level == 0) return static_cast<std::uint32_t>(face);
+    const std::uint32_t parent = slot_of(level - 1, face / 3);
+    if (parent == k_no_slot || !is_split(parent)) return k_no_slot;
+    return first_child(child_[parent]) + static_cast<std::uint32_t>(face % 3);
 }
 
 LeafId Sqrt3Forest::find(const Sqrt3Triangle& triangle) const {
@@ -59,13 +49,13 @@ std::uint32_t Sqrt3Forest::beyond(int level, std::uint64_t twin) const {
 // The half-edge on the other side of an edge.
 std::uint32_t Sqrt3Forest::across(std::uint32_t h) const {
     const Sqrt3Triangle t = triangle_of(h / 3);
-    return beyond(t.level, shared_.lattice.twin(t.level, 3 * t.face + h % 3));
+    return beyond(t.level, known_.twin(t.level, 3 * t.face + h % 3));
 }
 
 // Whether splitting this face cuts its first edge (Sqrt3Lattice).
 bool Sqrt3Forest::is_cut(std::uint32_t slot) const {
     const Sqrt3Triangle t = triangle_of(slot);
-    return shared_.lattice.cut_side(t.level, t.face) != Sqrt3Lattice::none;
+    return known_.cut_side(t.level, t.face) != Sqrt3Lattice::none;
 }
 
 // The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it. Both faces of a cut edge have records of
@@ -75,8 +65,8 @@ std::uint32_t Sqrt3Forest::apex(std::uint32_t h) const {
     bool second = false;
     if (is_cut(h / 3)) {
         second = h % 3 == 1;
-        const auto [face, slot, level, live] = records_[record];
-        const std::uint64_t beyond = shared_.lattice.beyond(level, 3 * face);
+        const auto [face, slot, level] = records_[record];
+        const std::uint64_t beyond = known_.beyond(level, 3 * face);
         if (beyond != Sqrt3Lattice::none && !lattice_.owns_cut(level, face, Sqrt3Lattice::face(beyond))) {
             record = child_[slot_of(level, Sqrt3Lattice::face(beyond))];
             second = !second;
@@ -106,7 +96,7 @@ std::uint32_t Sqrt3Forest::origin(std::uint32_t h) const {
 }
 
 std::array<PointId, 3> Sqrt3Forest::points(LeafId leaf) const {
-    const std::scoped_lock lock(shared_.mutex);
+    const std::scoped_lock lock(mutex_);
     const std::uint32_t h = 3 * leaf.value;
     if (leaf.value >= mesh().face_count()) {
         const std::uint32_t edge = over(leaf.value);
@@ -118,7 +108,7 @@ std::array<PointId, 3> Sqrt3Forest::points(LeafId leaf) const {
     return {PointId(origin(h)), PointId(origin(h + 1)), PointId(origin(h + 2))};
 }
 
-Site Sqrt3Forest::site(PointId point) const {
+Site Sqrt3Forest::point_site(PointId point) const {
     if (point.value < mesh().vertex_count()) {
         const HalfedgeId h = mesh().vertex_halfedge(VertexId(point.value));
         const Sqrt3Cell root = Sqrt3Lattice::cell(mesh().face(h));
@@ -136,28 +126,27 @@ LeafId Sqrt3Forest::leaf_with(int level, std::uint64_t h) const {
     const std::uint32_t slot = slot_of(level, face);
     // A face that is not there but has the half-edge: over an edge that was not flipped, which the level before has,
     // too; else a half triangle on the other side has it for its second side.
-    if (slot == k_no_slot && level % 2 != 0 && shared_.lattice.twin(level, h) == Sqrt3Lattice::none)
+    if (slot == k_no_slot && level % 2 != 0 && known_.twin(level, h) == Sqrt3Lattice::none)
         return leaf_with(level - 1, face);
-    if (slot == k_no_slot) return LeafId(slot_of(level, shared_.lattice.twin(level - 1, face)));
+    if (slot == k_no_slot) return LeafId(slot_of(level, known_.twin(level - 1, face)));
     return LeafId(is_split(slot) ? child_over(3 * slot + static_cast<std::uint32_t>(h % 3)) : slot);
 }
 
-LeafId Sqrt3Forest::neighbour(LeafId leaf, int side) const {
+std::array<LeafId, 2> Sqrt3Forest::neighbours(LeafId leaf, int side) const {
     const Sqrt3Triangle t = triangle(leaf);
-    const std::scoped_lock lock(shared_.mutex);
-    Sqrt3Lattice& lattice = shared_.lattice;
+    const std::scoped_lock lock(mutex_);
     int level = t.level;
     std::uint64_t h = 3 * t.face + static_cast<std::uint64_t>(side);
     if (t.half && side == 0) {
         --level;
         h = t.face;
     } else if (t.half && side == 1) {
-        h = 3 * lattice.twin(level - 1, t.face);
+        h = 3 * known_.twin(level - 1, t.face);
     }
-    std::uint64_t other = lattice.twin(level, h);
-    if (other == Sqrt3Lattice::none) other = lattice.beyond(level, h);
-    if (other == Sqrt3Lattice::none || lattice.is_hole(level, Sqrt3Lattice::face(other))) return {};
-    return leaf_with(level, other);
+    std::uint64_t other = known_.twin(level, h);
+    if (other == Sqrt3Lattice::none) other = known_.beyond(level, h);
+    if (other == Sqrt3Lattice::none || known_.is_hole(level, Sqrt3Lattice::face(other))) return {};
+    return {leaf_with(level, other), LeafId{}};
 }
 
 std::vector<LeafId> Sqrt3Forest::ordered_leaves() const {
@@ -189,24 +178,23 @@ ExportedTriangles Sqrt3Forest::exported() const {
 // Changes.
 
 // Adds a face that is not split, with what has to be split with it or before it.
-void Sqrt3Forest::add_needed(const Sqrt3Face& face, detail::PoolVector<Sqrt3Face>& wanted) const {
-    Sqrt3Lattice& lattice = shared_.lattice;
+void Sqrt3Forest::add_needed(const Sqrt3Triangle& face, detail::PoolVector<Sqrt3Triangle>& wanted) const {
     std::size_t begin = wanted.size();
     wanted.push_back(face);
     while (begin < wanted.size()) {
         const std::uint8_t level = wanted[begin].level;
         // Those of one level come one after another.
         const auto need = [&](int at, std::uint64_t number) {
-            const Sqrt3Face f{static_cast<std::uint8_t>(at), number};
+            const Sqrt3Triangle f{static_cast<std::uint8_t>(at), false, number};
             if (number == Sqrt3Lattice::none || is_split(at, number)) return;
             if (std::find(wanted.begin() + static_cast<std::ptrdiff_t>(begin), wanted.end(), f) == wanted.end())
                 wanted.push_back(f);
         };
         std::size_t end = wanted.size();
-        for (std::size_t i = begin; i < end; ++i) need(level, lattice.partner(level, wanted[i].face));
+        for (std::size_t i = begin; i < end; ++i) need(level, known_.partner(level, wanted[i].face));
         end = wanted.size();
         for (std::size_t i = begin; i < end && level > 0; ++i) {
-            const std::uint64_t h = wanted[i].face, t = lattice.twin(level - 1, h);
+            const std::uint64_t h = wanted[i].face, t = known_.twin(level - 1, h);
             need(level - 1, Sqrt3Lattice::face(h));
             if (t != Sqrt3Lattice::none) need(level - 1, Sqrt3Lattice::face(t));
         }
@@ -215,18 +203,18 @@ void Sqrt3Forest::add_needed(const Sqrt3Face& face, detail::PoolVector<Sqrt3Face
 }
 
 // The faces that have to be split for these leaves to be, the coarsest first.
-detail::PoolVector<Sqrt3Face> Sqrt3Forest::wanted(std::span<const LeafId> marked) const {
-    detail::PoolVector<Sqrt3Face> result;
+detail::PoolVector<Sqrt3Triangle> Sqrt3Forest::wanted(std::span<const LeafId> marked) const {
+    detail::PoolVector<Sqrt3Triangle> result;
     result.reserve(marked.size());
     for (const LeafId leaf : marked) {
         const auto [level, half, face] = triangle_of(leaf.value);
         const auto above = static_cast<std::uint8_t>(level - 1);
         if (half)
-            add_needed({above, Sqrt3Lattice::face(shared_.lattice.twin(above, face))}, result);
-        else if (shared_.lattice.partner(level, face) != Sqrt3Lattice::none)
-            add_needed({level, face}, result);
+            add_needed({above, false, Sqrt3Lattice::face(known_.twin(above, face))}, result);
+        else if (known_.partner(level, face) != Sqrt3Lattice::none)
+            add_needed({level, false, face}, result);
         else
-            result.push_back({level, face});  // whatever it needs is split
+            result.push_back({level, false, face});  // whatever it needs is split
     }
     // In many a call all leaves are split, in their order.
     if (!std::is_sorted(result.begin(), result.end())) std::sort(result.begin(), result.end());
@@ -236,10 +224,10 @@ detail::PoolVector<Sqrt3Face> Sqrt3Forest::wanted(std::span<const LeafId> marked
 
 void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed) {
     assert(std::ranges::all_of(marked, [&](LeafId leaf) { return is_leaf(leaf); }));
-    const detail::PoolVector<Sqrt3Face> wanted = this->wanted(marked);  // `marked` may be what `change` held
-    for (const Sqrt3Face& face : wanted)
-        if (face.level >= max_level_)
-            throw Error(ErrorCode::unsupported, "level " + std::to_string(max_level_) +
+    const detail::PoolVector<Sqrt3Triangle> wanted = this->wanted(marked);  // `marked` may be what `change` held
+    for (const Sqrt3Triangle& face : wanted)
+        if (face.level >= max_level())
+            throw Error(ErrorCode::unsupported, "level " + std::to_string(max_level()) +
                                                     " is the deepest that has numbers; its faces cannot be split");
     std::vector<LeafId>& created = change.created;
     created.clear();
@@ -250,7 +238,6 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
     if (child_.size() + 3 * std::uint64_t{fresh} > k_max_slots)
         throw Error(ErrorCode::memory_limit, "the hierarchy would have more triangles than 32 bits can number");
     detail::make_room(records_, records_.size() + fresh);
-    detail::make_room(free_records_, records_.size() + fresh);
     detail::make_room(child_, child_.size() + 3 * fresh);
     detail::reserve_large(created, 6 * wanted.size());
     if (removed != nullptr) removed->reserve(4 * wanted.size());
@@ -261,11 +248,7 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
     detail::PoolVector<Twins> twins(wanted.size());
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::uint64_t side = 0; side < 3; ++side)
-            twins[i][side] = shared_.lattice.twin(wanted[i].level, 3 * wanted[i].face + side);
-    for (std::size_t i = records_.size() + fresh; i-- > records_.size();)
-        free_records_.push_back(static_cast<std::uint32_t>(i));
-    records_.resize(records_.size() + fresh);
-    child_.resize(child_.size() + 3 * fresh, std::uint32_t{k_dead});
+            twins[i][side] = known_.twin(wanted[i].level, 3 * wanted[i].face + side);
     for (std::size_t i = 0; i < wanted.size(); ++i) fresh_records.push_back(split(wanted[i], twins[i], whole, removed));
     const auto is_new_leaf = [&](std::uint32_t slot) {
         if (child_[slot] == k_whole_now) child_[slot] = k_whole;
@@ -282,22 +265,21 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
 
 // What the lattice remembers serves the next change, but is not to outweigh what it is for.
 void Sqrt3Forest::forget_twins() {
-    if (shared_.lattice.memory_bytes() > child_.capacity() * sizeof(child_[0]))
-        shared_.lattice = Sqrt3Lattice(lattice_);
+    if (known_.memory_bytes() > child_.capacity() * sizeof(child_[0])) known_ = Sqrt3Lattice(lattice_);
 }
 
 // Splits a face; those of coarser levels come first. Returns the record.
-std::uint32_t Sqrt3Forest::split(const Sqrt3Face& at, const Twins& twins, detail::PoolVector<LeafId>& whole,
+std::uint32_t Sqrt3Forest::split(const Sqrt3Triangle& at, const Twins& twins, detail::PoolVector<LeafId>& whole,
                                  Changed* removed) {
-    const auto [level, face] = at;
+    const auto [level, half, face] = at;
     const std::uint32_t slot = slot_of(level, face);
     const auto was = [&](std::uint32_t leaf) {
         if (removed != nullptr) removed->emplace_back(leaf, triangle_of(leaf));
     };
     if (child_[slot] == k_whole) was(slot);
-    const std::uint32_t record = free_records_.back();
-    free_records_.pop_back();
-    records_[record] = {face, slot, level, true};
+    const std::uint32_t record = detail::take_free(free_records_, records_);
+    if (first_child(record) == child_.size()) child_.resize(child_.size() + 3);
+    records_[record] = {face, slot, level};
     child_[slot] = record;
     for (std::uint32_t side = 0; side < 3; ++side) {
         std::uint32_t& child = child_[first_child(record) + side];
@@ -318,13 +300,6 @@ std::uint32_t Sqrt3Forest::split(const Sqrt3Face& at, const Twins& twins, detail
     return record;
 }
 
-// The record of the triangle beyond the edge that a whole triangle lies across; none at the boundary.
-std::uint32_t Sqrt3Forest::record_beyond(std::uint32_t slot) const {
-    if (slot < mesh().face_count() || child_[slot] == k_half) return k_no_slot;
-    const std::uint32_t twin = across(over(slot));
-    return twin == k_kept ? k_no_slot : child_[twin / 3];
-}
-
 Sqrt3Forest::Group Sqrt3Forest::group_of(std::uint32_t record) const {
     Group group;
     bool leaves = true;
@@ -335,7 +310,7 @@ Sqrt3Forest::Group Sqrt3Forest::group_of(std::uint32_t record) const {
     };
     const Record& at = records_[record];
     std::array<std::uint32_t, 2> sides{record, record};
-    if (const std::uint64_t partner = shared_.lattice.partner(at.level, at.face); partner != Sqrt3Lattice::none)
+    if (const std::uint64_t partner = known_.partner(at.level, at.face); partner != Sqrt3Lattice::none)
         sides[1] = child_[slot_of(at.level, partner)];
     for (const std::uint32_t of : sides)
         for (std::uint32_t side = 0; side < 3; ++side) add(first_child(of) + side);
@@ -352,10 +327,10 @@ Sqrt3Forest::Group Sqrt3Forest::group_of(std::uint32_t record) const {
 std::vector<LeafId> Sqrt3Forest::group(LeafId leaf) const {
     const std::uint32_t roots = mesh().face_count();
     if (leaf.value < roots) return {};
-    const std::scoped_lock lock(shared_.mutex);
+    const std::scoped_lock lock(mutex_);
     Group found = group_of((leaf.value - roots) / 3);
-    if (found.slots.empty())
-        if (const std::uint32_t beyond = record_beyond(leaf.value); beyond != k_no_slot) found = group_of(beyond);
+    if (found.slots.empty() && !is_half(leaf))
+        if (const std::uint32_t twin = across(over(leaf.value)); twin != k_kept) found = group_of(child_[twin / 3]);
     std::vector<LeafId> result;
     for (std::size_t i = 0; i < found.own; ++i) result.emplace_back(found.slots[i]);
     return result;
@@ -397,7 +372,6 @@ void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, 
     removed.erase(std::unique(removed.begin(), removed.end()), removed.end());
     // What follows does not throw.
     for (const std::uint32_t record : records) {
-        records_[record].live = false;
         child_[records_[record].slot] = k_whole;
         created.emplace_back(records_[record].slot);
         free_records_.push_back(record);
@@ -412,13 +386,13 @@ void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, 
 }
 
 std::uint64_t Sqrt3Forest::memory_bytes() const {
-    const std::scoped_lock lock(shared_.mutex);
-    return shared_.lattice.memory_bytes() + child_.capacity() * sizeof(child_[0]) +
-           records_.capacity() * sizeof(Record) + free_records_.capacity() * sizeof(free_records_[0]);
+    const std::scoped_lock lock(mutex_);
+    return known_.memory_bytes() + child_.capacity() * sizeof(child_[0]) + records_.capacity() * sizeof(Record) +
+           free_records_.capacity() * sizeof(free_records_[0]);
 }
 
 void Sqrt3Forest::shrink() {
-    shared_.lattice = Sqrt3Lattice(lattice_);  // which remembers nothing
+    known_ = Sqrt3Lattice(lattice_);  // which remembers nothing
     child_.shrink_to_fit();
     records_.shrink_to_fit();
     free_records_.shrink_to_fit();

@@ -6,24 +6,15 @@
 #include "sqrt3_lattice.hpp"
 
 #include <array>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <mutex>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
 namespace tetrakis {
-
-/// A face of a level of sqrt(3) refinement (Sqrt3Lattice).
-struct Sqrt3Face {
-    std::uint8_t level = 0;
-    std::uint64_t face = 0;
-    friend constexpr auto operator<=>(const Sqrt3Face&, const Sqrt3Face&) = default;
-};
 
 /// Adaptive sqrt(3) refinement (Kobbelt 2000, section 5, adaptive refinement): faces are split by a point inside, and
 /// an edge is flipped as soon as both its faces are split. The flipped triangle is a face of the next level, which can
@@ -51,7 +42,7 @@ class Sqrt3Forest {
     /// Remembers nothing: to be copied where it is used.
     const Sqrt3Lattice& lattice() const { return lattice_; }
     /// Triangles of this level cannot be split.
-    int max_level() const { return max_level_; }
+    int max_level() const { return Sqrt3Lattice::max_level(mesh()); }
     /// Leaves are numbered below this; not all of these numbers are leaves.
     std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(child_.size()); }
     std::uint32_t leaf_count() const { return root_leaves_ + 2 * split_count(); }
@@ -59,18 +50,17 @@ class Sqrt3Forest {
     std::uint32_t split_count() const { return static_cast<std::uint32_t>(records_.size() - free_records_.size()); }
     bool is_leaf(LeafId leaf) const { return leaf.value < child_.size() && is_leaf_slot(leaf.value); }
     Sqrt3Triangle triangle(LeafId leaf) const { return triangle_of(leaf.value); }
-    /// The same without its face.
-    int level(LeafId leaf) const { return level_of(leaf.value); }
+    int level(LeafId leaf) const { return triangle(leaf).level; }
     bool is_half(LeafId leaf) const { return child_[leaf.value] == k_half; }
     /// The corners of a leaf, counter-clockwise, by numbers that they keep while they exist; below point_slots().
     std::array<PointId, 3> points(LeafId leaf) const;
     /// Of a point of the mesh. O(level).
-    Site site(PointId point) const;
+    Site point_site(PointId point) const;
     std::uint32_t point_slots() const {
         return mesh().vertex_count() + 2 * static_cast<std::uint32_t>(records_.size());
     }
-    /// The leaf across the side from corner `side` to the next one; invalid at the boundary. O(level).
-    LeafId neighbour(LeafId leaf, int side) const;
+    /// The leaf across the side from corner `side` to the next one, invalid at the boundary; and none. O(level).
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const;
     /// By control face, then by where they come from: depth first.
     std::vector<LeafId> ordered_leaves() const;
     /// Calls visit(leaf, control face) in this order.
@@ -103,8 +93,6 @@ class Sqrt3Forest {
 
     // As check_forest() asks.
     static constexpr int k_sides = 3;
-    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const { return {neighbour(leaf, side), LeafId{}}; }
-    Site point_site(PointId point) const { return site(point); }
     Site corner_site(LeafId leaf, int corner) const {
         const Sqrt3Cell cell = lattice_.cell(triangle(leaf));
         return sqrt3_site(mesh(), cell.root, cell.corner[static_cast<std::size_t>(corner)], cell.lattice());
@@ -133,7 +121,6 @@ class Sqrt3Forest {
         std::uint64_t face;
         std::uint32_t slot;
         std::uint8_t level;
-        bool live;
     };
     static_assert(sizeof(Record) == 16);
 
@@ -167,20 +154,16 @@ class Sqrt3Forest {
         std::size_t own = 0;
     };
     Group group_of(std::uint32_t record) const;
-    std::uint32_t record_beyond(std::uint32_t slot) const;
     using Twins = std::array<std::uint64_t, 3>;
-    void add_needed(const Sqrt3Face& face, detail::PoolVector<Sqrt3Face>& wanted) const;
-    detail::PoolVector<Sqrt3Face> wanted(std::span<const LeafId> marked) const;
-    std::uint32_t split(const Sqrt3Face& face, const Twins& twins, detail::PoolVector<LeafId>& whole, Changed* removed);
+    void add_needed(const Sqrt3Triangle& face, detail::PoolVector<Sqrt3Triangle>& wanted) const;
+    detail::PoolVector<Sqrt3Triangle> wanted(std::span<const LeafId> marked) const;
+    std::uint32_t split(const Sqrt3Triangle& face, const Twins& twins, detail::PoolVector<LeafId>& whole,
+                        Changed* removed);
 
     /// The half-edge of its split face that a slot stands over.
     std::uint32_t over(std::uint32_t slot) const {
         const std::uint32_t child = slot - mesh().face_count();
         return 3 * records_[child / 3].slot + child % 3;
-    }
-    int level_of(std::uint32_t slot) const {
-        const std::uint32_t roots = mesh().face_count();
-        return slot < roots ? 0 : records_[(slot - roots) / 3].level + 1;
     }
     std::uint32_t beyond(int level, std::uint64_t twin) const;
     std::uint32_t across(std::uint32_t h) const;
@@ -190,22 +173,17 @@ class Sqrt3Forest {
     void forget_twins();
 
     Sqrt3Lattice lattice_;
-    int max_level_ = 0;
     std::uint32_t root_leaves_ = 0;            // faces outside holes
     detail::PoolVector<std::uint32_t> child_;  // per slot
     detail::PoolVector<Record> records_;
-    detail::PoolVector<std::uint32_t> free_records_;
-    struct Shared {
-        explicit Shared(const Sqrt3Lattice& from) : lattice(from) {}
-        Shared(const Shared& other) : lattice(other.lattice) {}
-        Shared& operator=(const Shared& other) {
-            lattice = other.lattice;
-            return *this;
-        }
-        std::mutex mutex;
-        Sqrt3Lattice lattice;  // remembers twins: for const calls under the mutex, and changes
+    std::vector<std::uint32_t> free_records_;
+    struct Mutex : std::mutex {  // a copy is another one
+        Mutex() = default;
+        Mutex(const Mutex&) : std::mutex() {}
+        Mutex& operator=(const Mutex&) { return *this; }
     };
-    mutable Shared shared_;
+    mutable Mutex mutex_;
+    mutable Sqrt3Lattice known_;  // remembers twins: for const calls under the mutex, and changes
 };
 
 }  // namespace tetrakis

@@ -1,17 +1,27 @@
 #include "sqrt3_lattice.hpp"
 
 #include <algorithm>
+#include <span>
 
 namespace tetrakis {
 
+namespace {
+
+/// Points in the plane of a face become those of the face beside it where their middle lies there.
+void move_to_face(const ControlMesh& mesh, FaceId& face, Sqrt3Point middle, std::span<Sqrt3Point> points) {
+    for (std::uint32_t side = 0; side < 3; ++side) {
+        if (middle[(side + 2) % 3] >= 0) continue;
+        const HalfedgeId h(3 * face.value + side);
+        for (Sqrt3Point& p : points) p.weight = across(mesh, h, p.weight);
+        face = mesh.face(mesh.twin(h));
+        return;
+    }
+}
+
+}  // namespace
+
 Site sqrt3_site(const ControlMesh& mesh, FaceId face, Sqrt3Point p, int lattice) {
-    for (std::uint32_t side = 0; side < 3; ++side)
-        if (p[(side + 2) % 3] < 0) {
-            const HalfedgeId h(3 * face.value + side);
-            p.weight = across(mesh, h, p.weight);
-            face = mesh.face(mesh.twin(h));
-            break;
-        }
+    move_to_face(mesh, face, p, {&p, 1});
     for (; lattice > 0 && p[1] % 3 == 0 && p[2] % 3 == 0; --lattice) p = p / 3;
     return canonical_triangle_site(mesh, face, p.weight, lattice);
 }
@@ -50,8 +60,6 @@ int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
     for (; count < none / 9; count *= 3) ++level;
     return level;
 }
-
-std::uint64_t Sqrt3Lattice::memory_bytes() const { return twins_.capacity() * sizeof(Twins); }
 
 std::uint64_t Sqrt3Lattice::cut_side(int level, std::uint64_t f) {
     // Only the first half-edge of a face can be one that is not flipped after the step that flips the others.
@@ -189,26 +197,13 @@ Sqrt3Cell Sqrt3Lattice::child(const Sqrt3Cell& cell, std::size_t side) const {
 }
 
 Sqrt3Cell Sqrt3Lattice::in_root(Sqrt3Cell cell) const {
-    const Sqrt3Point middle = cell.corner[0] + cell.corner[1] + cell.corner[2];
-    for (std::uint32_t s = 0; s < 3; ++s) {
-        if (middle[(s + 2) % 3] >= 0) continue;
-        const HalfedgeId h(3 * cell.root.value + s);
-        for (Sqrt3Point& p : cell.corner) p.weight = across(*mesh_, h, p.weight);
-        cell.root = mesh_->face(mesh_->twin(h));
-        break;
-    }
+    move_to_face(*mesh_, cell.root, cell.corner[0] + cell.corner[1] + cell.corner[2], cell.corner);
     return cell;
 }
 
 Sqrt3Cell Sqrt3Lattice::cell(int level, std::uint64_t face) const {
-    std::array<std::uint8_t, 64> side;
-    for (int k = level; k > 0; --k) {
-        side[static_cast<std::size_t>(k - 1)] = static_cast<std::uint8_t>(face % 3);
-        face /= 3;
-    }
-    Sqrt3Cell at = cell(FaceId(static_cast<std::uint32_t>(face)));
-    for (std::size_t k = 0; k < static_cast<std::size_t>(level); ++k) at = child(at, side[k]);
-    return at;
+    if (level == 0) return cell(FaceId(static_cast<std::uint32_t>(face)));
+    return child(cell(level - 1, face / 3), static_cast<std::size_t>(face % 3));
 }
 
 Sqrt3Cell Sqrt3Lattice::half(const Sqrt3Cell& whole, std::size_t side) const {

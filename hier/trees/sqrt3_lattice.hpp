@@ -51,7 +51,7 @@ struct Sqrt3Triangle {
         for (int k = level; k > 0; --k) root /= 3;
         return FaceId(static_cast<std::uint32_t>(root));
     }
-    friend constexpr bool operator==(const Sqrt3Triangle&, const Sqrt3Triangle&) = default;
+    friend constexpr auto operator<=>(const Sqrt3Triangle&, const Sqrt3Triangle&) = default;
 };
 
 /// A face of a level, or a half one: where its corners are in the plane of a control face.
@@ -137,7 +137,7 @@ class Sqrt3Lattice {
     bool is_line(const Sqrt3Cell& cell, std::size_t side, int level) const;
 
     /// Of the twins that it remembers.
-    std::uint64_t memory_bytes() const;
+    std::uint64_t memory_bytes() const { return twins_.capacity() * sizeof(Twins); }
 
   private:
     /// The half-edge beyond one that is, or has been up to this level, on a crease or kept edge.
