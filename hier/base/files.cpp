@@ -12,7 +12,6 @@
 #include <cctype>
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 
 namespace tetrakis::detail {
@@ -81,15 +80,13 @@ fs::path resolve_links(fs::path path) {
     return path;
 }
 
-fs::path directory_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
-
 }  // namespace
 
 AtomicFile::AtomicFile(const fs::path& path) : path_(path), target_(resolve_links(path)) {
     if (!target_.has_filename())
         throw Error(ErrorCode::io,
                     path.empty() ? "the name of the output file is empty" : "this names a directory, not a file", path);
-    const fs::path directory = directory_of(target_);
+    const fs::path directory = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
     struct stat there {};
     if (::stat(directory.c_str(), &there) != 0)
         throw Error(ErrorCode::io,

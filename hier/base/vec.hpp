@@ -12,8 +12,6 @@
 
 namespace tetrakis {
 
-template <class T>
-using Vec3 = glm::vec<3, T, glm::defaultp>;
 using Vec3d = glm::dvec3;
 using Vec3f = glm::vec3;
 using Vec2d = glm::dvec2;

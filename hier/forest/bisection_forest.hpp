@@ -10,7 +10,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace tetrakis {
@@ -184,12 +183,10 @@ class BisectionForest {
 
     /// All leaves by root, then by path. O(leaves log leaves), parallel.
     std::vector<LeafId> ordered_leaves() const;
-    /// The output mesh. O(leaves log leaves).
-    ExportedTriangles exported() const;
-    /// The same, but faces with use[f] != 0 whose roots are all unsplit are output as their fans, in the place of their
-    /// first root.
-    /// @param use  F flags, zero where fans has no triangulation
-    ExportedTriangles exported(const FanChoice& fans, std::span<const std::uint8_t> use) const;
+    /// The output mesh. Faces with use[f] != 0 whose roots are all unsplit are output as their fans, in the place of
+    /// their first root. O(leaves log leaves).
+    /// @param use  F flags, zero where fans has no triangulation; empty: no face is
+    ExportedTriangles exported(const FanChoice& fans = {}, std::span<const std::uint8_t> use = {}) const;
 
     // As check_forest() asks.
     static constexpr int k_sides = 3;
@@ -244,7 +241,6 @@ class BisectionForest {
     void drop_last_slots();
     PointId take_point(const Site& site);
     void relink(LeafId leaf, LeafId from, LeafId to);
-    void clear_marks();
     SplitCost mark_closure(std::span<const LeafId> marked, std::vector<LeafId>& list);
 
     const ControlMesh* mesh_;

@@ -16,10 +16,6 @@ constexpr std::uint8_t k_split_twice = 3;  // it was, and so was its child 0
 
 }  // namespace
 
-void BisectionForest::clear_marks() {
-    for (BisectionLeaf& leaf : leaves_) leaf.mark = 0;
-}
-
 // Lists and marks the leaves that a refinement splits: those named, then those that they ask for across their bases.
 // Returns what splitting them all adds.
 BisectionForest::SplitCost BisectionForest::mark_closure(std::span<const LeafId> marked, std::vector<LeafId>& list) {
@@ -53,7 +49,7 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
         reserve(leaf_count_ + cost.leaves, midpoint_count_ + cost.midpoints);
         detail::resize_large(created, split_count + cost.leaves);
     } catch (...) {
-        clear_marks();
+        for (BisectionLeaf& leaf : leaves_) leaf.mark = 0;
         throw;
     }
     const std::span list = std::span(created).first(split_count);

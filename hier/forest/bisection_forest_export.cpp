@@ -59,8 +59,6 @@ std::vector<LeafId> BisectionForest::ordered_leaves() const {
     return order;
 }
 
-ExportedTriangles BisectionForest::exported() const { return exported(FanChoice{}, {}); }
-
 ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<const std::uint8_t> use) const {
     const ControlMesh& mesh = *mesh_;
     if (!use.empty() && use.size() != mesh.face_count())

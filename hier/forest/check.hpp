@@ -2,7 +2,6 @@
 
 #include "../base/ids.hpp"
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>

@@ -1,6 +1,8 @@
 #include "corner_cell.hpp"
 
+#include <algorithm>
 #include <initializer_list>
+#include <tuple>
 
 namespace tetrakis {
 
@@ -8,19 +10,11 @@ namespace {
 
 bool is_hole(const ControlMesh& mesh, HalfedgeId h) { return mesh.is_hole(mesh.face(h)); }
 
-/// Best of several addresses of one point; those without a root do not count.
+/// Best of several addresses of one point, of which the first has a root; those without one do not count.
 Site best(const ControlMesh& mesh, std::initializer_list<Site> addresses) {
-    Site result;
-    for (const Site& site : addresses) {
-        if (!site.root.valid()) continue;
-        if (!result.root.valid()) {
-            result = site;
-            continue;
-        }
-        const bool hole = is_hole(mesh, site.root), result_hole = is_hole(mesh, result.root);
-        if (hole != result_hole ? result_hole : site.root < result.root) result = site;
-    }
-    return result;
+    return *std::ranges::min_element(addresses, {}, [&](const Site& site) {
+        return std::tuple(!site.root.valid() || is_hole(mesh, site.root), site.root);
+    });
 }
 
 Site at_vertex(const ControlMesh& mesh, VertexId v) {

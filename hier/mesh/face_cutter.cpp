@@ -58,13 +58,6 @@ void FaceCutter::begin(std::span<const Vec3d> points) {
     offer_all();
 }
 
-FaceCutter::Ear FaceCutter::take_ear() {
-    std::pop_heap(ears_.begin(), ears_.end(), std::greater<>());
-    const Ear ear = ears_.back();
-    ears_.pop_back();
-    return ear;
-}
-
 void FaceCutter::remove(std::uint32_t place) {
     const std::uint32_t before = prev_[place], after = next_[place];
     next_[before] = after;

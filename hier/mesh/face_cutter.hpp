@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <tuple>
 #include <unordered_set>
@@ -29,7 +30,9 @@ class FaceCutter {
         }
         begin(points);
         while (left_ > 3 && !ears_.empty()) {
-            const Ear ear = take_ear();
+            std::pop_heap(ears_.begin(), ears_.end(), std::greater<>());
+            const Ear ear = ears_.back();
+            ears_.pop_back();
             if (ear.round != round_[ear.at]) continue;
             const std::uint32_t a = prev_[ear.at], b = next_[ear.at];
             if (!is_free(a, b)) continue;
@@ -57,7 +60,6 @@ class FaceCutter {
     };
 
     void begin(std::span<const Vec3d> points);
-    Ear take_ear();
     void remove(std::uint32_t place);
     void offer_all();
     void offer(std::uint32_t tip);

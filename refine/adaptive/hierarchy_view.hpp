@@ -1,10 +1,11 @@
 #pragma once
 
-#include "../../hier/base/spread_bits.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
 #include "../../hier/trees/triangle_forest.hpp"
 #include "../families/error_estimator.hpp"
+
+#include <glm/gtc/bitfield.hpp>
 
 #include <algorithm>
 #include <array>
@@ -37,9 +38,9 @@ struct LatticeView {
         // Halfway from the middle of an edge to the other corner: inside the triangle's cells at all levels.
         const int shift = k_max_level - t.level;
         const auto& c = t.corner;
-        const std::uint64_t x = (std::uint64_t{c[0].x} + c[1].x + 2 * std::uint64_t{c[2].x}) << shift;
-        const std::uint64_t y = (std::uint64_t{c[0].y} + c[1].y + 2 * std::uint64_t{c[2].y}) << shift;
-        const std::uint64_t curve = detail::spread_bits(x) | detail::spread_bits(y) << 1;
+        const std::uint32_t x = (c[0].x + c[1].x + 2 * c[2].x) << shift;  // 0 for 2^32, of roots
+        const std::uint32_t y = (c[0].y + c[1].y + 2 * c[2].y) << shift;
+        const std::uint64_t curve = glm::bitfieldInterleave(x, y);
         return std::uint64_t{t.root.value} << (64 - root_bits) | curve >> root_bits;
     }
 };

@@ -1,9 +1,9 @@
 #include "../../hier/base/memory.hpp"
-#include "../../hier/base/spread_bits.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
 #include "hierarchy_families.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
+#include <glm/gtc/bitfield.hpp>
 
 #include <algorithm>
 #include <cassert>
@@ -74,8 +74,8 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
             Sqrt3Point middle = cell.corner[0] + cell.corner[1] + cell.corner[2];  // 3^20 at most: less than 2^32
             for (int l = cell.lattice(); l < k_finest_lattice; ++l) middle = 3 * middle;
             assert(middle[0] >= 0 && middle[1] >= 0 && middle[2] >= 0);
-            const auto x = static_cast<std::uint64_t>(middle[0]), y = static_cast<std::uint64_t>(middle[1]);
-            places.emplace_back(cell.root.value, detail::spread_bits(x) | detail::spread_bits(y) << 1, leaf);
+            const auto x = static_cast<std::uint32_t>(middle[0]), y = static_cast<std::uint32_t>(middle[1]);
+            places.emplace_back(cell.root.value, glm::bitfieldInterleave(x, y), leaf);
         });
         oneapi::tbb::parallel_sort(places.begin(), places.end());
         std::vector<LeafId> leaves;
