@@ -80,15 +80,21 @@ constexpr std::array<GreenPattern, 8> make_patterns() {
 
 constexpr std::array<GreenPattern, 8> k_patterns = make_patterns();
 
-const GreenPattern& pattern_of(const std::array<PointId, 3>& hanging) {
-    return k_patterns[(hanging[0].valid() ? 1u : 0u) | (hanging[1].valid() ? 2u : 0u) | (hanging[2].valid() ? 4u : 0u)];
-}
-
 }  // namespace
+
+// The set of edges with a hanging midpoint.
+unsigned TriangleForest::hanging_mask(std::uint32_t slot) const {
+    unsigned mask = 0;
+    for (int e = 0; e < 3; ++e) {
+        const std::uint32_t next = beyond(slot, e).slot;
+        if (next < k_coarser && is_split(next)) mask |= 1u << e;
+    }
+    return mask;
+}
 
 GreenTriangles TriangleForest::green_triangles(LeafId leaf) const {
     const CellTriangle whole = triangle(leaf);
-    const GreenPattern& pattern = pattern_of(hanging_points(leaf));
+    const GreenPattern& pattern = k_patterns[hanging_mask(leaf.value)];
     GreenTriangles green{pattern.count, {whole}};
     if (green.count == 1) return green;
     std::array<LatticePoint, 6> at;
@@ -111,15 +117,16 @@ ExportedTriangles TriangleForest::exported() const {
     detail::reserve_large(out.faces, leaf_count_);
     detail::reserve_large(out.leaves, leaf_count_);
     for (const LeafId leaf : ordered_leaves()) {
-        const auto own = corners(leaf.value);
-        const auto hanging = hanging_points(leaf);
-        const std::array<std::uint32_t, 6> point{own[0],           own[1],           own[2],
-                                                 hanging[0].value, hanging[1].value, hanging[2].value};
-        const GreenPattern& pattern = pattern_of(hanging);
+        const std::uint32_t slot = leaf.value, mask = hanging_mask(slot);
+        const auto own = corners(slot);
+        std::array<std::uint32_t, 6> point{own[0], own[1], own[2], 0, 0, 0};
+        for (int e = 0; e < 3; ++e)
+            if (mask >> e & 1) point[3 + e] = hanging_point(slot, e);
+        const GreenPattern& pattern = k_patterns[mask];
         for (int k = 0; k < pattern.count; ++k) {
             const auto& [a, b, c] = pattern.corner[k];
             out.triangles.push_back({point[a], point[b], point[c]});
-            out.faces.push_back(face(leaf));
+            out.faces.emplace_back(root_of(slot));
             out.leaves.push_back(leaf);
         }
     }

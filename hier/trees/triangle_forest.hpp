@@ -116,6 +116,9 @@ class TriangleForest : public TreeForest<RedTriangles> {
 
     /// The output mesh. O(leaves).
     ExportedTriangles exported() const;
+
+  private:
+    unsigned hanging_mask(std::uint32_t slot) const;
 };
 
 extern template class TreeForest<RedTriangles>;
