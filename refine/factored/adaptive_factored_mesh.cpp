@@ -54,19 +54,6 @@ ControlMesh cell_mesh(const VertexRoots& roots) {
 
 }  // namespace
 
-bool half_steps_adapt(FactoredScheme scheme) {
-    switch (scheme) {
-        case FactoredScheme::catmull_clark:
-        case FactoredScheme::doo_sabin:
-        case FactoredScheme::doo_sabin_catmull_clark:
-        case FactoredScheme::midedge:
-        case FactoredScheme::midedge_simplest:
-            return true;
-        default:
-            return false;
-    }
-}
-
 struct AdaptiveFactoredMesh::State {
     State(const ControlMesh& mesh, FactoredScheme scheme, const RunContext& run)
         : context(run),

@@ -10,9 +10,6 @@
 
 namespace tetrakis {
 
-/// Whether AdaptiveFactoredMesh takes the scheme: Catmull-Clark, Doo-Sabin and midedge.
-bool half_steps_adapt(FactoredScheme scheme);
-
 /// Half-steps of FactoredMesh that differ from place to place (Velho; refine/README.md): the leaves of a restricted 4-8
 /// bisection hierarchy, each a triangle of the 4-8 mesh after a number of half-steps of its own. Neighbouring leaves
 /// differ by one half-step at most, and the mesh is conforming.

@@ -208,6 +208,9 @@ std::unique_ptr<detail::FactoredFaces> make_steps(const ControlMesh& mesh, Facto
 
 std::span<const FactoredScheme> factored_schemes() { return k_list; }
 std::string_view name(FactoredScheme scheme) { return row(scheme).name; }
+bool half_steps_adapt(FactoredScheme scheme) {
+    return row(scheme).family == Family::dual || scheme == FactoredScheme::catmull_clark;
+}
 std::optional<FactoredScheme> factored_scheme_from_name(std::string_view name) {
     for (const Named& n : k_schemes)
         if (n.name == name) return n.scheme;

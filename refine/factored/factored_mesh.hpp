@@ -30,6 +30,8 @@ std::span<const FactoredScheme> factored_schemes();
 std::string_view name(FactoredScheme scheme);
 /// The scheme of that name; empty where there is none, or it has no factored form.
 std::optional<FactoredScheme> factored_scheme_from_name(std::string_view name);
+/// Whether AdaptiveFactoredMesh takes the scheme: Catmull-Clark, Doo-Sabin and midedge.
+bool half_steps_adapt(FactoredScheme scheme);
 
 /// What a vertex of the 4-8 mesh is at the moment.
 enum class FactoredVertex : std::uint8_t {
