@@ -11,12 +11,12 @@ namespace tetrakis::detail {
 
 /// Which corners of a net's roots are surrounded as in a regular mesh: by six triangles or four quads.
 inline std::vector<char> regular_corners(const RootLattices& net) {
-    const MeshLevel& base = net.base();
-    const std::uint32_t regular = net.side_count() == 4 ? 4 : 6;
-    std::vector<char> result(base.vertex_count, 0);
-    for (std::uint32_t v = 0; v < base.vertex_count; ++v) {
-        std::uint32_t roots = 0;
-        const bool closed = base.for_each_around(v, [&](std::uint32_t) { ++roots; });
+    const RuleMesh& base = net.base();
+    const int regular = net.side_count() == 4 ? 4 : 6;
+    std::vector<char> result(base.vertex_count(), 0);
+    for (int v = 0; v < base.vertex_count(); ++v) {
+        int roots = 0;
+        const bool closed = base.for_each_leaving(v, [&](int) { ++roots; });
         result[v] = closed && roots == regular ? 1 : 0;
     }
     return result;
@@ -64,7 +64,7 @@ class GhostGrid {
         const std::uint32_t sides = net_.side_count();
         for (std::uint32_t s = 0; s < sides; ++s) {
             fill_side(sides * f + s, s, in, grid);
-            if (regular_[net_.base().origin[sides * f + s]] != 0) fill_corner(sides * f + s, s, in, grid);
+            if (regular_[net_.base().origin(sides * f + s)] != 0) fill_corner(sides * f + s, s, in, grid);
         }
     }
 
@@ -82,9 +82,10 @@ class GhostGrid {
         for (std::uint32_t s = 0; s < sides; ++s) {
             T* const first = grid + sides_[s].origin;
             const std::ptrdiff_t step = sides_[s].along;
-            at_.side(sides * f + s).for_each(0, n, [&](std::uint32_t a, std::uint32_t v) {
-                first[static_cast<std::ptrdiff_t>(a) * step] = in[v];
-            });
+            first[0] = in[at_.along(sides * f + s, 0)];
+            std::uint32_t v = at_.along(sides * f + s, 1);
+            const std::uint32_t ahead = at_.along(sides * f + s, 2) - v;
+            for (std::uint32_t a = 1; a < n; ++a, v += ahead) first[a * step] = in[v];
         }
         const T* inner = in + at_.face_begin(f);
         for (std::uint32_t y = 1; y < n; ++y) {
@@ -96,14 +97,14 @@ class GhostGrid {
 
     template <class T>
     void fill_side(std::uint32_t h, std::uint32_t s, const T* in, T* grid) const {
-        const std::uint32_t t = net_.base().twin[h];
+        const std::uint32_t t = net_.base().twin(h);
         if (t == none) return;
         for (std::uint32_t b = 1; b <= rings_; ++b) {
             const std::uint32_t line = net_.in_cells() ? b - 1 : b;
             if (line > last_) return;
             T* const first = grid + sides_[s].index(last_, -static_cast<std::ptrdiff_t>(b));
             const std::ptrdiff_t step = -sides_[s].along;
-            net_.line(at_, t, line).for_each(0, last_ + 1, [&](std::uint32_t a, std::uint32_t v) {
+            net_.for_each_on_line(at_, t, line, 0, last_ + 1, [&](std::uint32_t a, std::uint32_t v) {
                 first[static_cast<std::ptrdiff_t>(a) * step] = in[v];
             });
         }
@@ -112,14 +113,13 @@ class GhostGrid {
     /// The roots around a regular corner that are beside neither of this one's sides.
     template <class T>
     void fill_corner(std::uint32_t h, std::uint32_t s, const T* in, T* grid) const {
-        const MeshLevel& base = net_.base();
-        std::uint32_t g = base.twin[base.prev(h)];
+        std::uint32_t g = net_.turned(h);
         const auto reach = static_cast<std::ptrdiff_t>(std::min(rings_, at_.segments()));
         const auto at = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
             return in[net_.number(at_, g, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b))];
         };
         if (net_.side_count() == 4) {
-            g = base.twin[base.prev(g)];
+            g = net_.turned(g);
             const std::ptrdiff_t first = net_.in_cells() ? 0 : 1, end = net_.in_cells() ? reach : reach + 1;
             const std::ptrdiff_t shift = net_.in_cells() ? 1 : 0;
             for (std::ptrdiff_t b = first; b < end; ++b)
@@ -127,17 +127,12 @@ class GhostGrid {
             return;
         }
         // A turn by 60 degrees takes (a, b) to (-b, a + b). Each root without its last ray, which the next one has.
-        for (int turn = 2; turn <= 4; ++turn) {
-            g = base.twin[base.prev(g)];
+        for (int turn = 0; turn < 3; ++turn) {
+            g = net_.turned(g);
             for (std::ptrdiff_t b = 0; b <= reach; ++b)
                 for (std::ptrdiff_t a = 1; a + b <= reach; ++a) {
-                    std::ptrdiff_t x = a, y = b;
-                    for (int i = 0; i < turn; ++i) {
-                        const std::ptrdiff_t old = x;
-                        x = -y;
-                        y += old;
-                    }
-                    grid[sides_[s].index(x, y)] = at(a, b);
+                    const std::ptrdiff_t x[] = {-a - b, -a, b}, y[] = {a, -b, -a - b};
+                    grid[sides_[s].index(x[turn], y[turn])] = at(a, b);
                 }
         }
     }

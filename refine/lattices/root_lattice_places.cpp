@@ -14,10 +14,10 @@ std::optional<std::vector<int>> RootLattices::lattice(const RootLayout& at, cons
     const std::uint32_t n = at.segments(), sides = side_count();
     if (at.vertex_count() != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
     std::vector<int> vertices(at.vertex_count(), -1);
-    for (std::uint32_t v = 0; v < base_.vertex_count; ++v)
-        if (base_.vertex_halfedge[v] == none) vertices[v] = static_cast<int>(v);
+    for (int v = 0; v < base_.vertex_count(); ++v)
+        if (base_.first(v) == RuleMesh::none) vertices[v] = v;
     const auto across = [&](int h) { return h < 0 ? h : mesh.twin(h); };
-    for (std::uint32_t f = 0; f < base_.face_count; ++f) {
+    for (std::uint32_t f = 0; f < root_count(); ++f) {
         // Along the bottom edges of each row's cells (triangles: of those that point up).
         int row = corner_halfedge[sides * f];
         for (std::uint32_t y = 0; y < n; ++y) {
@@ -85,8 +85,8 @@ std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const 
             if (y > 0) row = turn(turn(turn(ahead(turn(row)))));
         }
     }
-    for (std::uint32_t f = own_roots_; f < base_.face_count && whole; ++f) {
-        const std::uint32_t h = base_.twin[4 * f], root = h / 4;
+    for (std::uint32_t f = own_roots_; f < root_count() && whole; ++f) {
+        const std::uint32_t h = base_.twin(4 * f), root = h / 4;
         if (root < own_roots_) {
             // Outwards from the cells along the side. Four neighbours have all but the last, on the boundary.
             for (std::uint32_t x = 0; x < n; ++x) {
@@ -101,7 +101,7 @@ std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const 
             continue;
         }
         // A corner's: sideways from the quads of both edges, but for the last cell, which is beside two that are not.
-        const std::uint32_t other = base_.twin[4 * f + 3] / 4;
+        const std::uint32_t other = base_.twin(4 * f + 3) / 4;
         if (n == 1)  // the last cells of both edges: into the one that comes before it
             vertices[number_at(at, f, {0, 0})] = mesh.target(mesh.next(out_of[number_at(at, root, {0, 0})]));
         for (std::uint32_t i = 0; i + 1 < n; ++i) {
@@ -140,8 +140,8 @@ RootPlace RootLattices::own_place(std::uint32_t segments, const RootPlace& at) c
         const auto [along, away] = seen_from(segments, s, {at.x, at.y});
         if (away != 0) continue;
         if (along == 0 || along == segments)
-            return place_seen(segments, base_.vertex_halfedge[base_.origin[along == 0 ? h : base_.next(h)]], 0, 0);
-        if ((base_.edge_side[h] & 1) != 0) return place_seen(segments, base_.twin[h], segments - along, 0);
+            return place_seen(segments, base_.first(along == 0 ? base_.origin(h) : base_.target(h)), 0, 0);
+        if (!base_.leads(h)) return place_seen(segments, base_.twin(h), segments - along, 0);
         break;
     }
     return at;
@@ -160,17 +160,18 @@ RootLattices::Around RootLattices::around(std::uint32_t segments, const RootPlac
         if (away != 0) continue;
         if (along == 0 || along == segments) {
             std::uint32_t last = none;
-            result.closed = base_.for_each_around(base_.origin[along == 0 ? h : base_.next(h)], [&](std::uint32_t g) {
-                add(g, 1, 0);
-                if (quads) add(g, 1, 1);
-                last = g;
-            });
+            result.closed =
+                base_.for_each_leaving(along == 0 ? base_.origin(h) : base_.target(h), [&](std::uint32_t g) {
+                    add(g, 1, 0);
+                    if (quads) add(g, 1, 1);
+                    last = g;
+                });
             if (!result.closed) add(last, 0, 1);
             return result;
         }
         seen = {along, away};
         side = s;
-        result.closed = base_.twin[h] != none;
+        result.closed = base_.twin(h) != RuleMesh::none;
         break;
     }
     using Step = std::pair<int, int>;
@@ -196,7 +197,7 @@ RootPlace RootLattices::place_beyond(std::uint32_t segments, std::uint32_t root,
             ++s;
             continue;
         }
-        const std::uint32_t t = base_.twin[sides * root + s];
+        const std::uint32_t t = base_.twin(sides * root + s);
         root = t / sides;
         const FarPlace there =
             turned_place<FarPlace>(sides == 4, n, t % sides, n - seen.x, in_cells_ ? -seen.y - 1 : -seen.y);

@@ -8,7 +8,6 @@
 #include "../../schemes/parts/face_split.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -178,41 +177,25 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
 
 }  // namespace
 
-std::optional<RootLattices> RootLattices::of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face) {
-    RootLattices net;
-    if (!net.set_base(mesh)) return std::nullopt;
-    net.own_roots_ = net.base_.face_count;
-    net.base_face_ = std::move(control_face);
-    return net;
+RootLattices RootLattices::of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face) {
+    return RootLattices(mesh, static_cast<std::uint32_t>(mesh.face_count()), std::move(control_face));
 }
 
-RootLattices RootLattices::of_faces(const RuleMesh& mesh) {
-    RootLattices net;
-    net.set_base(mesh);
-    net.own_roots_ = net.base_.face_count;
-    net.base_face_.resize(net.base_.face_count);
-    std::iota(net.base_face_.begin(), net.base_face_.end(), 0u);
-    return net;
-}
-
-std::optional<RootLattices> RootLattices::of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
-                                                     bool creases) {
-    RootLattices net;
-    net.in_cells_ = true;
+RootLattices RootLattices::of_corners(const RuleMesh& mesh, bool creases, std::vector<std::uint32_t> control_face) {
     const RuleMesh split = split_polygons(mesh, detail::HalfSharpness(mesh));
     std::optional<RuleMesh> cut;
     if (creases) cut = cut_creases(split);
     Bordered bordered = with_border(cut ? *cut : split, split);
+    RootLattices net(std::move(bordered.mesh), static_cast<std::uint32_t>(mesh.halfedge_count()),
+                     std::move(control_face));
+    net.in_cells_ = true;
     net.glued_ = std::move(bordered.glued);
     net.crease_ends_ = std::move(bordered.crease_ends);
-    if (!net.set_base(bordered.mesh)) return std::nullopt;
-    net.own_roots_ = static_cast<std::uint32_t>(mesh.halfedge_count());
-    net.base_face_ = std::move(control_face);
     // What lies beyond a side belongs to the face there, a corner to that of the edge that starts there.
-    for (std::uint32_t f = net.own_roots_; f < net.base_.face_count; ++f) {
-        const std::uint32_t before = net.base_.twin[4 * f] / 4;
+    for (std::uint32_t f = net.own_roots_; f < net.root_count() && !net.base_face_.empty(); ++f) {
+        const std::uint32_t before = net.base_.twin(4 * f) / 4;
         const bool corner = before >= net.own_roots_;
-        net.base_face_.push_back(net.base_face_[corner ? net.base_.twin[4 * f + 3] / 4 : before]);
+        net.base_face_.push_back(net.base_face_[corner ? net.base_.twin(4 * f + 3) / 4 : before]);
     }
     return net;
 }
@@ -231,37 +214,13 @@ RootLattices::Numbers RootLattices::point_numbers(const RootLayout& at) const {
     return {count, begin, std::move(number)};
 }
 
-bool RootLattices::set_base(const RuleMesh& mesh) {
-    const auto H = static_cast<std::size_t>(mesh.halfedge_count());
-    if (mesh.face_size(0) > 4 || !mesh.all_faces_have(mesh.face_size(0))) return false;
-    base_.face_size = static_cast<std::uint32_t>(mesh.face_size(0));
-    base_.vertex_count = static_cast<std::uint32_t>(mesh.vertex_count());
-    base_.edge_count = static_cast<std::uint32_t>(mesh.edge_count());
-    base_.face_count = static_cast<std::uint32_t>(mesh.face_count());
-    base_.origin.resize(H);
-    base_.twin.resize(H);
-    base_.edge_side.resize(H);
-    base_.edge_halfedge.resize(base_.edge_count);
-    base_.vertex_halfedge.resize(base_.vertex_count);
-    for (int h = 0; h < mesh.halfedge_count(); ++h) {
-        const int e = mesh.edge(h);
-        base_.origin[h] = static_cast<std::uint32_t>(mesh.origin(h));
-        base_.twin[h] = static_cast<std::uint32_t>(mesh.twin(h));  // none is none
-        base_.edge_side[h] = 2 * static_cast<std::uint32_t>(e) + (mesh.edge_halfedge(e) == h ? 0 : 1);
-    }
-    for (int e = 0; e < mesh.edge_count(); ++e)
-        base_.edge_halfedge[e] = static_cast<std::uint32_t>(mesh.edge_halfedge(e));
-    for (int v = 0; v < mesh.vertex_count(); ++v) base_.vertex_halfedge[v] = static_cast<std::uint32_t>(mesh.first(v));
-    return has_simple_roots();
-}
-
-/// Whether each root is between different vertices and edges.
 bool RootLattices::has_simple_roots() const {
     const std::uint32_t sides = side_count();
-    for (std::uint32_t f = 0; f < base_.face_count; ++f)
+    if (sides > 4 || !base_.all_faces_have(base_.face_size(0))) return false;
+    for (std::uint32_t f = 0; f < root_count(); ++f)
         for (std::uint32_t i = sides * f; i < sides * (f + 1); ++i)
             for (std::uint32_t j = sides * f; j < i; ++j)
-                if (base_.origin[i] == base_.origin[j] || base_.edge(i) == base_.edge(j)) return false;
+                if (base_.origin(i) == base_.origin(j) || base_.edge(i) == base_.edge(j)) return false;
     return true;
 }
 
@@ -270,7 +229,7 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
     const RootLayout at(base_, segments);
     if (in_cells_) return cell_faces(at);
     const std::uint32_t size = side_count(), cells = segments * segments,
-                        roots = only != nullptr ? static_cast<std::uint32_t>(only->size()) : base_.face_count,
+                        roots = only != nullptr ? static_cast<std::uint32_t>(only->size()) : root_count(),
                         count = cells * roots;
     Faces faces;
     resize_large(faces.offsets, count + std::size_t{1});
@@ -283,9 +242,8 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
             const std::uint32_t root = only != nullptr ? (*only)[f] : f;
             std::fill_n(&faces.control[cells * f], cells, base_face_[root]);
             const auto row = [&](std::uint32_t y, std::uint32_t* numbers) {
-                at.line(size * root, y).for_each(0, segments + 1, [&](std::uint32_t x, std::uint32_t v) {
-                    numbers[x] = v;
-                });
+                for_each_on_line(at, size * root, y, 0, segments + 1,
+                                 [&](std::uint32_t x, std::uint32_t v) { numbers[x] = v; });
             };
             number_cells(segments, size == 4, row, lines.data(), &faces.vertices[std::size_t{size} * cells * f]);
         }
@@ -300,23 +258,23 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
 RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     const std::uint32_t n = at.segments(), inner = n - 1;
     std::vector<std::uint32_t> inner_edges;
-    for (const std::uint32_t h : base_.edge_halfedge)
-        if (base_.twin[h] != none) inner_edges.push_back(h);
+    for (std::uint32_t h = 0; h < halfedge_count(); ++h)
+        if (base_.leads(h) && base_.twin(h) != RuleMesh::none) inner_edges.push_back(h);
     const auto across = static_cast<std::uint32_t>(inner_edges.size());
-    const std::uint32_t quads = base_.face_count * inner * inner + across * inner;
+    const std::uint32_t quads = root_count() * inner * inner + across * inner;
     Faces faces;
-    reserve_large(faces.offsets, quads + std::size_t{base_.vertex_count} + 1);
+    reserve_large(faces.offsets, quads + static_cast<std::size_t>(base_.vertex_count()) + 1);
     resize_large(faces.offsets, quads + std::size_t{1});
     for_each_index(quads + 1, [&](std::uint32_t f) { faces.offsets[f] = 4 * f; });
     faces.control.resize(quads);
-    reserve_large(faces.vertices, 4 * std::size_t{quads} + base_.halfedge_count());
+    reserve_large(faces.vertices, 4 * std::size_t{quads} + halfedge_count());
     resize_large(faces.vertices, 4 * std::size_t{quads});
     const auto quad = [&](std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
         const std::uint32_t corners[4] = {a, b, c, d};
         std::copy_n(corners, 4, &faces.vertices[4 * std::size_t{f}]);
     };
     for_each_index(
-        base_.face_count,
+        root_count(),
         [&](std::uint32_t r) {
             std::uint32_t f = r * inner * inner;
             for (std::uint32_t y = 0; y < inner; ++y)
@@ -330,8 +288,8 @@ RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     for_each_index(
         across,
         [&](std::uint32_t i) {
-            const std::uint32_t h = inner_edges[i], t = base_.twin[h];
-            std::uint32_t f = base_.face_count * inner * inner + i * inner;
+            const std::uint32_t h = inner_edges[i], t = base_.twin(h);
+            std::uint32_t f = root_count() * inner * inner + i * inner;
             for (std::uint32_t j = 1; j < n; ++j, ++f) {
                 quad(f, number(at, t, n - j, 0), number(at, t, n - 1 - j, 0), number(at, h, j, 0),
                      number(at, h, j - 1, 0));
@@ -342,11 +300,11 @@ RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     std::vector<std::uint32_t> around;
     // The outermost points are the boundary. Around a point where creases end from both sides, which has two roots,
     // there is no face.
-    for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
-        const std::uint32_t first = base_.vertex_halfedge[v];
-        if (first == none || base_.twin[first] == none || turned(turned(first)) == first) continue;
+    for (int v = 0; v < base_.vertex_count(); ++v) {
+        const std::uint32_t first = base_.first(v);
+        if (base_.on_boundary(v) || turned(turned(first)) == first) continue;
         around.clear();
-        base_.for_each_around(v, [&](std::uint32_t h) {
+        base_.for_each_leaving(v, [&](std::uint32_t h) {
             faces.vertices.push_back(number(at, h, 0, 0));
             around.push_back(base_face_[h / 4]);
         });

@@ -5,6 +5,7 @@
 #include "../../schemes/core/rule_mesh.hpp"
 #include "root_layout.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -42,7 +43,7 @@ struct FarPlace {
 /// both of its sides, so points on it have a place on each; at a dart there is one more root, between both.
 class RootLattices {
   public:
-    static constexpr std::uint32_t none = MeshLevel::none;
+    static constexpr std::uint32_t none = 0xFFFF'FFFFu;  ///< RuleMesh::none
     struct Place {
         std::uint32_t x, y;
     };
@@ -53,22 +54,27 @@ class RootLattices {
         auto operator<=>(const Seen&) const = default;
     };
 
-    /// The faces of a level as roots. Nothing where one of them is not between different vertices and edges.
-    /// @param control_face  of each face of the mesh
-    static std::optional<RootLattices> of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face);
-    /// The quads at the corners of a level's faces. Nothing where one is not between different vertices and edges.
-    /// @param control_face  of each corner, by half-edge
+    /// The faces of a level as roots.
+    /// @param control_face  of each face of the mesh, for faces()
+    static RootLattices of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face = {});
+    /// The quads at the corners of a level's faces.
     /// @param creases       whether the scheme has them
-    static std::optional<RootLattices> of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
-                                                  bool creases);
-
-    /// The faces of a mesh of quads or triangles, whatever they lie between.
-    static RootLattices of_faces(const RuleMesh& mesh);
+    /// @param control_face  of each corner, by half-edge, for faces()
+    static RootLattices of_corners(const RuleMesh& mesh, bool creases, std::vector<std::uint32_t> control_face = {});
+    /// Whether all roots are quads, or all triangles, and each is between different vertices and edges.
+    bool has_simple_roots() const;
 
     bool in_cells() const { return in_cells_; }
-    const MeshLevel& base() const { return base_; }
+    /// The roots.
+    const RuleMesh& base() const { return base_; }
+    std::uint32_t root_count() const { return base_.face_count(); }
+    std::uint32_t root_of(std::uint32_t h) const { return sides_ == 4 ? h / 4 : h / 3; }
+    std::uint32_t halfedge_count() const { return base_.halfedge_count(); }
     /// The half-edge that leaves the origin of h next, counter-clockwise, which is not on the boundary.
-    std::uint32_t turned(std::uint32_t h) const { return base_.twin[base_.prev(h)]; }
+    std::uint32_t turned(std::uint32_t h) const {
+        const std::uint32_t first = sides_ * root_of(h);
+        return base_.twin(h == first ? first + sides_ - 1 : h - 1);
+    }
     RootLayout layout(std::uint32_t segments) const { return {base_, segments}; }
     std::uint32_t place_count(const RootLayout& at) const {
         return in_cells_ ? static_cast<std::uint32_t>(at.cell_count()) : at.vertex_count();
@@ -114,30 +120,30 @@ class RootLattices {
     template <class Visit>
     void for_each_root_of(const RootLayout& at, std::uint32_t number, const Visit& visit) const {
         if (number >= at.face_begin(0)) return visit((number - at.face_begin(0)) / at.root_points());
-        const auto visit_root = [&](std::uint32_t h) { visit(base_.face_of(h)); };
-        if (number < base_.vertex_count) {
-            base_.for_each_around(number, visit_root);
+        const auto visit_root = [&](int h) { visit(base_.face(h)); };
+        if (number < at.edge_begin(0)) {
+            base_.for_each_leaving(number, visit_root);
             return;
         }
-        const std::uint32_t h = base_.edge_halfedge[(number - base_.vertex_count) / (at.segments() - 1)];
+        const int h = base_.edge_halfedge((number - at.edge_begin(0)) / (at.segments() - 1));
         visit_root(h);
-        if (base_.twin[h] != none) visit_root(base_.twin[h]);
+        if (base_.twin(h) != RuleMesh::none) visit_root(base_.twin(h));
     }
 
     // Lattices seen from half-edge h: a along it, b away from it; n is the last place.
-    std::uint32_t side_count() const { return base_.face_size; }
+    std::uint32_t side_count() const { return sides_; }
     std::uint32_t last_place(std::uint32_t segments) const { return in_cells_ ? segments - 1 : segments; }
     std::uint32_t last_place(const RootLayout& at) const { return last_place(at.segments()); }
     Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {
-        return turned_place<Place>(base_.face_size == 4, n, side, a, b);
+        return turned_place<Place>(sides_ == 4, n, side, a, b);
     }
     /// A root's place as seen from one of its sides.
     Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
         return turned(n, side == 0 ? 0 : side_count() - side, p.x, p.y);
     }
     std::uint32_t number(const RootLayout& at, std::uint32_t h, std::uint32_t a, std::uint32_t b) const {
-        const std::uint32_t f = base_.face_of(h);
-        return number_at(at, f, turned(last_place(at), h - base_.first_halfedge(f), a, b));
+        const std::uint32_t f = root_of(h);
+        return number_at(at, f, turned(last_place(at), h - sides_ * f, a, b));
     }
     std::uint32_t number_at(const RootLayout& at, std::uint32_t f, const Place& p) const {
         const std::uint32_t n = at.segments();
@@ -145,13 +151,13 @@ class RootLattices {
     }
     /// Place (a, b) of the lattice seen from half-edge h.
     RootPlace place_seen(std::uint32_t segments, std::uint32_t h, std::uint32_t a, std::uint32_t b) const {
-        const std::uint32_t f = base_.face_of(h);
-        const Place p = turned(last_place(segments), h - base_.first_halfedge(f), a, b);
+        const std::uint32_t f = root_of(h);
+        const Place p = turned(last_place(segments), h - sides_ * f, a, b);
         return {f, p.x, p.y};
     }
     /// Whether a place is off the root's sides.
     bool is_inside(std::uint32_t segments, std::uint32_t x, std::uint32_t y) const {
-        return x > 0 && y > 0 && (base_.face_size == 4 ? std::max(x, y) < segments : x + y < segments);
+        return x > 0 && y > 0 && (sides_ == 4 ? std::max(x, y) < segments : x + y < segments);
     }
     /// A point's place, where roots that share it have one each: in the root of the first half-edge of its edge or
     /// vertex.
@@ -166,17 +172,32 @@ class RootLattices {
     /// The own place of the point at (x, y) of a root's lattice or beyond its sides, where the net goes on as if it
     /// were regular.
     RootPlace place_beyond(std::uint32_t segments, std::uint32_t root, std::int64_t x, std::int64_t y) const;
-    /// The line b away from side h.
-    PointLine line(const RootLayout& at, std::uint32_t h, std::uint32_t b) const {
-        if (!in_cells_) return at.line(h, b);
-        const std::uint32_t n = at.segments(), first = number(at, h, 0, b), step = number(at, h, 1, b) - first;
-        return {n, first, first + (n - 1) * step, first + step, step};
+    /// Calls visit(a, number) for the places (a, b), begin <= a < end, of the line b away from side h.
+    template <class Visit>
+    void for_each_on_line(const RootLayout& at, std::uint32_t h, std::uint32_t b, std::uint32_t begin,
+                          std::uint32_t end, const Visit& visit) const {
+        const bool quads = sides_ == 4;
+        const std::uint32_t f = root_of(h), side = h - sides_ * f, n = last_place(at), last = n - (quads ? 0 : b),
+                            from = std::max(begin, 1u);
+        const auto number = [&](std::uint32_t a) { return number_at(at, f, turned(n, side, a, b)); };
+        if (begin == 0 && end > 0) visit(0, number(0));
+        // Between both ends numbers have one second difference (modulo 2^32): of quads it is zero.
+        std::uint32_t v = number(from), step = number(from + 1) - v;
+        const std::uint32_t turn = quads ? 0 : number(from + 2) - v - 2 * step;
+        for (std::uint32_t a = from; a < std::min(end, last); ++a) {
+            visit(a, v);
+            v += step;
+            step += turn;
+        }
+        if (from <= last && last < end) visit(last, number(last));
     }
 
   private:
-    RootLattices() = default;
-    bool set_base(const RuleMesh& mesh);
-    bool has_simple_roots() const;
+    RootLattices(RuleMesh base, std::uint32_t own_roots, std::vector<std::uint32_t> control_face)
+        : sides_(base.face_size(0)),
+          own_roots_(own_roots),
+          base_(std::move(base)),
+          base_face_(std::move(control_face)) {}
     std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
                                             std::span<const int> corner_halfedge) const;
     std::optional<std::vector<int>> cells(const RootLayout& at, const RuleMesh& mesh,
@@ -184,8 +205,9 @@ class RootLattices {
     Faces cell_faces(const RootLayout& at) const;
 
     bool in_cells_ = false;
+    std::uint32_t sides_ = 4;
     std::uint32_t own_roots_ = 0;  ///< in cells: the others lie beyond the boundary
-    MeshLevel base_;
+    RuleMesh base_;
     std::vector<std::uint32_t> base_face_;  ///< control face of each root
     std::vector<std::pair<std::uint32_t, std::uint32_t>> glued_;
     std::vector<std::uint32_t> crease_ends_;

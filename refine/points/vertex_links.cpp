@@ -59,10 +59,10 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
                         control.data().source);
     std::vector<std::uint32_t> face(corners);
     for (std::uint32_t h = 0; h < corners; ++h) face[h] = control.face(HalfedgeId(h)).value;
-    const RootLattices net =
-        RootLattices::of_corners(surface, std::move(face), !ignores_creases(scheme, rules)).value();
+    const RootLattices net = RootLattices::of_corners(surface, !ignores_creases(scheme, rules), std::move(face));
     const std::vector<int> vertex = net.vertices(net.layout(1), step.mesh, step.child_halfedge).value();
-    const MeshLevel& base = net.base();
+    const RuleMesh& base = net.base();
+    const std::uint32_t count = net.root_count();
     // A vertex on a crease has a root of the net on each side. The one to the left of its first sharp edge has its
     // number.
     const auto is_other_side = [&](std::uint32_t r) {
@@ -70,10 +70,10 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
         const auto sharp = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
         if (sharp == ring.sharpness.end()) return false;
         const int above = step.mesh.prev(ring.halfedge[static_cast<int>(sharp - ring.sharpness.begin())]);
-        return vertex[base.twin[4 * r] / 4] != step.mesh.origin(above);
+        return vertex[base.twin(4 * r) / 4] != step.mesh.origin(above);
     };
     std::vector<std::uint32_t> number(vertex.begin(), vertex.end()), others;
-    for (std::uint32_t r = corners; r < base.face_count; ++r)
+    for (std::uint32_t r = corners; r < count; ++r)
         if (is_other_side(r)) others.push_back(r);
     std::ranges::stable_sort(others, {}, [&](std::uint32_t r) { return vertex[r]; });
     for (std::size_t i = 0; i < others.size(); ++i) number[others[i]] = vertices + static_cast<std::uint32_t>(i);
@@ -82,19 +82,19 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
     const auto turned = [&](std::uint32_t h) { return h < 4 * corners ? h : h ^ 2; };
     const auto place = [&](std::uint32_t h) { return 4 * number[h / 4] + turned(h) % 4; };
     VertexRoots roots;
-    roots.link.assign(base.halfedge_count(), VertexRoots::outside);
-    roots.net_halfedge.resize(base.face_count);
-    roots.crease.resize(base.face_count, 0);
-    roots.face.resize(base.face_count);
-    roots.hole.resize(base.face_count);
-    for (std::uint32_t h = 0; h < base.halfedge_count(); ++h)
-        if (base.twin[h] != MeshLevel::none) roots.link[place(h)] = place(base.twin[h]);
+    roots.link.assign(net.halfedge_count(), VertexRoots::outside);
+    roots.net_halfedge.resize(count);
+    roots.crease.resize(count, 0);
+    roots.face.resize(count);
+    roots.hole.resize(count);
+    for (std::uint32_t h = 0; h < net.halfedge_count(); ++h)
+        if (base.twin(h) != RuleMesh::none) roots.link[place(h)] = place(base.twin(h));
     for (const auto& [g, h] : net.glued())
         for (const auto& [here, there] : {std::pair(place(g), place(h)), std::pair(place(h), place(g))}) {
             roots.link[here] = there;
             roots.crease[here / 4] = static_cast<std::uint8_t>(roots.crease[here / 4] | 1u << here % 4);
         }
-    for (std::uint32_t r = 0; r < base.face_count; ++r) {
+    for (std::uint32_t r = 0; r < count; ++r) {
         roots.net_halfedge[number[r]] = turned(4 * r);
         roots.face[number[r]] = FaceId(net.control_face(r));
         roots.hole[number[r]] = control.is_hole(FaceId(net.control_face(r))) ? 1 : 0;

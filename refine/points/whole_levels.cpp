@@ -132,9 +132,7 @@ void WholeLevels::find_lattice(int level, const Level* above, Level& next) {
     if (lattice_level(level) > 0) {
         for (const int h : above->corner) next.corner.push_back(next.step.child_halfedge[h]);
     } else if (lattice_ == FanLattice::dual) {
-        net_ = RootLattices::of_corners(above->step.mesh, std::vector<std::uint32_t>(mesh_.halfedge_count()),
-                                        !ignores_creases(scheme_, rules_))
-                   .value();
+        net_ = RootLattices::of_corners(above->step.mesh, !ignores_creases(scheme_, rules_));
         next.corner = next.step.child_halfedge;
     } else {
         net_ = RootLattices::of_faces(mesh);

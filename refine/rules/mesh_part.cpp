@@ -5,22 +5,6 @@
 
 namespace tetrakis::detail {
 
-namespace {
-
-/// Calls visit(half-edge) for the half-edges that leave v, counter-clockwise. Returns whether they close.
-template <class Visit>
-bool for_each_leaving(const RuleMesh& mesh, int v, Visit&& visit) {
-    const int first = mesh.first(v);
-    for (int h = first; h != RuleMesh::none;) {
-        visit(h);
-        h = mesh.twin(mesh.prev(h));
-        if (h == first) return true;
-    }
-    return false;
-}
-
-}  // namespace
-
 int MeshPart::halfedge(const RuleMesh& whole, int h) const {
     const int f = whole.face(h);
     const auto at = std::lower_bound(face.begin(), face.end(), f);
@@ -57,7 +41,7 @@ void MeshPartFinder::look(const RuleMesh& mesh, std::span<const int> seeds, int 
         faces_.push_back(f);
         for (const int v : mesh.corners(f)) see(v);
     };
-    const auto keep_around = [&](int v) { for_each_leaving(mesh, v, [&](int h) { keep(mesh.face(h)); }); };
+    const auto keep_around = [&](int v) { mesh.for_each_leaving(v, [&](int h) { keep(mesh.face(h)); }); };
     for (const int v : seeds)
         if (mesh.first(v) != RuleMesh::none) see(v);
     std::size_t inside = 0;  // vertices that have all their faces
@@ -68,7 +52,7 @@ void MeshPartFinder::look(const RuleMesh& mesh, std::span<const int> seeds, int 
         for (std::size_t i = inside; i < vertices_.size(); ++i) {
             int fans = 0;
             bool before = false, first = false, any = false;
-            const bool closed = for_each_leaving(mesh, vertices_[i], [&](int h) {
+            const bool closed = mesh.for_each_leaving(vertices_[i], [&](int h) {
                 const bool here = has_face(mesh.face(h));
                 if (!any) first = here;
                 fans += here && !before ? 1 : 0;

@@ -50,7 +50,7 @@ struct CornerKinds {
 class CornerTemplate {
   public:
     /// @param like      in lattices or in cells, of as many sides
-    /// @param segments  of a root's sides; in cells a power of two
+    /// @param segments  of a root's sides: a power of two
     /// @throws std::invalid_argument  as the scheme's step
     CornerTemplate(const CornerKind& kind, const RootLattices& like, std::uint32_t segments, const SchemeInfo& scheme,
                    const RuleOptions& rules);
@@ -64,17 +64,11 @@ class CornerTemplate {
     /// The vertices of the mesh by place; empty: they are no such lattices.
     const std::vector<int>& numbers() const { return number_; }
 
-    struct Step {
-        StencilTable rows;
-        std::vector<int> row;  ///< of each place of the finer level
-    };
-    /// Nothing where the finer level is no lattice.
-    /// @throws std::invalid_argument  as the scheme's step
-    std::optional<Step> step(const SchemeInfo& scheme, const RuleOptions& rules, std::uint32_t factor) const;
+    /// The vertices of the level after a step by place; nothing where it is no lattice.
+    std::optional<std::vector<int>> finer_numbers(const RuleStep& step, std::uint32_t factor) const;
 
   private:
-    void make_lattice();
-    void refine_cage(const SchemeInfo& scheme, const RuleOptions& rules);
+    void find_corner();
     std::vector<int> children(const RuleStep& step) const;
 
     CornerKind kind_;

@@ -93,43 +93,31 @@ void add_face_normals(const RootLattices& net, const RootLayout& at, const Vec3d
 }
 
 struct LastLevel {
-    double points, bytes;
+    double points = 0, bytes = 0;
 };
 
-/// What the last level will be, before anything is made.
-/// @param split  whether roots are the quads of the first refinement
+/// What the last level will be, before it is made.
+/// @param n  segments of a root's sides there
 /// @throws Error  unsupported: more than 32 bits can number
-LastLevel last_level(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, bool split,
-                     int levels, const RepeatedRows::Demand& demand) {
-    const bool triangles = scheme.family == MeshFamily::triangles,
-               cells = fan_lattice(scheme, rules) == FanLattice::dual,
-               creases = cells && !ignores_creases(scheme, rules);
-    double faces = split ? mesh.halfedge_count() : mesh.face_count();
-    const double edges = mesh.edge_count() * (split ? 2.0 : 1.0) + (split ? mesh.halfedge_count() : 0.0),
-                 vertices = mesh.vertex_count() + (split ? double(mesh.edge_count()) + mesh.face_count() : 0.0),
-                 n = std::pow(scheme.refinement == Refinement::sqrt3 ? 3 : 2, levels - (split ? 1 : 0));
-    // Two for each boundary edge, and at most one more for each of its vertices; a crease has two sides.
-    for (std::uint32_t e = 0; e < mesh.edge_count() && cells; ++e)
-        if (mesh.is_boundary(EdgeId(e)))
-            faces += 3;
-        else if (creases && is_sharp(mesh.sharpness(EdgeId(e))))
-            faces += 6;
-    const double count = faces * n * n, corners = count * (triangles ? 3 : 4);
-    const double inner = triangles ? 0.5 * (n - 1) * (n - 2) : (n - 1) * (n - 1);
-    const double points = cells ? count : faces * inner + edges * (n - 1) + vertices;
-    constexpr double k_most = std::numeric_limits<std::uint32_t>::max();
-    if (std::max(corners, points) >= k_most)
+LastLevel last_level(const RootLattices& net, double n, int levels, const RepeatedRows::Demand& demand,
+                     const std::string& source) {
+    const RuleMesh& base = net.base();
+    const double faces = base.face_count() * n * n, corners = faces * net.side_count(),
+                 inner = net.side_count() == 3 ? 0.5 * (n - 1) * (n - 2) : (n - 1) * (n - 1),
+                 points = net.in_cells()
+                              ? faces
+                              : base.face_count() * inner + base.edge_count() * (n - 1) + base.vertex_count();
+    if (std::max(corners, points) >= std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorCode::unsupported,
                     fmt::format("{} levels give more elements than 32-bit numbers can count; the last has {:.0f} face "
                                 "corners",
                                 levels, corners),
-                    mesh.data().source);
+                    source);
     // The points of the level above, and of that above it; where points share places, those of this one, too.
-    const double above = creases ? 1.3 : 0.3;
-    const double bytes = points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
-                         corners * static_cast<double>(demand.corner_bytes) +
-                         count * static_cast<double>(demand.face_bytes);
-    return {points, bytes};
+    const double above = net.shares_points() ? 1.3 : 0.3;
+    return {points, points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
+                        corners * static_cast<double>(demand.corner_bytes) +
+                        faces * static_cast<double>(demand.face_bytes)};
 }
 
 }  // namespace
@@ -148,29 +136,22 @@ struct RepeatedRows::Plan {
         if (at == kinds.end()) kinds.push_back(std::move(corners));
         return number;
     }
-    bool used(std::size_t kind) const {
-        return std::find(of_step.begin() + by_rules, of_step.end(), kind) != of_step.end();
+    bool used(std::size_t kind, int from) const {
+        return std::find(of_step.begin() + from, of_step.end(), kind) != of_step.end();
     }
     /// Where the least is to be done; or as early as ever.
     /// @param points  of the level
     void choose(const RootLattices& net, const SchemeInfo& scheme, const RuleOptions& rules, int factor, double points,
                 bool limits, bool early) {
-        const auto take = [&](int step) {
-            by_rules = step;
-            cost = points * (std::pow(factor * factor, step) - 1);
-            for (std::size_t i = 0; i < kinds.size(); ++i)
-                if (used(i) || (limits && i == of_limits)) cost += learning_cost(kinds[i], net, scheme, rules, factor);
-        };
         const auto last = static_cast<int>(of_step.size()) - 1;
-        take(kinds.size() == 1 ? 0 : last);
-        for (int step = last; step-- > 0;) {
-            const int best = by_rules;
-            const double least = cost;
-            take(step);
-            if (cost > least && !early) {
-                by_rules = best;
-                cost = least;
-            }
+        for (int step = last; step >= 0; --step) {
+            double now = points * (std::pow(factor * factor, step) - 1);
+            for (std::size_t i = 0; i < kinds.size(); ++i)
+                if (used(i, step) || (limits && i == of_limits))
+                    now += learning_cost(kinds[i], net, scheme, rules, factor);
+            if (step < last && now > cost && !early) continue;
+            by_rules = step;
+            cost = now;
         }
     }
 };
@@ -189,8 +170,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     if (levels <= base_level) return nullptr;
     const int factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
     const bool creases = dual && !ignores_creases(scheme, rules);
-    LastLevel last_size{0, 0};
-    if (!demand.any_level) last_size = last_level(mesh, scheme, rules, !triangles && (dual || !quads), levels, demand);
+    LastLevel last_size;
     if (has_too_large_rings(mesh)) return nullptr;
     const bool recedes = boundary_recedes(scheme, rules);
     if (recedes && mesh.has_boundary()) return nullptr;
@@ -198,8 +178,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     RuleLevels& by_rules = *levels_by_rules;
     const auto advance = [&] {
         const int to = by_rules.level() + 1;
-        check_rule_memory(mesh, scheme, to, levels, context,
-                          to > base_level ? static_cast<std::uint64_t>(last_size.bytes) : 0);
+        check_rule_memory(mesh, scheme, to, levels, context, static_cast<std::uint64_t>(last_size.bytes));
         return by_rules.advance();
     };
     const auto too_many = [&] {
@@ -225,8 +204,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
     std::optional<RootLattices> net;
-    if (dual) net = RootLattices::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
-    if (dual && !net) return nullptr;
+    if (dual) net = RootLattices::of_corners(by_rules.last(), creases, by_rules.control_face_of_corners());
     while (by_rules.level() < base_level) {
         if (too_many()) return nullptr;
         first = advance();
@@ -242,10 +220,12 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         for (std::size_t f = 0; f < control.size(); ++f)
             control[f] = static_cast<std::uint32_t>(by_rules.control_face(static_cast<int>(f)));
         net = RootLattices::of_faces(by_rules.last(), std::move(control));
-        if (!net) return nullptr;
-        first.resize(net->base().halfedge_count());
+        first.resize(net->halfedge_count());
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
+    if (!net->has_simple_roots()) return nullptr;
+    if (!demand.any_level)
+        last_size = last_level(*net, std::pow(factor, levels - by_rules.level()), levels, demand, mesh.data().source);
     std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net)));
     all->corner_halfedges_ = std::move(corner_halfedges);
     std::uint32_t segments = 1;
@@ -283,7 +263,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         all->settled_level_ =
             settled == plan.of_step.rbegin() ? k_for_ever : begin + static_cast<int>(plan.of_step.rend() - settled);
     }
-    const double roots = all->net_.base().face_count / (triangles ? 2.0 : 1.0);
+    const double roots = all->net_.root_count() / (triangles ? 2.0 : 1.0);
     plan.choose(all->net_, scheme, rules, factor, roots, any_limits, demand.even_if_slower);
     // By the rules, to which the cases above and the few below go, a level takes more.
     constexpr double k_most_bytes = 0x1p63;
@@ -330,7 +310,7 @@ bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleO
     for (std::size_t i = 0; i < plan.kinds.size(); ++i) {
         const RowSource source{net_, plan.kinds[i], scheme, rules, context.max_memory_bytes};
         try {
-            if (plan.used(i)) {
+            if (plan.used(i, plan.by_rules)) {
                 for (std::size_t step = 0; step < pattern_.size(); ++step)
                     if (plan.of_step[step] == i) pattern_[step] = patterns_.size();
                 if (!learn_step(source, patterns_.emplace_back(net_, factor, RowPatterns::Kind::points))) return false;
@@ -346,8 +326,9 @@ bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleO
 }
 
 bool RepeatedRows::uses_all_points() const {
-    const std::vector<std::uint32_t>& first = net_.base().vertex_halfedge;
-    return !net_.in_cells() && std::find(first.begin(), first.end(), MeshLevel::none) == first.end();
+    bool all = !net_.in_cells();
+    for (int v = 0; v < net_.base().vertex_count(); ++v) all = all && net_.base().first(v) != RuleMesh::none;
+    return all;
 }
 
 bool RepeatedRows::fits(std::uint32_t segments) const {

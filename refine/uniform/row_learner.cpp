@@ -18,10 +18,9 @@ namespace tetrakis::detail {
 namespace {
 
 /// Segments of the templates' roots, one after the other: as long as masks are too wide for them.
-std::span<const std::uint32_t> template_segments(bool cells, const SchemeInfo& scheme, const RuleOptions& rules) {
-    static constexpr std::uint32_t k_lattices[] = {4, 6, 9, 14, 20}, k_cells[] = {4, 8, 16, 32};
-    const auto all = cells ? std::span<const std::uint32_t>(k_cells) : std::span<const std::uint32_t>(k_lattices);
-    return all.subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
+std::span<const std::uint32_t> template_segments(const SchemeInfo& scheme, const RuleOptions& rules) {
+    static constexpr std::uint32_t k_segments[] = {4, 8, 16, 32};
+    return std::span(k_segments).subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
 }
 
 /// What the rules have said, of the schemes of the table. Any thread may ask.
@@ -73,11 +72,12 @@ bool too_large(const RowSource& source, std::uint32_t segments, std::uint32_t fa
 KnownCorners::Rows step_rows(const RowSource& source, const CornerKind& kind, std::uint32_t segments) {
     CornerTemplate corner(kind, source.net, segments, source.scheme, source.rules);
     if (corner.numbers().empty()) return nullptr;
-    std::optional<CornerTemplate::Step> step = corner.step(source.scheme, source.rules, factor_of(source.scheme));
-    if (!step) return nullptr;
+    RuleStep step = source.scheme.step(corner.mesh(), source.rules);
+    std::optional<std::vector<int>> row = corner.finer_numbers(step, factor_of(source.scheme));
+    if (!row) return nullptr;
     RuleLimits rows;
-    rows.positions = std::move(step->rows);
-    return std::make_shared<CornerRows>(std::move(corner), std::move(step->row), std::move(rows));
+    rows.positions = std::move(step.stencils);
+    return std::make_shared<CornerRows>(std::move(corner), std::move(*row), std::move(rows));
 }
 
 KnownCorners::Rows limit_rows(const RowSource& source, const CornerKind& kind, std::uint32_t segments,
@@ -111,7 +111,7 @@ bool learn_from_templates(RowSource& source, LimitSearch* limits, const Learn& l
     CornerKind regular;
     regular.sharp.assign(source.net.side_count() == 4 ? 4 : 6, 0.0f);
     const std::vector<CornerKind>& kinds = source.corners.kinds;
-    for (const std::uint32_t n : template_segments(source.net.in_cells(), source.scheme, source.rules)) {
+    for (const std::uint32_t n : template_segments(source.scheme, source.rules)) {
         if (too_large(source, n, limits != nullptr ? 1 : factor_of(source.scheme))) return false;
         std::vector<KnownCorners::Rows> all(kinds.size() + 1);
         const auto take = [&](std::uint32_t i) {
@@ -143,11 +143,11 @@ void set_template_rules(RuleOptions& rules) {
 
 double learning_cost(const CornerKinds& corners, const RootLattices& net, const SchemeInfo& scheme,
                      const RuleOptions& rules, int factor) {
-    // Their points are made by the rules, and read (measured: modified-butterfly, doo-sabin, kobbelt on suzanne).
-    constexpr double k_per_point = 3;
+    // Their points are made by the rules, and read (measured: sqrt3, modified-butterfly, kobbelt on suzanne).
+    constexpr double k_per_point = 1.7;
     double roots = 0;
     for (const CornerKind& kind : corners.kinds) roots += kind.roots();
-    const double side = factor * static_cast<double>(template_segments(false, scheme, rules)[0]);
+    const double side = factor * static_cast<double>(template_segments(scheme, rules)[0]);
     return k_per_point * roots * side * side / (net.side_count() == 4 ? 1 : 2);
 }
 

@@ -174,7 +174,7 @@ class RowPatterns::TemplateReader {
           zone_(zone(patterns.factor_, source.corner.segments())),
           places_(static_cast<std::size_t>(source.corner.mesh().vertex_count())) {
         const std::uint32_t n = net_.last_place(coarse_);
-        for (std::uint32_t f = 0; f < net_.base().face_count; ++f)
+        for (std::uint32_t f = 0; f < net_.root_count(); ++f)
             for (std::uint32_t y = 0; y <= n; ++y)
                 for (std::uint32_t x = 0; x <= (net_.side_count() == 4 ? n : n - y); ++x)
                     places_[number(net_.number_at(coarse_, f, RootLattices::Place{x, y}))].push_back({f, x, y});
@@ -186,7 +186,7 @@ class RowPatterns::TemplateReader {
         h_ = source_.corner.halfedge(root);
         side_ = grid_.side(h_ % net_.side_count());
         numbers_.assign(grid_.size(), -1);
-        grid_.fill(net_.base().face_of(h_), source_.corner.numbers().data(), numbers_.data());
+        grid_.fill(net_.base().face(h_), source_.corner.numbers().data(), numbers_.data());
     }
 
     /// The rows of place (x, y), seen from there in the directions of the root's sides at the corner.
@@ -238,16 +238,16 @@ class RowPatterns::TemplateReader {
     };
     OnSide on_side(bool last, std::uint32_t x, std::uint32_t y) const {
         if (!last) return {h_, x, y};
-        return {net_.base().prev(h_), net_.side_count() == 4 ? last_ - y : last_ - x - y, x};
+        return {std::uint32_t(net_.base().prev(h_)), net_.side_count() == 4 ? last_ - y : last_ - x - y, x};
     }
     /// The rows of place (a, b) of a side, seen from there along and away from it.
     bool side_rows(const OnSide& at, std::span<RowOf<Step>> out) const {
         const bool cells = net_.in_cells();
         const auto n = static_cast<int>(net_.last_place(coarse_)), along = static_cast<int>(at.a / p_.factor_);
         const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
-            for (const std::uint32_t g : {at.h, net_.base().twin[at.h]})
+            for (const std::uint32_t g : {at.h, std::uint32_t(net_.base().twin(at.h))})
                 for (const RootPlace& p : places_[number]) {
-                    if (g == none || p.root != net_.base().face_of(g)) continue;
+                    if (g == none || p.root != std::uint32_t(net_.base().face(g))) continue;
                     const auto s = net_.seen_from(net_.last_place(coarse_), g % net_.side_count(), {p.x, p.y});
                     const int a = static_cast<int>(s.x), b = static_cast<int>(s.y);
                     if (!cells && b == n) return std::nullopt;
@@ -291,7 +291,7 @@ class RowPatterns::TemplateReader {
         std::optional<RootLattices::Seen> best;
         for (const RootPlace& place : places_[number]) {
             std::uint32_t g = 0;
-            while (g < roots && net_.base().face_of(source_.corner.halfedge(g)) != place.root) ++g;
+            while (g < roots && net_.base().face(source_.corner.halfedge(g)) != int(place.root)) ++g;
             if (g == roots) continue;
             const auto [x, y] = net_.seen_from(n, source_.corner.halfedge(g) % net_.side_count(), {place.x, place.y});
             // What lies on the far sides belongs to other corners as well.

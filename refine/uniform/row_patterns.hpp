@@ -127,12 +127,11 @@ class RowPatterns {
     template <class Visit>
     void for_each_seen(std::uint32_t h, const RowOf<RootLattices::Seen>& row, const Visit& visit) const {
         // Terms come by turns, those against the clock first.
-        const MeshLevel& base = net_.base();
         std::uint32_t g = h;
         int turn = 0;
         for (const auto& [at, weight] : row) {
-            for (; turn > at.turn; --turn) g = base.next(base.twin[g]);
-            for (; turn < at.turn; ++turn) g = base.twin[base.prev(g)];
+            for (; turn > at.turn; --turn) g = net_.base().next(net_.base().twin(g));
+            for (; turn < at.turn; ++turn) g = net_.turned(g);
             visit(g, at, weight);
         }
     }
@@ -191,15 +190,10 @@ void RowPatterns::read(std::uint32_t segments, const RootPlace& at, const Term& 
         return;
     }
     const std::size_t kind = (at.y % factor_ * factor_ + at.x % factor_) * std::size_t{rows_inside()};
-    const auto x = std::int64_t{at.x / factor_}, y = std::int64_t{at.y / factor_}, reach = std::int64_t{rings_};
-    const bool inside =
-        std::min(x, y) > reach && (sides == 4 ? std::max(x, y) + reach < coarse_last : x + y + 2 * reach < coarse_last);
+    const auto x = std::int64_t{at.x / factor_}, y = std::int64_t{at.y / factor_};
     for (std::uint32_t r = 0; r < rows_inside(); ++r)
         for (const auto& [to, weight] : regular_[kind + r])
-            term(r,
-                 inside ? RootPlace{at.root, static_cast<std::uint32_t>(x + to.a), static_cast<std::uint32_t>(y + to.b)}
-                        : net_.place_beyond(segments, at.root, x + to.a, y + to.b),
-                 weight);
+            term(r, net_.place_beyond(segments, at.root, x + to.a, y + to.b), weight);
 }
 
 }  // namespace tetrakis::detail

@@ -67,10 +67,9 @@ void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const 
 template <class Finish>
 void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
                                const Progress& progress) const {
-    const MeshLevel& base = net_.base();
     const std::uint32_t sides = net_.side_count();
-    for (std::uint32_t v = 0; v < base.vertex_count && !net_.in_cells(); ++v)
-        if (base.vertex_halfedge[v] == none) out[v] = kind_ == Kind::points ? in[v] : Vec3d(0);
+    for (int v = 0; v < net_.base().vertex_count() && !net_.in_cells(); ++v)
+        if (net_.base().first(v) == RuleMesh::none) out[v] = kind_ == Kind::points ? in[v] : Vec3d(0);
     const GhostGrid grid(net_, coarse, regular_corners_, rings_);
     GridRows rows;
     for (const RowOf<Step>& row : regular_) {
@@ -91,7 +90,7 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
             }
         }
     };
-    for_each_reported_block(base.face_count, at_once, progress.context, "refine", progress.from, progress.to,
+    for_each_reported_block(net_.root_count(), at_once, progress.context, "refine", progress.from, progress.to,
                             refine_roots);
 }
 
@@ -99,7 +98,7 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
 template <class Finish>
 void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const RootLayout& fine, std::uint32_t f,
                           Vec3d* out, Work& work) const {
-    const MeshLevel& base = net_.base();
+    const RuleMesh& base = net_.base();
     const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
     // Results side by side, from one place on in a direction.
     const auto line = [&](RootLattices::Place at, std::uint32_t dx, std::uint32_t dy, std::uint32_t count, Vec3d* to) {
@@ -123,10 +122,10 @@ void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const 
     const double* const points = &work.grid.data()->x;
     for (std::uint32_t s = 0; s < sides; ++s) {
         const RootLattices::Place corner = net_.turned(m, s, 0, 0), next = net_.turned(m, s, 1, 0);
-        const std::uint32_t v = base.origin[h + s];
-        if (base.vertex_halfedge[v] == h + s) line(corner, 1, 0, 1, out + v);
+        const int side = static_cast<int>(h + s), v = base.origin(side);
+        if (base.first(v) == side) line(corner, 1, 0, 1, out + v);
         // Points along the half-edge that an edge is numbered by are side by side.
-        if ((base.edge_side[h + s] & 1) != 0 || m < 2) continue;
+        if (!base.leads(side) || m < 2) continue;
         Vec3d* const to = out + fine.along(h + s, 1);
         const auto& [origin, along, away] = grid.side(s);
         if (kernel_)
@@ -157,12 +156,12 @@ void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint3
         for (const auto& term : pattern[r])
             work.side[r].push_back({3 * (term.at.a * along + term.at.b * away), term.weight});
     }
-    const bool owns_edge = net_.in_cells() || (net_.base().edge_side[h] & 1) == 0;
+    const bool owns_edge = net_.in_cells() || net_.base().leads(h);
     const double* const grid_begin = &work.grid.data()->x;
     for (std::uint32_t b = owns_edge ? 0 : 1; b < depth_; ++b) {
         const std::uint32_t first = net_.side_count() == 4 ? reach_ : reach_ - std::min(reach_, b);
         if (m < reach_ || first > m - reach_) continue;
-        net_.line(fine, h, b).for_each(first, m - reach_ + 1, [&](std::uint32_t a, std::uint32_t v) {
+        net_.for_each_on_line(fine, h, b, first, m - reach_ + 1, [&](std::uint32_t a, std::uint32_t v) {
             const double* const at = grid_begin + 3 * (origin + static_cast<std::ptrdiff_t>(a / factor_) * along);
             Vec3d sums[Finish::rows];
             for (std::size_t r = 0; r < Finish::rows; ++r)
@@ -175,10 +174,9 @@ void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint3
 template <class Finish>
 void RowPatterns::corner(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in,
                          Vec3d* out) const {
-    const MeshLevel& base = net_.base();
-    const bool cells = net_.in_cells(), owns_vertex = cells || base.vertex_halfedge[base.origin[h]] == h,
-               owns_edge = cells || (base.edge_side[h] & 1) == 0,
-               owns_other = cells || (base.edge_side[base.prev(h)] & 1) == 0;
+    const RuleMesh& base = net_.base();
+    const bool cells = net_.in_cells(), owns_vertex = cells || base.first(base.origin(h)) == static_cast<int>(h),
+               owns_edge = cells || base.leads(h), owns_other = cells || base.leads(base.prev(h));
     for (const CornerPlace& place : corner_patterns_[corner_pattern_[h]]) {
         if (place.x == 0 && place.y == 0 ? !owns_vertex : (place.y == 0 && !owns_edge) || (place.x == 0 && !owns_other))
             continue;

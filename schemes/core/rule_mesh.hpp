@@ -84,7 +84,8 @@ class RuleMesh {
     int prev(int h) const { return h > face_begin_[face_[h]] ? h - 1 : face_begin_[face_[h] + 1] - 1; }
     int twin(int h) const { return twin_[h]; }
     int edge(int h) const { return edge_[h]; }
-    int edge_halfedge(int e) const { return edge_halfedge_[e]; }  ///< the first of its half-edges
+    int edge_halfedge(int e) const { return edge_halfedge_[e]; }          ///< the first of its half-edges
+    bool leads(int h) const { return twin_[h] == none || h < twin_[h]; }  ///< whether it is its edge's first
 
     float sharpness(int h) const { return sharpness_[h]; }
     bool sharp(int h) const { return is_sharp(sharpness_[h]); }
@@ -111,6 +112,16 @@ class RuleMesh {
     /// A half-edge that leaves v: at a boundary the first one counter-clockwise. `none` for an isolated vertex.
     int first(int v) const { return first_[v]; }
     bool on_boundary(int v) const { return first_[v] == none || twin_[first_[v]] == none; }
+    /// Calls visit(half-edge) for those that leave v, counter-clockwise. Returns whether they close.
+    template <class Visit>
+    bool for_each_leaving(int v, const Visit& visit) const {
+        for (int h = first_[v]; h != none;) {
+            visit(h);
+            h = twin_[prev(h)];
+            if (h == first_[v]) return true;
+        }
+        return false;
+    }
 
     /// What surrounds a vertex, counter-clockwise.
     struct Ring {
