@@ -3,21 +3,27 @@
 #include "../../schemes/core/scheme_table.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
-#include <optional>
 #include <utility>
 
 namespace tetrakis::detail {
 
 namespace {
 
+// Levels that a weight is looked at directly; below them it is a sum of others.
+constexpr int k_levels = 3;
+// Weights and sums of rounding errors alone.
+constexpr double k_no_weight = 1e-11;
 // The iteration: it ends where nothing changes by more than this, and has failed where weights grow or creep.
 constexpr double k_settled = 1e-10, k_most_weight = 1e3;
 constexpr int k_most_rounds = 400;
 // Added to each equation, so that the solution has room for what the iteration, which approaches it from below, leaves:
 // a hundred times its last change.
 constexpr double k_room = 1e-8;
+// The level where hardly any cell is near more than one extraordinary point, so that many have the same surroundings.
+constexpr int k_irregular_from = 2;
 
 /// Rules of edges look two rings around a cell; those of others, as Kobbelt's virtual points, up to one more; a step of
 /// averaging is by half a ring.
@@ -26,269 +32,56 @@ int rings_of(const SchemeInfo& scheme, const RuleOptions& options) {
     return std::max(2, rule_rings(scheme, options) + (scheme.choice_rings > 0 ? 1 : 0));
 }
 
-/// The equations between the weights of some kinds of surroundings, and others that are known.
-class NormEquations {
-  public:
-    using Known = std::map<SurroundingsKey, std::unique_ptr<const CellNorms>>;
+/// What the rules may reproduce, the best first: points are where this has them from a cell's corners.
+enum class Extension { bilinear, affine, constant };
 
-    /// @param known  has the weights of all kinds that the equations ask for and do not determine
-    NormEquations(std::map<SurroundingsKey, std::optional<CellEquations>> kinds, const Known& known);
+CellAnchor anchor_at(const Vec2d& p, Extension extension, int corners) {
+    const double x = p.x, y = p.y;
+    if (extension == Extension::constant) return {1, 0, 0, 0};
+    if (corners == 3) return {1 - x - y, x, y, 0};
+    if (extension == Extension::affine) return {1 - x - y, x, 0, y};
+    return {(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y};
+}
 
-    /// The weights, or nullptr, of each kind.
-    Known solve();
-
-  private:
-    struct Child {
-        /// Per point of the child that has a weight: how far it is from where the child's corners would have it, as a
-        /// combination of the same of the parent's active points, by their numbers among these; sizes of weights.
-        std::vector<SparseRow> offsets;
-        const std::vector<double>* weight = nullptr;  ///< of the child's points
-    };
-    struct Kind {
-        CellEquations equations;
-        std::vector<double> weight;   ///< of the active points
-        std::vector<double> below;    ///< the largest sums of their weights in children whose weights are known
-        std::vector<Child> children;  ///< the others
-        bool none = false;            ///< there are no weights
-    };
-    /// The points of a child that matter.
-    struct Points {
-        std::vector<int> point;
-        std::vector<CellAnchor> anchor;
-        const std::vector<double>* weight = nullptr;
-    };
-
-    std::optional<Points> points_of(const SurroundingsKey& key) const;
-    template <class Visit>
-    bool for_each_offset(const Kind& kind, const CellDescent::Child& child, const Points& points, Visit&& visit) const;
-    bool activate(Kind& kind);
-    void find_offsets(Kind& kind);
-    static SparseRow sizes(const CellEquations& equations, const SparseRow& row, const std::vector<int>& place);
-    static void add(const SparseRow& sizes, double factor, std::span<double> sum);
-    std::vector<double> right_side(const Kind& kind) const;
-    double improve(Kind& kind) const;
-    bool holds(const Kind& kind) const;
-    void spread_none();
-    Known norms() const;
-
-    std::map<SurroundingsKey, Kind> kinds_;
-    const Known& known_;
+/// A cell some levels below, by its points as combinations of those of the first one.
+struct CellBelow {
+    const CellNorms& norms;
+    StencilTable rows;
+    std::array<Vec2d, 4> corner;  ///< in sides of the first one
 };
 
-NormEquations::NormEquations(std::map<SurroundingsKey, std::optional<CellEquations>> kinds, const Known& known)
-    : known_(known) {
-    for (auto& [key, equations] : kinds) {
-        Kind& kind = kinds_[key];
-        kind.none = !equations;
-        if (equations) kind.equations = std::move(*equations);
+template <class Take>
+void for_each_below(const CellBelow& cell, int levels, int corners, const Take& take) {
+    if (levels == 0) return take(cell);
+    for (int c = 0; c < 4; ++c) {
+        const CellNorms::Child& child = cell.norms.children[c];
+        CellBelow below{*child.norms, cell.rows.then(child.rows), {}};
+        const auto& at = cell.corner;
+        for (int k = 0; k < corners; ++k)
+            below.corner[k] = 0.5 * (c < corners ? at[k] + at[c] : at[(k + 1) % corners] + at[(k + 2) % corners]);
+        for_each_below(below, levels - 1, corners, take);
     }
 }
 
-std::optional<NormEquations::Points> NormEquations::points_of(const SurroundingsKey& key) const {
-    if (const auto at = kinds_.find(key); at != kinds_.end()) {
-        const Kind& kind = at->second;
-        if (kind.none) return std::nullopt;
-        Points points{kind.equations.active, {}, &kind.weight};
-        for (const int i : points.point) points.anchor.push_back(kind.equations.anchor[i]);
-        return points;
-    }
-    const CellNorms* const norms = known_.at(key).get();
-    if (norms == nullptr) return std::nullopt;
-    return Points{norms->point, norms->anchor, &norms->weight};
+/// How far a point of a cell is from where its corners would have it.
+StencilRow offset(const StencilTable& rows, int point, const CellAnchor& anchor) {
+    StencilRow row = rows.row(point);
+    for (int k = 0; k < 4; ++k)
+        if (anchor[k] != 0) rows.add_row(k, -anchor[k], row);
+    row.gather();
+    return row;
 }
 
-/// Visits how far the child's points are from where its corners would have them, as combinations of the parent's
-/// points. False where that is not 0 when those are where the parent's corners would have them.
-template <class Visit>
-bool NormEquations::for_each_offset(const Kind& kind, const CellDescent::Child& child, const Points& points,
-                                    Visit&& visit) const {
-    const CellEquations& equations = kind.equations;
-    SparseSum sum(equations.points);
-    for (std::size_t j = 0; j < points.point.size(); ++j) {
-        sum.add(equations.below.rows[child.vertices[points.point[j]]], 1);
-        for (int k = 0; k < 4; ++k)
-            if (const double a = points.anchor[j][k]; a != 0) sum.add(equations.below.rows[child.vertices[k]], -a);
-        const SparseRow offset = sum.take();
-        if (!equations.annihilates(offset)) return false;
-        visit(offset);
+/// Whether a combination of points is 0 where all are where the corners would have them.
+bool annihilates(const StencilRow& row, std::span<const CellAnchor> anchor) {
+    CellAnchor sum{};
+    double size = 1;
+    for (const auto& [i, weight] : row.terms) {
+        size += std::abs(weight);
+        for (int k = 0; k < 4; ++k) sum[k] += weight * anchor[i][k];
     }
-    return true;
+    return std::ranges::all_of(sum, [&](double s) { return std::abs(s) < k_no_weight * size; });
 }
-
-/// A point that matters to a small cell does to the large one. Returns whether anything was not known before.
-bool NormEquations::activate(Kind& kind) {
-    CellEquations& equations = kind.equations;
-    const std::size_t before = equations.active.size();
-    std::vector<char> active(equations.points, 0);
-    for (const int i : equations.active) active[i] = 1;
-    const auto activate_point = [&](int i) {
-        if (!std::exchange(active[i], 1)) equations.active.push_back(i);
-    };
-    for (const CellDescent::Child& child : equations.next.children) {
-        const std::optional<Points> points = points_of(child.key);
-        kind.none = kind.none || !points;
-        if (kind.none) return true;
-        for (const int j : points->point)
-            for (const auto& [i, weight] : equations.next.rows[child.vertices[j]]) activate_point(i);
-    }
-    for (const CellDescent::Child& child : equations.below.children) {
-        const std::optional<Points> points = points_of(child.key);
-        kind.none = kind.none || !points;
-        if (kind.none) return true;
-        const bool known = for_each_offset(kind, child, *points, [&](const SparseRow& offset) {
-            for (const auto& [i, weight] : offset)
-                if (std::abs(weight) > k_no_weight) activate_point(i);
-        });
-        if (known) continue;
-        // Inside the cell the rules reproduce more than around it.
-        kind.none = equations.anchor == equations.constant();
-        equations.anchor = equations.constant();
-        return true;
-    }
-    return equations.active.size() > before;
-}
-
-SparseRow NormEquations::sizes(const CellEquations& equations, const SparseRow& row, const std::vector<int>& place) {
-    SparseRow result;
-    for (const auto& [i, weight] : row)
-        if (place[i] >= 0 && equations.is_free(i) && std::abs(weight) > k_no_weight)
-            result.emplace_back(place[i], std::abs(weight));
-    return result;
-}
-
-void NormEquations::add(const SparseRow& sizes, double factor, std::span<double> sum) {
-    for (const auto& [a, size] : sizes) sum[a] += factor * size;
-}
-
-void NormEquations::find_offsets(Kind& kind) {
-    const CellEquations& equations = kind.equations;
-    std::vector<int> place(equations.points, -1);
-    for (std::size_t a = 0; a < equations.active.size(); ++a) {
-        place[equations.active[a]] = static_cast<int>(a);
-        kind.weight.push_back(equations.direct[equations.active[a]]);
-    }
-    kind.below.assign(equations.active.size(), 0.0);
-    for (const CellDescent::Child& child : equations.below.children) {
-        const Points points = *points_of(child.key);
-        if (!kinds_.contains(child.key)) {
-            std::vector<double> sum(equations.active.size(), 0.0);
-            auto weight = points.weight->begin();
-            for_each_offset(kind, child, points,
-                            [&](const SparseRow& offset) { add(sizes(equations, offset, place), *weight++, sum); });
-            for (std::size_t a = 0; a < sum.size(); ++a) kind.below[a] = std::max(kind.below[a], sum[a]);
-            continue;
-        }
-        Child& terms = kind.children.emplace_back();
-        terms.weight = points.weight;
-        for_each_offset(kind, child, points,
-                        [&](const SparseRow& offset) { terms.offsets.push_back(sizes(equations, offset, place)); });
-    }
-}
-
-/// What the weights of a kind have to reach at least, by those that its children have now.
-std::vector<double> NormEquations::right_side(const Kind& kind) const {
-    std::vector<double> result = kind.below, sum(kind.weight.size());
-    for (const Child& child : kind.children) {
-        std::fill(sum.begin(), sum.end(), 0.0);
-        for (std::size_t j = 0; j < child.offsets.size(); ++j) add(child.offsets[j], (*child.weight)[j], sum);
-        for (std::size_t a = 0; a < sum.size(); ++a) result[a] = std::max(result[a], sum[a]);
-    }
-    for (std::size_t a = 0; a < result.size(); ++a) result[a] += kind.equations.direct[kind.equations.active[a]];
-    return result;
-}
-
-/// Returns the largest change.
-double NormEquations::improve(Kind& kind) const {
-    std::vector<double> now = right_side(kind);
-    double change = 0;
-    for (std::size_t a = 0; a < now.size(); ++a) {
-        now[a] += k_room;
-        change = std::max(change, now[a] - kind.weight[a]);
-        kind.none = kind.none || now[a] > k_most_weight;
-    }
-    kind.weight = std::move(now);
-    return change;
-}
-
-/// Whether the weights reach what they have to. The equations grow with the weights, so where all kinds' do, none is
-/// below the solution.
-bool NormEquations::holds(const Kind& kind) const {
-    const std::vector<double> least = right_side(kind);
-    return std::equal(least.begin(), least.end(), kind.weight.begin(), std::less_equal<>());
-}
-
-/// What is made of something without weights has none.
-void NormEquations::spread_none() {
-    for (bool again = true; again;) {
-        again = false;
-        for (auto& [key, kind] : kinds_)
-            if (!kind.none)
-                for (const CellDescent* down : {&kind.equations.below, &kind.equations.next})
-                    for (const CellDescent::Child& child : down->children)
-                        if (const auto at = kinds_.find(child.key); at != kinds_.end() && at->second.none)
-                            kind.none = again = true;
-    }
-}
-
-NormEquations::Known NormEquations::solve() {
-    for (bool again = true; again;) {
-        again = false;
-        for (auto& [key, kind] : kinds_)
-            if (!kind.none && activate(kind)) again = true;
-    }
-    for (auto& [key, kind] : kinds_)
-        if (!kind.none) find_offsets(kind);
-    double change = std::numeric_limits<double>::infinity();
-    for (int round = 0; round < k_most_rounds && change > k_settled; ++round) {
-        change = 0;
-        for (auto& [key, kind] : kinds_)
-            if (!kind.none) change = std::max(change, improve(kind));
-    }
-    const auto failed = [&](const auto& entry) { return !entry.second.none && !holds(entry.second); };
-    if (change > k_settled || std::any_of(kinds_.begin(), kinds_.end(), failed))
-        for (auto& [key, kind] : kinds_) kind.none = true;
-    spread_none();
-    return norms();
-}
-
-NormEquations::Known NormEquations::norms() const {
-    std::map<SurroundingsKey, std::unique_ptr<CellNorms>> made;
-    for (const auto& [key, kind] : kinds_) {
-        std::unique_ptr<CellNorms>& norms = made[key];
-        if (kind.none) continue;
-        norms = std::make_unique<CellNorms>();
-        norms->point = kind.equations.active;
-        norms->weight = kind.weight;
-        for (std::size_t a = 0; a < kind.weight.size(); ++a) {
-            const int i = norms->point[a];
-            if (!kind.equations.is_free(i)) norms->weight[a] = 0;
-            norms->anchor.push_back(kind.equations.anchor[i]);
-        }
-    }
-    for (const auto& [key, kind] : kinds_) {
-        if (kind.none) continue;
-        CellNorms& norms = *made.at(key);
-        std::vector<int> place(kind.equations.points, -1);
-        for (std::size_t a = 0; a < norms.point.size(); ++a) place[norms.point[a]] = static_cast<int>(a);
-        for (std::size_t k = 0; k < norms.children.size(); ++k) {
-            const CellDescent::Child& from = kind.equations.next.children[k];
-            CellNorms::Child& child = norms.children[k];
-            const auto own = made.find(from.key);
-            child.norms = own != made.end() ? own->second.get() : known_.at(from.key).get();
-            for (const int j : child.norms->point) {
-                StencilRow row;
-                for (const auto& [i, weight] : kind.equations.next.rows[from.vertices[j]]) row.add(place[i], weight);
-                child.rows.push(std::move(row));
-            }
-        }
-    }
-    Known result;
-    for (auto& [key, norms] : made) result.emplace(key, std::move(norms));
-    return result;
-}
-
-// The level where hardly any cell is near more than one extraordinary point, so that many have the same surroundings.
-constexpr int k_irregular_from = 2;
 
 }  // namespace
 
@@ -296,48 +89,210 @@ constexpr int k_irregular_from = 2;
 /// others that they are made of. So the weights of a kind do not depend on what was asked for before.
 class CellNormTable::Search {
   public:
-    explicit Search(const CellNormTable& table) : table_(table) {}
+    explicit Search(const CellNormTable& table) : table_(table), corners_(table.corners_) {}
 
     /// Returns the number of the first kind that this one, or what it is made of, leads back to.
     int visit(const SurroundingsKey& key) {
         const auto of = kinds_.try_emplace(key).first;  // stays where it is
         Kind& kind = of->second;
         const int number = kind.number = static_cast<int>(kinds_.size());
-        stack_.push_back(key);
-        kind.equations = cell_equations(table_.scheme_, table_.options_, key, table_.corners_, table_.rings_);
+        stack_.push_back(of);
+        kind.step = cell_step(table_.scheme_, table_.options_, key, corners_, table_.rings_);
         int lowest = number;
-        if (kind.equations)
-            for (const CellDescent* down : {&kind.equations->below, &kind.equations->next})
-                for (const CellDescent::Child& child : down->children) {
-                    if (table_.known_.contains(child.key)) continue;
-                    const auto met = kinds_.find(child.key);
-                    lowest = std::min(lowest, met == kinds_.end() ? visit(child.key) : met->second.number);
-                }
-        if (lowest == number) solve(key);
+        if (kind.step)
+            for (const CellSurroundings& child : kind.step->children) {
+                if (table_.known_.contains(child.key)) continue;
+                const auto met = kinds_.find(child.key);
+                lowest = std::min(lowest, met == kinds_.end() ? visit(child.key) : met->second.number);
+            }
+        if (lowest == number) {
+            const auto first = std::ranges::find(stack_, of);
+            finish({first, stack_.end()});
+            stack_.erase(first, stack_.end());
+        }
         return lowest;
     }
 
   private:
+    /// A small cell: how far its points are from where its corners would have them, as sizes of weights.
+    struct Offsets {
+        const CellNorms* norms;
+        StencilTable sizes;
+    };
     struct Kind {
         int number = 0;
-        std::optional<CellEquations> equations;
+        std::optional<CellStep> step;
+        std::unique_ptr<CellNorms> norms = std::make_unique<CellNorms>();
+        std::vector<int> place;  ///< by point around the cell: its number in norms->point, or -1
+        Extension extension = Extension::bilinear;
+        std::vector<double> direct;  ///< sizes of basis functions, less the hats of the corners
+        std::vector<Offsets> below;
     };
+    using Kinds = std::map<SurroundingsKey, Kind>;
 
-    void solve(const SurroundingsKey& first) {
-        std::map<SurroundingsKey, std::optional<CellEquations>> equations;
-        for (bool last = false; !last;) {
-            last = stack_.back() == first;
-            equations.emplace(stack_.back(), std::move(kinds_.at(stack_.back()).equations));
-            stack_.pop_back();
-        }
-        NormEquations::Known solved = NormEquations(std::move(equations), table_.known_).solve();
+    void finish(std::vector<Kinds::iterator> component) {
+        std::ranges::sort(component, {}, [](Kinds::iterator of) -> const SurroundingsKey& { return of->first; });
+        std::vector<Kind*> kinds;
+        for (const Kinds::iterator of : component) kinds.push_back(&of->second);
+        const bool solved = link(kinds) && find_extensions(kinds) && find_weights(kinds);
         const std::unique_lock lock(table_.reading_);
-        table_.known_.merge(std::move(solved));
+        for (const Kinds::iterator of : component)
+            table_.known_.emplace(of->first, solved ? std::move(of->second.norms) : nullptr);
+    }
+
+    /// Finds the children, and the points that matter: the corners, and what children's points that do are made of.
+    /// What is made of something without norms has none.
+    bool link(std::span<Kind* const> kinds) const {
+        for (Kind* const kind : kinds) {
+            if (!kind->step) return false;
+            for (std::size_t c = 0; c < 4; ++c) {
+                const SurroundingsKey& key = kind->step->children[c].key;
+                const auto known = table_.known_.find(key);
+                const CellNorms* const child =
+                    known != table_.known_.end() ? known->second.get() : kinds_.at(key).norms.get();
+                if (child == nullptr) return false;
+                kind->norms->children[c].norms = child;
+            }
+            kind->place.assign(kind->step->at.size(), -1);
+            for (int k = 0; k < corners_; ++k) add_point(*kind, k);
+        }
+        for (bool again = true; again;) {
+            again = false;
+            for (Kind* const kind : kinds)
+                for (std::size_t c = 0; c < 4; ++c) {
+                    const std::vector<int>& points = kind->norms->children[c].norms->point;
+                    for (std::size_t j = 0; j < points.size(); ++j)  // they may be the kind's own, and become more
+                        for (const int i : kind->step->rows.points(kind->step->children[c].vertices[points[j]]))
+                            again = add_point(*kind, i) || again;
+                }
+        }
+        for (Kind* const kind : kinds)
+            for (std::size_t c = 0; c < 4; ++c) {
+                CellNorms::Child& child = kind->norms->children[c];
+                for (const int j : child.norms->point) {
+                    StencilRow row = kind->step->rows.row(kind->step->children[c].vertices[j]);
+                    for (auto& [point, weight] : row.terms) point = kind->place[point];
+                    child.rows.push(std::move(row));
+                }
+            }
+        return true;
+    }
+    static bool add_point(Kind& kind, int i) {
+        if (kind.place[i] >= 0) return false;
+        kind.place[i] = static_cast<int>(kind.norms->point.size());
+        kind.norms->point.push_back(i);
+        return true;
+    }
+
+    /// The best that the rules reproduce.
+    bool find_extensions(std::span<Kind* const> kinds) const {
+        for (Kind* const kind : kinds) {
+            std::vector<Vec2d> at;
+            for (const int i : kind->norms->point) at.push_back(kind->step->at[i]);
+            const auto before = [](const Vec2d& p, const Vec2d& q) { return p.x != q.x ? p.x < q.x : p.y < q.y; };
+            std::ranges::sort(at, before);
+            // Around many edges a lattice may close after several turns: its points are far from there.
+            if (std::ranges::adjacent_find(at) != at.end()) kind->extension = Extension::constant;
+            set_anchors(*kind);
+        }
+        for (bool again = true; again;) {
+            again = false;
+            for (Kind* const kind : kinds)
+                while (!reproduces(*kind)) {
+                    if (kind->extension == Extension::constant) return false;
+                    kind->extension = kind->extension == Extension::bilinear ? Extension::affine : Extension::constant;
+                    set_anchors(*kind);
+                    again = true;
+                }
+        }
+        return true;
+    }
+    void set_anchors(Kind& kind) const {
+        kind.norms->anchor.clear();
+        for (const int i : kind.norms->point)
+            kind.norms->anchor.push_back(anchor_at(kind.step->at[i], kind.extension, corners_));
+    }
+    /// Whether points that are where a cell's corners have them are so around its children, too.
+    bool reproduces(const Kind& kind) const {
+        bool all = true;
+        for_each_below(whole(kind), 1, corners_, [&](const CellBelow& cell) {
+            for (int k = 0; k < corners_ && all; ++k) all = annihilates(without_hat(cell, k), kind.norms->anchor);
+            for (int j = 0; j < cell.rows.row_count() && all; ++j)
+                all = annihilates(offset(cell.rows, j, cell.norms.anchor[j]), kind.norms->anchor);
+        });
+        return all;
+    }
+    CellBelow whole(const Kind& kind) const {
+        CellBelow cell{*kind.norms, {}, {}};
+        for (int i = 0; i < static_cast<int>(kind.norms->point.size()); ++i) cell.rows.push({{i, 1}});
+        for (int k = 0; k < corners_; ++k) cell.corner[k] = cell_corner(k, corners_);
+        return cell;
+    }
+    /// A corner of a small cell, less where it would be on the large one.
+    StencilRow without_hat(const CellBelow& cell, int corner) const {
+        StencilRow row = cell.rows.row(corner);
+        const CellAnchor hats = anchor_at(cell.corner[corner], Extension::bilinear, corners_);
+        for (int k = 0; k < corners_; ++k) row.add(k, -hats[k]);
+        row.gather();
+        return row;
+    }
+
+    bool find_weights(std::span<Kind* const> kinds) const {
+        for (Kind* const kind : kinds) {
+            kind->direct.assign(kind->norms->point.size(), 0.0);
+            kind->norms->weight = kind->direct;
+        }
+        for (Kind* const kind : kinds)
+            for_each_below(whole(*kind), k_levels, corners_, [&](const CellBelow& cell) {
+                for (int k = 0; k < corners_; ++k)
+                    for (const auto& [i, weight] : without_hat(cell, k).terms)
+                        kind->direct[i] = std::max(kind->direct[i], std::abs(weight));
+                Offsets& offsets = kind->below.emplace_back(&cell.norms);
+                for (int j = 0; j < cell.rows.row_count(); ++j) {
+                    StencilRow row = offset(cell.rows, j, cell.norms.anchor[j]);
+                    for (auto& [i, weight] : row.terms) weight = std::abs(weight);
+                    offsets.sizes.push(std::move(row));
+                }
+            });
+        double change = std::numeric_limits<double>::infinity();
+        for (int round = 0; round < k_most_rounds && change > k_settled; ++round) {
+            change = 0;
+            for (Kind* const kind : kinds) {
+                std::vector<double> now = least(*kind);
+                for (std::size_t i = 0; i < now.size(); ++i) {
+                    if (now[i] > 0) now[i] += k_room;
+                    change = std::max(change, now[i] - kind->norms->weight[i]);
+                    if (now[i] > k_most_weight) return false;
+                }
+                kind->norms->weight = std::move(now);
+            }
+        }
+        // The equations grow with the weights, so where all hold, none is below the solution.
+        return change <= k_settled && std::ranges::all_of(kinds, [&](const Kind* kind) {
+                   return std::ranges::equal(least(*kind), kind->norms->weight, std::less_equal<>());
+               });
+    }
+    /// What the weights of a kind have to reach at least, by those that the cells below it have now.
+    static std::vector<double> least(const Kind& kind) {
+        const std::vector<CellAnchor>& anchor = kind.norms->anchor;
+        std::vector<double> result(anchor.size(), 0.0), sum(anchor.size());
+        for (const Offsets& cell : kind.below) {
+            std::ranges::fill(sum, 0.0);
+            for (int j = 0; j < cell.sizes.row_count(); ++j)
+                for (std::size_t t = 0; t < cell.sizes.points(j).size(); ++t)
+                    sum[cell.sizes.points(j)[t]] += cell.sizes.weights(j)[t] * cell.norms->weight[j];
+            for (std::size_t i = 0; i < sum.size(); ++i) result[i] = std::max(result[i], sum[i]);
+        }
+        // A corner that is where it would be counts for nothing.
+        for (std::size_t i = 0; i < result.size(); ++i)
+            result[i] = i < 4 && anchor[i][i] == 1 ? 0 : result[i] + kind.direct[i];
+        return result;
     }
 
     const CellNormTable& table_;
-    std::map<SurroundingsKey, Kind> kinds_;
-    std::vector<SurroundingsKey> stack_;
+    int corners_;
+    Kinds kinds_;
+    std::vector<Kinds::iterator> stack_;
 };
 
 double CellNorms::remainder(std::span<const Vec3d> points) const {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "cell_equations.hpp"
+#include "cell_surroundings.hpp"
 
 #include <array>
 #include <map>
@@ -13,6 +13,9 @@
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// A point as a combination of a cell's corners.
+using CellAnchor = std::array<double, 4>;
 
 /// Weights of the points around a cell, by how far each is from where the cell's corners would have it: their sum
 /// bounds how far the limit is from the cell. With these points, and with no mesh, one can also go on to the cells of
@@ -48,7 +51,8 @@ struct NormedCell {
 /// (around an extraordinary point: it falls with the cell).
 ///
 /// A weight is the largest size of the point's basis function on the vertices a few levels down, and what is left below
-/// these: the same sum over each of the small cells there, whose points are combinations of those around the large one.
+/// these: the same sum over each of the small cells there, whose points are combinations of those around the large one:
+/// by the rows of the levels between, one after the other.
 /// These equations between all kinds of surroundings that come up are solved by iteration, with a little room, and then
 /// checked: no weight is below what the others make of it. That the iteration converges is the proof that the steps
 /// contract (as in the difference schemes of Dyn, Levin, Gregory 1990; what surrounds the cell is in the place of the
