@@ -93,11 +93,8 @@ void DualCells::visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on
     if (levels == 0) return on_hull(hull(cell));
     for (const int x : {0, 1})
         for (const int y : {0, 1})
-            piece.polygon()
-                .clipped([&](const Vec2d& p) { return (2 * x - 1) * (p.x - 0.5); })
-                .clipped([&](const Vec2d& p) { return (2 * y - 1) * (p.y - 0.5); })
-                .for_each_triangle([&](std::array<Vec2d, 3> at, const std::array<int, 3>& edge) {
-                    for (Vec2d& p : at) p = 2.0 * p - Vec2d(x, y);
+            in_quarter(piece.polygon(), x, y)
+                .for_each_triangle([&](const std::array<Vec2d, 3>& at, const std::array<int, 3>& edge) {
                     visit(quarter(cell, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)), {at, edge},
                           on_net, on_hull, levels - 1);
                 });

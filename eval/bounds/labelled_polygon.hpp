@@ -36,6 +36,13 @@ class LabelledPolygon {
         }
         return out;
     }
+    /// With map(point), which keeps the order of corners, in place of each point.
+    template <class Map>
+    LabelledPolygon mapped(Map&& map) const {
+        LabelledPolygon out = *this;
+        for (std::size_t i = 0; i < size_; ++i) out.corner_[i].at = map(corner_[i].at);
+        return out;
+    }
     bool empty() const { return size_ < 3; }
     std::size_t size() const { return size_; }
     const Point& corner(std::size_t i) const { return corner_[i].at; }
@@ -60,5 +67,12 @@ class LabelledPolygon {
     std::array<Corner, k_most> corner_;
     std::size_t size_ = 0;
 };
+
+/// What the quarter (x, y) of a quad has of a polygon in it, in lengths of the quarter's sides.
+inline LabelledPolygon<Vec2d> in_quarter(const LabelledPolygon<Vec2d>& whole, int x, int y) {
+    return whole.clipped([&](const Vec2d& p) { return (2 * x - 1) * (p.x - 0.5); })
+        .clipped([&](const Vec2d& p) { return (2 * y - 1) * (p.y - 0.5); })
+        .mapped([&](const Vec2d& p) { return 2.0 * p - Vec2d(x, y); });
+}
 
 }  // namespace tetrakis::detail

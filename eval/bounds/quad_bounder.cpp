@@ -123,12 +123,9 @@ void QuadBounder::bound_cell(const QuadNode& cell, const Piece& piece, int depth
     const detail::LabelledPolygon<Vec2d> whole(piece.at, piece.edge);
     for (const int x : {0, 1})
         for (const int y : {0, 1})
-            whole.clipped([&](const Vec2d& p) { return (2 * x - 1) * (p.x - 0.5); })
-                .clipped([&](const Vec2d& p) { return (2 * y - 1) * (p.y - 0.5); })
-                .for_each_triangle([&](Corners at, const Edges& edge) {
-                    for (Vec2d& p : at) p = 2.0 * p - Vec2d(x, y);
-                    bound_cell(cell.grown()[detail::quad_quarter(x, y)], {at, edge}, depth - 1);
-                });
+            in_quarter(whole, x, y).for_each_triangle([&](const Corners& at, const Edges& edge) {
+                bound_cell(cell.grown()[detail::quad_quarter(x, y)], {at, edge}, depth - 1);
+            });
 }
 
 void QuadBounder::bound_regular(const QuadShape::Patch& cell, Piece piece) {

@@ -3,7 +3,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../bounds/labelled_polygon.hpp"
 #include "../distance/surface_family.hpp"
 #include "../surface/local_frame.hpp"
 #include "../surface/site_limits.hpp"
@@ -35,40 +34,23 @@ constexpr double k_no_error = 1e-7;
 constexpr int k_most_halfedges = 1 << 18;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
-/// The corners of a triangle, in sides of a cell.
-using PieceCorners = std::array<Vec2d, 3>;
-
-/// The same points in a quarter of the cell.
-PieceCorners in_child(PieceCorners at, int child, int cell_corners) {
-    constexpr double k_quad[][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, k_triangle[][2] = {{0, 0}, {1, 0}, {0, 1}};
-    for (Vec2d& p : at) {
-        if (cell_corners == 3 && child == 3) {
-            p = Vec2d(1) - 2.0 * p;
-        } else {
-            const auto& [x, y] = cell_corners == 4 ? k_quad[child] : k_triangle[child];
-            p = 2.0 * p - Vec2d(x, y);
-        }
-    }
-    return at;
-}
-
-/// What a cell has of a piece, with the edges of the triangle that its sides lie over.
+/// What a cell has of a flat triangle over the surface, in lengths of its sides, with the edges of the triangle that
+/// the part's sides lie over.
 using Part = detail::LabelledPolygon<Vec2d>;
 
-/// Empty where it is a corner or an edge that rounding has given an area.
-Part part_in_cell(const PieceCorners& at, int cell_corners) {
-    constexpr double k_no_area = 1e-12, k_no_share = 1e-6;
-    Part part(at, {0, 1, 2});
-    part = part.clipped([](const Vec2d& p) { return p.x; }).clipped([](const Vec2d& p) { return p.y; });
-    if (cell_corners == 3)
-        part = part.clipped([](const Vec2d& p) { return 1 - p.x - p.y; });
-    else
-        part = part.clipped([](const Vec2d& p) { return 1 - p.x; }).clipped([](const Vec2d& p) { return 1 - p.y; });
-    const auto cross = [](const Vec2d& p, const Vec2d& q) { return p.x * q.y - p.y * q.x; };
-    double twice = 0;  // the area
-    for (std::size_t i = 0; i < part.size(); ++i) twice += cross(part.corner(i), part.corner((i + 1) % part.size()));
-    const double of_piece = std::abs(cross(at[1] - at[0], at[2] - at[0]));
-    return std::abs(twice) > std::min(k_no_area, k_no_share * of_piece) ? part : Part();
+/// What one of a cell's children has of a part, as child_cell() numbers them.
+Part in_child(const Part& part, int child, int cell_corners) {
+    if (cell_corners == 4) return in_quarter(part, child == 1 || child == 2 ? 1 : 0, child >= 2 ? 1 : 0);
+    const auto half = [](int k, double sign) {
+        return [k, sign](const Vec2d& p) { return sign * ((k == 0 ? 1 - p.x - p.y : k == 1 ? p.x : p.y) - 0.5); };
+    };
+    if (child < 3)
+        return part.clipped(half(child, 1)).mapped([&](const Vec2d& p) {
+            return 2.0 * p - detail::cell_corner(child, cell_corners);
+        });
+    return part.clipped(half(0, -1)).clipped(half(1, -1)).clipped(half(2, -1)).mapped([](const Vec2d& p) {
+        return Vec2d(1) - 2.0 * p;
+    });
 }
 
 /// The error of a level's mesh over a part of one of its cells.
@@ -81,7 +63,6 @@ struct PartError {
 /// @param corner  of the cell
 PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int cell_corners,
                      const detail::TriangleDistance& triangle) {
-    constexpr double k_beside = 1e-9;  // at a cell's corner, but for rounding
     PartError error{0, 0, part.size() == static_cast<std::size_t>(cell_corners)};
     Vec2d low(1), high(0);
     for (std::size_t i = 0; i < part.size(); ++i) {
@@ -94,7 +75,7 @@ PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int c
         for (const int edge : {part.edge(i), part.edge((i + part.size() - 1) % part.size())})
             if (edge >= 0) here = std::max(here, triangle.to_edge(p, static_cast<std::size_t>(edge)));
         error.at_corners = std::max(error.at_corners, here);
-        error.whole = error.whole && glm::length(at - glm::round(at)) < k_beside;
+        error.whole = error.whole && at == glm::round(at);
         low = glm::min(low, at);
         high = glm::max(high, at);
     }
@@ -144,8 +125,8 @@ template <class Family>
 struct MaskNormBound<Family>::Walker {
     detail::CellFrame frame;
     std::uint32_t piece;
-    PieceCorners at;             ///< the piece's corners, in sides of the cell
-    KnownCell* known = nullptr;  ///< `at` is then as seen from the corner that its norms are for
+    Part part;                   ///< of the piece, in the cell
+    KnownCell* known = nullptr;  ///< the part is then as seen from the corner that its norms are for
     double most = 0;             ///< bound on the error in the cell's part, once it is known
 };
 
@@ -177,7 +158,8 @@ class MaskNormBound<Family>::MeshDescent {
             w.known = of_face;
             // As seen from the next corner.
             for (; h != cell.first; h = mesh().next(h))
-                for (Vec2d& p : w.at) p = {p.y, bound_.norms_.corners() == 4 ? 1 - p.x : 1 - p.x - p.y};
+                w.part = w.part.mapped(
+                    [&](const Vec2d& p) { return Vec2d(p.y, bound_.norms_.corners() == 4 ? 1 - p.x : 1 - p.x - p.y); });
         }
     }
     std::array<Vec3d, 4> corners(const Walker& w) const {
@@ -283,18 +265,21 @@ template <class Family>
 void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<Vec3d, 3>& corners,
                                        std::vector<Piece>& pieces) const {
     const double unit = std::ldexp(1.0, -t.level);
-    Piece piece{t.root, t.level, {}, detail::TriangleDistance(corners)};
-    double right = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        piece.at[k] = {t.corner[k].x * unit, t.corner[k].y * unit};
-        right = std::max(right, piece.at[k][0]);
+    std::array<Vec2d, 3> at;
+    for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(t.corner[k].x, t.corner[k].y);
+    const Part whole(at, {0, 1, 2});
+    const detail::TriangleDistance triangle(corners);
+    if (norms_.corners() == 3 || std::ranges::all_of(at, [](const Vec2d& p) { return p.x <= 1; })) {
+        pieces.push_back({t.root, t.level, whole, triangle});
+        return;
     }
-    pieces.push_back(piece);
-    if (norms_.corners() == 3 || right <= 1) return;
-    // The other half lies in the next corner's cell.
-    piece.cell = mesh_.next(t.root);
-    for (Vec2d& p : piece.at) p = {p[1], 2 - p[0]};
-    pieces.push_back(piece);
+    // A half lies in the next corner's cell.
+    pieces.push_back({t.root, t.level, whole.clipped([](const Vec2d& p) { return 1 - p.x; }), triangle});
+    pieces.push_back({mesh_.next(t.root), t.level,
+                      whole.clipped([](const Vec2d& p) { return p.x - 1; }).mapped([](const Vec2d& p) {
+                          return Vec2d(p.y, 2 - p.x);
+                      }),
+                      triangle});
 }
 
 template <class Family>
@@ -322,8 +307,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     const int n = norms_.corners();
     std::vector<Walker> walkers, next;
     for (std::uint32_t i = 0; i < pieces.size(); ++i)
-        if (!part_in_cell(pieces[i].at, n).empty())
-            walkers.push_back({{static_cast<int>(pieces[i].cell.value), 0}, i, pieces[i].at});
+        walkers.push_back({{static_cast<int>(pieces[i].cell.value), 0}, i, pieces[i].part});
     std::fill(errors.begin(), errors.end(), rounding_);
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
     std::vector<std::uint8_t> decided(pieces.size(), 0);
@@ -342,8 +326,8 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             }
             if (decided[w.piece] != 0) continue;
             const double rest = w.known != nullptr ? w.known->remainder() : k_infinite;
-            const PartError off = part_error(
-                part_in_cell(w.at, n), w.known != nullptr ? w.known->corners() : mesh.corners(w), n, piece.triangle);
+            const PartError off =
+                part_error(w.part, w.known != nullptr ? w.known->corners() : mesh.corners(w), n, piece.triangle);
             // Points of an interpolating scheme are limit points.
             const double apart = scheme_.interpolating && off.whole ? 0 : rest;
             least[w.piece] = std::max(least[w.piece], off.at_corners - apart);
@@ -370,16 +354,16 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
         finer.clear();
         for (const Walker& w : next) {
             if (level < 0) {
-                walkers.push_back({mesh.child(w), w.piece, w.at});
+                walkers.push_back({mesh.child(w), w.piece, w.part});
                 continue;
             }
             for (int child = 0; child < 4; ++child) {
-                const PieceCorners at = in_child(w.at, child, n);
-                if (part_in_cell(at, n).empty()) continue;
+                const Part part = in_child(w.part, child, n);
+                if (part.empty()) continue;
                 if (w.known == nullptr)
-                    walkers.push_back({mesh.child(w, child), w.piece, at});
+                    walkers.push_back({mesh.child(w, child), w.piece, part});
                 else
-                    walkers.push_back({{}, w.piece, at, &w.known->child(child, finer)});
+                    walkers.push_back({{}, w.piece, part, &w.known->child(child, finer)});
             }
         }
         std::swap(known, finer);
@@ -432,10 +416,12 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         }
         for (std::uint32_t c = 0; c < size; ++c) {
             const Vec3d ahead = 0.5 * (at(c) + at(c + 1)), behind = 0.5 * (at(c) + at(c + size - 1));
-            pieces.push_back(
-                {HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 0}, {1, 1}}}, detail::TriangleDistance({at(c), ahead, centre})});
-            pieces.push_back(
-                {HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 1}, {0, 1}}}, detail::TriangleDistance({at(c), centre, behind})});
+            const auto add = [&](const Vec2d& a, const Vec2d& b, const Vec3d& p, const Vec3d& q) {
+                pieces.push_back({HalfedgeId(h0 + c), 0, Part({Vec2d(0), a, b}, {0, 1, 2}),
+                                  detail::TriangleDistance({at(c), p, q})});
+            };
+            add({1, 0}, {1, 1}, ahead, centre);
+            add({1, 1}, {0, 1}, centre, behind);
         }
         of.resize(pieces.size(), i);
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../../refine/adaptive/hierarchy.hpp"
+#include "../bounds/labelled_polygon.hpp"
 #include "../triangles/triangle_distance.hpp"
 #include "cell_norms.hpp"
 #include "surface_bound.hpp"
@@ -43,11 +44,11 @@ class MaskNormBound final : public SurfaceBound {
                     std::optional<double> known, std::span<double> errors) const override;
 
   private:
-    /// A flat triangle over a part of a root's cell.
+    /// What a root's cell has of a flat triangle.
     struct Piece {
         HalfedgeId cell;
-        int level = 0;              ///< of cells that are as large as the piece
-        std::array<Vec2d, 3> at{};  ///< the triangle's corners, in sides of the cell
+        int level = 0;                          ///< of cells that are as large as the triangle
+        detail::LabelledPolygon<Vec2d> part{};  ///< in lengths of the cell's sides
         detail::TriangleDistance triangle{};
     };
     /// The mesh of a level, or a part of it.
