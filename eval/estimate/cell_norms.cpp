@@ -333,11 +333,15 @@ std::optional<CellNormTable::Total> CellNormTable::total(const FanShape& shape) 
 }
 
 NormedCell CellNormTable::of_cell(const RuleMesh& mesh, int halfedge, int level, MeshPartFinder& parts) const {
-    const std::span<const int> corners = mesh.corners(mesh.face(halfedge));
-    parts.look(mesh, corners, rings_ - 1);
-    const auto irregular =
-        std::ranges::count_if(parts.vertices(), [&](int v) { return !is_regular_vertex(mesh, v, corners_); });
-    if (level < 0 || irregular > (level < k_irregular_from ? 0 : 1)) return {};
+    if (level < 0) return {};
+    if (level < k_irregular_from) {
+        parts.look(mesh, mesh.corners(mesh.face(halfedge)), rings_ - 1);
+        const int edges = corners_ == 3 ? 6 : 4;
+        const auto is_regular = [&](int v) {
+            return mesh.rule(v) == VertexRule::smooth && mesh.ring(v).edges() == edges;
+        };
+        if (!std::ranges::all_of(parts.vertices(), is_regular)) return {};
+    }
     // Beside corners of some angles there are weights only as seen from the corner itself.
     for (int k = 0; k < corners_; ++k, halfedge = mesh.next(halfedge)) {
         const std::optional<CellSurroundings> around = cell_surroundings(mesh, halfedge, rings_, parts);

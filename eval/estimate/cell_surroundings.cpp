@@ -116,24 +116,6 @@ SurroundingsKey fan_surroundings(FanLattice lattice, const FanShape& shape, int 
     return cell_surroundings(fan.mesh, fan.start[0], rings, parts)->key;
 }
 
-bool is_regular_vertex(const RuleMesh& mesh, int vertex, int cell_corners) {
-    const int valence = cell_corners == 3 ? 6 : 4;
-    const RuleMesh::Ring ring = mesh.ring(vertex);
-    switch (mesh.rule(vertex)) {
-        case VertexRule::smooth:
-            return ring.closed && ring.edges() == valence;
-        case VertexRule::crease: {
-            if (!ring.closed) return ring.faces() == valence / 2;
-            if (ring.edges() != valence) return false;
-            for (int i = 0; i < valence; ++i)
-                if (is_sharp(ring.sharpness[i])) return is_sharp(ring.sharpness[(i + valence / 2) % valence]);
-            return false;
-        }
-        default:
-            return false;
-    }
-}
-
 std::optional<CellStep> cell_step(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
                                   int cell_corners, int rings) {
     RuleMesh mesh;

@@ -57,9 +57,6 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
 /// The surroundings of a cell at the middle of a fan.
 SurroundingsKey fan_surroundings(FanLattice lattice, const FanShape& shape, int rings);
 
-/// Whether a vertex has the lattice's own number of edges; on a crease or boundary, on each side.
-bool is_regular_vertex(const RuleMesh& mesh, int vertex, int cell_corners);
-
 /// What one step of the rules makes of a cell with certain surroundings.
 struct CellStep {
     std::vector<Vec2d> at;  ///< where a lattice that goes on from the cell has the points around it
