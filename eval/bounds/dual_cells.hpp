@@ -16,13 +16,8 @@
 
 namespace tetrakis::detail {
 
-/// A triangle of a cell, in lengths of the cell's sides.
-struct DualPiece {
-    std::array<Vec2d, 3> at;
-    std::array<int, 3> edge{-1, -1, -1};  ///< of the mesh's face that side k (corner k to k + 1) lies over, or -1
-
-    LabelledPolygon<Vec2d> polygon() const { return {at, edge}; }
-};
+/// A triangle of a cell, in lengths of the cell's sides; edges are those of the mesh's face.
+using DualPiece = LabelledTriangle<Vec2d>;
 
 /// Control points of the limit surface of a quadratic dual scheme, by cells of the vertex quadtrees. A cell is regular
 /// if four cells meet at each of its corners; across boundaries and creases its control points are repeated, as the
@@ -93,11 +88,10 @@ void DualCells::visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on
     if (levels == 0) return on_hull(hull(cell));
     for (const int x : {0, 1})
         for (const int y : {0, 1})
-            in_quarter(piece.polygon(), x, y)
-                .for_each_triangle([&](const std::array<Vec2d, 3>& at, const std::array<int, 3>& edge) {
-                    visit(quarter(cell, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)), {at, edge},
-                          on_net, on_hull, levels - 1);
-                });
+            in_quarter(piece, x, y).for_each_triangle([&](const DualPiece& part) {
+                visit(quarter(cell, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)), part, on_net,
+                      on_hull, levels - 1);
+            });
 }
 
 template <class Take>
@@ -106,12 +100,10 @@ void DualCells::for_each_polynomial(const Net9& net, const DualPiece& piece, boo
     // Between the cell's diagonals.
     for (const int side : {0, 1, 2, 3}) {
         const double up = side >= 2 ? 1 : -1, right = side == 1 || side == 2 ? 1 : -1;
-        piece.polygon()
+        LabelledPolygon<Vec2d>(piece)
             .clipped([&](const Vec2d& p) { return up * (p.y - p.x); })
             .clipped([&](const Vec2d& p) { return right * (p.x + p.y - 1); })
-            .for_each_triangle([&](const std::array<Vec2d, 3>& at, const std::array<int, 3>& edge) {
-                take(four_direction_over(net, side, at), DualPiece{at, edge});
-            });
+            .for_each_triangle([&](const DualPiece& part) { take(four_direction_over(net, side, part.at), part); });
     }
 }
 

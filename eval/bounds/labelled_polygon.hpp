@@ -12,15 +12,20 @@ inline std::array<double, 3> mix(const std::array<double, 3>& a, const std::arra
     return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
 }
 
+template <class Point>
+struct LabelledTriangle {
+    std::array<Point, 3> at{};
+    std::array<int, 3> edge{-1, -1, -1};  ///< that side k (corner k to k + 1) lies on, or -1
+};
+
 /// A convex polygon cut from a triangle by some lines. It knows which of its sides lie on edges of something else.
 /// @tparam Point  has mix(a, b, t), the point a + t (b - a)
 template <class Point>
 class LabelledPolygon {
   public:
     LabelledPolygon() = default;
-    /// @param edges  that the side from corner k to the next one lies on, or -1
-    LabelledPolygon(const std::array<Point, 3>& corners, const std::array<int, 3>& edges) : size_(3) {
-        for (std::size_t k = 0; k < 3; ++k) corner_[k] = {corners[k], edges[k]};
+    LabelledPolygon(const LabelledTriangle<Point>& whole) : size_(3) {
+        for (std::size_t k = 0; k < 3; ++k) corner_[k] = {whole.at[k], whole.edge[k]};
     }
 
     /// The part where value(point), an affine function, is not negative.
@@ -48,13 +53,13 @@ class LabelledPolygon {
     const Point& corner(std::size_t i) const { return corner_[i].at; }
     /// That the side from corner i to the next one lies on, or -1.
     int edge(std::size_t i) const { return corner_[i].edge; }
-    /// Calls take(corners, edges) for triangles that it is made of.
+    /// Calls take(LabelledTriangle) for triangles that it is made of.
     template <class Take>
     void for_each_triangle(Take&& take) const {
         for (std::size_t i = 1; i + 1 < size_; ++i)
-            take(std::array<Point, 3>{corner_[0].at, corner_[i].at, corner_[i + 1].at},
-                 std::array<int, 3>{i == 1 ? corner_[0].edge : -1, corner_[i].edge,
-                                    i + 2 == size_ ? corner_[i + 1].edge : -1});
+            take(LabelledTriangle<Point>{
+                {corner_[0].at, corner_[i].at, corner_[i + 1].at},
+                {i == 1 ? corner_[0].edge : -1, corner_[i].edge, i + 2 == size_ ? corner_[i + 1].edge : -1}});
     }
 
   private:

@@ -2,7 +2,6 @@
 
 #include "../surface/local_frame.hpp"
 #include "bezier_pieces.hpp"
-#include "labelled_polygon.hpp"
 #include "star_norms.hpp"
 
 #include <algorithm>
@@ -104,15 +103,11 @@ void LoopBounder::bound_cell(const LoopNode& cell, const Piece& piece, int depth
     }
     const auto error = [&](bool may_split) { return irregular_error(cell, piece, may_split); };
     if (!needs_split(depth, error)) return;
-    const detail::LabelledPolygon<Bary> whole(piece.at, piece.edge);
-    for (const int quarter : {3, 2, 1, 0}) {  // the irregular one of a star last
-        const auto part = in_quarter(whole, static_cast<std::size_t>(quarter));
-        if (part.empty()) continue;
-        part.for_each_triangle([&](Corners at, const Edges& edge) {
-            for (Bary& b : at) b = detail::in_quarter(b, quarter);
-            bound_cell(cell.grown()[quarter], {at, edge}, depth - 1);
+    for (const int quarter : {3, 2, 1, 0})  // the irregular one of a star last
+        in_quarter(piece, static_cast<std::size_t>(quarter)).for_each_triangle([&](Piece part) {
+            for (Bary& b : part.at) b = detail::in_quarter(b, quarter);
+            bound_cell(cell.grown()[quarter], part, depth - 1);
         });
-    }
 }
 
 double LoopBounder::irregular_error(const LoopNode& cell, const Piece& piece, bool may_split) const {

@@ -2,6 +2,7 @@
 
 #include "../patches/bezier_triangle.hpp"
 #include "../patches/loop_patches.hpp"
+#include "labelled_polygon.hpp"
 #include "patch_bounder.hpp"
 
 #include <array>
@@ -36,11 +37,8 @@ class LoopBounder : private detail::PatchBounder<> {
 
   private:
     using Corners = std::array<detail::Bary, 3>;
-    /// A triangle within a cell.
-    struct Piece {
-        Corners at;
-        Edges edge;
-    };
+    /// A triangle within a cell; edges are the leaf's.
+    using Piece = detail::LabelledTriangle<detail::Bary>;
 
     /// @param at  a triangle in the root
     LeafError error_over(HalfedgeId root, const Corners& at, const EdgeSliding& sliding);

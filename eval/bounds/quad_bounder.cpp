@@ -2,7 +2,6 @@
 
 #include "../surface/local_frame.hpp"
 #include "bezier_pieces.hpp"
-#include "labelled_polygon.hpp"
 #include "star_norms.hpp"
 
 #include <algorithm>
@@ -120,11 +119,10 @@ void QuadBounder::bound_cell(const QuadNode& cell, const Piece& piece, int depth
     }
     const auto error = [&](bool may_split) { return irregular_error(cell, piece, may_split); };
     if (!needs_split(depth, error)) return;
-    const detail::LabelledPolygon<Vec2d> whole(piece.at, piece.edge);
     for (const int x : {0, 1})
         for (const int y : {0, 1})
-            in_quarter(whole, x, y).for_each_triangle([&](const Corners& at, const Edges& edge) {
-                bound_cell(cell.grown()[detail::quad_quarter(x, y)], {at, edge}, depth - 1);
+            detail::in_quarter(piece, x, y).for_each_triangle([&](const Piece& part) {
+                bound_cell(cell.grown()[detail::quad_quarter(x, y)], part, depth - 1);
             });
 }
 
@@ -183,19 +181,19 @@ void QuadBounder::bound_strips(const QuadShape::Patch& cell, const Piece& piece)
     const int axis = cell.crease.across_y() ? 1 : 0;  // across the crease
     const bool far = cell.crease.far();
     const auto distance = [&](const Vec2d& p) { return far ? 1 - p[axis] : p[axis]; };
-    const detail::LabelledPolygon<Vec2d> whole(piece.at, piece.edge);
+    const detail::LabelledPolygon<Vec2d> whole(piece);
     std::array<detail::CreaseStrip, 3> strips;
     const auto strip_count = static_cast<std::size_t>(crease_strips(cell.net, cell.crease, strips));
     for (const detail::CreaseStrip& strip : std::span(strips).first(strip_count)) {
         whole.clipped([&](const Vec2d& p) { return distance(p) - strip.begin; })
             .clipped([&](const Vec2d& p) { return strip.end - distance(p); })
-            .for_each_triangle([&](Corners at, const Edges& edge) {
+            .for_each_triangle([&](Piece part) {
                 if (rejected_) return;
-                for (Vec2d& p : at) {
+                for (Vec2d& p : part.at) {
                     const double across = (distance(p) - strip.origin) / strip.span;
                     p[axis] = far ? 1 - across : across;
                 }
-                bound_part(strip.net, {at, edge});
+                bound_part(strip.net, part);
             });
     }
 }

@@ -2,6 +2,7 @@
 
 #include "../patches/quad_patches.hpp"
 #include "bezier_pieces.hpp"
+#include "labelled_polygon.hpp"
 #include "patch_bounder.hpp"
 
 #include <algorithm>
@@ -47,11 +48,8 @@ class QuadBounder : private detail::PatchBounder<> {
 
   private:
     using Corners = std::array<Vec2d, 3>;
-    /// A triangle in a cell.
-    struct Piece {
-        Corners at{};            ///< in sides of the cell
-        Edges edge{-1, -1, -1};  ///< of the leaf that side k (corner k to k + 1) lies on, or -1
-    };
+    /// A triangle in a cell, in lengths of its sides; edges are the leaf's.
+    using Piece = detail::LabelledTriangle<Vec2d>;
     /// A cell of any level.
     struct Cell {
         std::uint32_t x = 0, y = 0;

@@ -267,7 +267,7 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<V
     const double unit = std::ldexp(1.0, -t.level);
     std::array<Vec2d, 3> at;
     for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(t.corner[k].x, t.corner[k].y);
-    const Part whole(at, {0, 1, 2});
+    const Part whole({at, {0, 1, 2}});
     const detail::TriangleDistance triangle(corners);
     if (norms_.corners() == 3 || std::ranges::all_of(at, [](const Vec2d& p) { return p.x <= 1; })) {
         pieces.push_back({t.root, t.level, whole, triangle});
@@ -417,7 +417,7 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         for (std::uint32_t c = 0; c < size; ++c) {
             const Vec3d ahead = 0.5 * (at(c) + at(c + 1)), behind = 0.5 * (at(c) + at(c + size - 1));
             const auto add = [&](const Vec2d& a, const Vec2d& b, const Vec3d& p, const Vec3d& q) {
-                pieces.push_back({HalfedgeId(h0 + c), 0, Part({Vec2d(0), a, b}, {0, 1, 2}),
+                pieces.push_back({HalfedgeId(h0 + c), 0, Part({{Vec2d(0), a, b}, {0, 1, 2}}),
                                   detail::TriangleDistance({at(c), p, q})});
             };
             add({1, 0}, {1, 1}, ahead, centre);
