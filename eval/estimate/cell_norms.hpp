@@ -38,7 +38,7 @@ struct CellNorms {
 
 /// A cell of a mesh, with the norms that all cells with the same surroundings share.
 struct NormedCell {
-    const CellNorms* norms = nullptr;  ///< nullptr: extraordinary points are near each other, or tags semi-sharp
+    const CellNorms* norms = nullptr;  ///< nullptr: there are none, or a finer level is better asked
     int first = RuleMesh::none;        ///< half-edge that leaves the cell's first corner
     std::vector<int> points{};         ///< vertices of the mesh: those of norms->point
 };
@@ -71,8 +71,9 @@ class CellNormTable {
     /// nullptr where there are none. From any thread.
     const CellNorms* find(const SurroundingsKey& key) const;
 
-    /// A cell of a mesh. On the first two levels norms are for regular cells alone: around the others nearly each has
-    /// surroundings of its own, and a few cells two levels down cost far less than to find norms.
+    /// A cell of a mesh. On the first two levels norms are for cells alone that are regular and smooth all around: of
+    /// the others nearly each has surroundings of its own, and a few cells two levels down cost far less than to find
+    /// norms.
     /// @param mesh      of one level, with all that is within rings() + 1 rings of the cell
     /// @param halfedge  of the cell, always the same one for a face. The first corner is its origin, unless the
     ///                  surroundings decide on another

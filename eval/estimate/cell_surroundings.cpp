@@ -124,6 +124,8 @@ std::optional<CellStep> cell_step(const SchemeInfo& scheme, const RuleOptions& o
     } catch (const std::invalid_argument&) {
         return std::nullopt;
     }
+    for (int v = 0; v < mesh.vertex_count(); ++v)
+        if (mesh.ring(v).edges() > k_most_edges) return std::nullopt;
     RuleStep step = scheme.step(mesh, options);
     CellStep result{unrolled(mesh, cell_corners), std::move(step.stencils), {}};
     MeshPartFinder parts;

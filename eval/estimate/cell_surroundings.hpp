@@ -65,7 +65,11 @@ struct CellStep {
     std::array<CellSurroundings, 4> children;
 };
 
-/// Nothing where the surroundings end in another way than a mesh does.
+/// Largest number of edges at a vertex for which there are norms: the number of points around a cell, and of kinds of
+/// surroundings, grows with it.
+inline constexpr int k_most_edges = 64;
+
+/// Nothing where the surroundings end in another way than a mesh does, or have a vertex of more than k_most_edges.
 std::optional<CellStep> cell_step(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
                                   int cell_corners, int rings);
 

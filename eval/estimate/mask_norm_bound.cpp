@@ -26,8 +26,6 @@ constexpr int k_deepest = 16;
 constexpr std::uint32_t k_most_cells = 256;
 // Beside semi-sharp edges nothing is known before they are smooth: cells as small as that are many along an edge.
 constexpr float k_most_sharp_levels = 6;
-// At a vertex or of a face: the number of points around a cell, and of kinds of surroundings, grows with it.
-constexpr std::uint32_t k_most_edges = 64;
 // Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
 constexpr double k_no_error = 1e-7;
 // Of levels that are made as a whole, some 10 MB: most cells of small meshes have norms there, whatever is around them.
@@ -223,9 +221,9 @@ bool MaskNormBound<Family>::has(const SchemeInfo& scheme, const RuleOptions& rul
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (lasts(mesh.sharpness(EdgeId(e)))) return false;
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-        if (lasts(mesh.sharpness(VertexId(v))) || mesh.valence(VertexId(v)) > k_most_edges) return false;
+        if (lasts(mesh.sharpness(VertexId(v))) || mesh.valence(VertexId(v)) > detail::k_most_edges) return false;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        if (mesh.face_size(FaceId(f)) > k_most_edges) return false;
+        if (mesh.face_size(FaceId(f)) > detail::k_most_edges) return false;
     return has_mask_norms(scheme, rules);
 }
 
