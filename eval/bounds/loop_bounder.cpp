@@ -113,8 +113,7 @@ void LoopBounder::bound_cell(const LoopNode& cell, const Piece& piece, int depth
 double LoopBounder::irregular_error(const LoopNode& cell, const Piece& piece, bool may_split) const {
     if (cell.kind != LoopNode::Kind::star) return hull_error(cell.rings->points(), piece.edge, may_split);
     const detail::LoopStar& star = *cell.star;
-    const detail::StarNorms* norms =
-        star.is_extraordinary(1) || star.is_extraordinary(2) ? nullptr : detail::StarNorms::loop(star.valence[0]);
+    const detail::StarNorms* norms = detail::StarNorms::of(star);
     if (!norms) return hull_error(star.points, piece.edge, may_split);
     return norms->deviation(star.points) + corner_error_in(cell, piece);
 }

@@ -141,7 +141,7 @@ void QuadBounder::bound_regular(const QuadShape::Patch& cell, Piece piece) {
 
 double QuadBounder::irregular_error(const QuadNode& cell, const Piece& piece, bool may_split) const {
     if (cell.kind != QuadNode::Kind::star) return hull_error(cell.rings->points(), piece.edge, may_split);
-    const detail::StarNorms* norms = detail::StarNorms::catmull_clark(cell.star->valence, cell.star->far_valence);
+    const detail::StarNorms* norms = detail::StarNorms::of(*cell.star);
     if (!norms) return hull_error(cell.star->points, piece.edge, may_split);
     // The surface against the bilinear function of its corners, and that against the one linear between its values at
     // the piece's corners: x y is off that by a quarter of |dx dy| along a side at most.

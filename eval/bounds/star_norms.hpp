@@ -1,8 +1,8 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
+#include "../patches/star.hpp"
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -15,22 +15,19 @@ namespace tetrakis::detail {
 /// Norms depend on the valences alone.
 class StarNorms {
   public:
-    /// Of Catmull-Clark (QuadStar). Norms are found at the first call, from any thread; null where a valence is less
-    /// than 3 or more than 32.
-    static const StarNorms* catmull_clark(int valence, int far_valence);
-    /// Of Loop (LoopStar).
-    static const StarNorms* loop(int valence);
+    /// Of a star with one extraordinary corner, of valence 3 to 32; null for others. Found at the first call, from any
+    /// thread.
+    static const StarNorms* of(const QuadStar& star);
+    static const StarNorms* of(const LoopStar& star);
 
     /// Upper bound on |S - L|; but for rounding.
     double deviation(std::span<const Vec3d> points) const;
 
   private:
-    struct Slot;
-    StarNorms() = default;
-    /// @param deviations  (points, take) calls take(d) with vectors whose hull holds S - L of a star with these points
-    template <class Deviations>
-    static std::unique_ptr<const StarNorms> make(std::vector<Vec2d> reference, const Deviations& deviations);
-    void find_fit();
+    template <class Star>
+    StarNorms(Star star, int valence);
+    template <class Star>
+    static const StarNorms* find(std::size_t valence);
 
     std::vector<Vec2d> reference_;    ///< the reference star's points
     std::vector<Vec3d> fit_;          ///< weights of a star's points in its affine map
