@@ -220,8 +220,11 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
         }
     const double left = std::max(decide_at - departure, 0.0);
     double error = 0;
-    for (std::uint32_t i = 0; i < n && (error <= left || !may_reject); ++i)
+    for (std::uint32_t i = 0; i < n; ++i) {
         error = std::max(error, estimator_.bounder().root_error(HalfedgeId(h0 + i), centre, left, may_reject).upper);
+        // Other roots may have larger ones.
+        if (may_reject && error > left) return std::numeric_limits<double>::infinity();
+    }
     return error + departure;
 }
 
