@@ -194,11 +194,11 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     void certify() override {
         if (!map_.plain()) return;
-        // The estimator has a bound for errors of leaves within the aim that it has not marked.
+        // The estimator has a bound for errors within the aim that it has not marked; fans are marked nowhere.
         const auto known = [&](std::uint32_t t) {
             const LeafId leaf = exported_.leaves[t];
             const double error = this->estimated_error(t);
-            const bool bounded = leaf.valid() && refinement_->basis(leaf) == ErrorBasis::bound;
+            const bool bounded = leaf.valid() ? refinement_->basis(leaf) == ErrorBasis::bound : certified();
             return bounded && error > 0 && error <= aim_ ? error : std::numeric_limits<double>::infinity();
         };
         const MeshSliding granted(result_.mesh.triangles, result_.mesh.positions);

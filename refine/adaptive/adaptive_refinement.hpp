@@ -235,7 +235,7 @@ class AdaptiveRefinement {
         const auto fan_wants = [&](double error) { return error > options_.tolerance || options_.min_level > 0; };
         for (;;) {
             const std::uint64_t count = hierarchy_.triangle_count(), budget = options_.max_triangles;
-            progress_ = static_cast<double>(count) / static_cast<double>(budget);
+            progress_ = std::clamp(static_cast<double>(count) / static_cast<double>(budget), progress_, 1.0);
             estimate(fresh);
             std::sort(fresh.begin(), fresh.end());
             const auto middle = static_cast<std::ptrdiff_t>(open.size());

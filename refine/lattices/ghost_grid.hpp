@@ -84,7 +84,7 @@ class GhostGrid {
             const std::ptrdiff_t step = sides_[s].along;
             first[0] = in[at_.along(sides * f + s, 0)];
             std::uint32_t v = at_.along(sides * f + s, 1);
-            const std::uint32_t ahead = at_.along(sides * f + s, 2) - v;
+            const std::uint32_t ahead = net_.base().leads(sides * f + s) ? 1 : -1u;
             for (std::uint32_t a = 1; a < n; ++a, v += ahead) first[a * step] = in[v];
         }
         const T* inner = in + at_.face_begin(f);

@@ -179,15 +179,22 @@ class RootLattices {
         const bool quads = sides_ == 4;
         const std::uint32_t f = root_of(h), side = h - sides_ * f, n = last_place(at), last = n - (quads ? 0 : b),
                             from = std::max(begin, 1u);
+        const bool inside = !in_cells_ && b > 0 && b < n;  // but for both ends
         const auto number = [&](std::uint32_t a) { return number_at(at, f, turned(n, side, a, b)); };
+        const auto between = [&](std::uint32_t a) {
+            const Place p = turned(n, side, a, b);
+            return inside ? at.inside(f, p.x, p.y) : number_at(at, f, p);
+        };
         if (begin == 0 && end > 0) visit(0, number(0));
-        // Between both ends numbers have one second difference (modulo 2^32): of quads it is zero.
-        std::uint32_t v = number(from), step = number(from + 1) - v;
-        const std::uint32_t turn = quads ? 0 : number(from + 2) - v - 2 * step;
-        for (std::uint32_t a = from; a < std::min(end, last); ++a) {
-            visit(a, v);
-            v += step;
-            step += turn;
+        if (from < std::min(end, last)) {
+            // Between both ends numbers have one second difference (modulo 2^32): of quads it is zero.
+            std::uint32_t v = between(from), step = between(from + 1) - v;
+            const std::uint32_t turn = quads ? 0 : between(from + 2) - v - 2 * step;
+            for (std::uint32_t a = from; a < std::min(end, last); ++a) {
+                visit(a, v);
+                v += step;
+                step += turn;
+            }
         }
         if (from <= last && last < end) visit(last, number(last));
     }

@@ -130,7 +130,7 @@ class RowPatterns {
         std::uint32_t g = h;
         int turn = 0;
         for (const auto& [at, weight] : row) {
-            for (; turn > at.turn; --turn) g = net_.base().next(net_.base().twin(g));
+            for (; turn > at.turn; --turn) g = next_side(net_.side_count() == 4, net_.base().twin(g));
             for (; turn < at.turn; ++turn) g = net_.turned(g);
             visit(g, at, weight);
         }
