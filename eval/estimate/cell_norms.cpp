@@ -136,8 +136,10 @@ class CellNormTable::Search {
         for (const Kinds::iterator of : component) kinds.push_back(&of->second);
         const bool solved = link(kinds) && find_extensions(kinds) && find_weights(kinds);
         const std::unique_lock lock(table_.reading_);
-        for (const Kinds::iterator of : component)
+        for (const Kinds::iterator of : component) {
             table_.known_.emplace(of->first, solved ? std::move(of->second.norms) : nullptr);
+            of->second.below = {};  // most of a search's memory
+        }
     }
 
     /// Finds the children, and the points that matter: the corners, and what children's points that do are made of.

@@ -6,6 +6,7 @@
 #include "../../hier/base/nearest_point.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
+#include "../../schemes/core/sharpness.hpp"
 #include "../attributes/used_values.hpp"
 #include "../points/row_points.hpp"
 #include "../points/vertex_links.hpp"
