@@ -93,31 +93,34 @@ void add_face_normals(const RootLattices& net, const RootLayout& at, const Vec3d
 }
 
 struct LastLevel {
-    double points = 0, bytes = 0;
+    double corners = 0, points = 0, bytes = 0;
 };
+
+/// @param corners  of the last level's faces, which are more than its points
+/// @throws Error  unsupported: more than 32 bits can number
+void check_corners(double corners, int levels, const std::string& source) {
+    if (corners >= std::numeric_limits<std::uint32_t>::max())
+        throw Error(ErrorCode::unsupported,
+                    fmt::format("{} levels give more elements than 32-bit numbers can count; the last has {:.0f} face "
+                                "corners",
+                                levels, corners),
+                    source);
+}
 
 /// What the last level will be, before it is made.
 /// @param n  segments of a root's sides there
-/// @throws Error  unsupported: more than 32 bits can number
-LastLevel last_level(const RootLattices& net, double n, int levels, const RepeatedRows::Demand& demand,
-                     const std::string& source) {
+LastLevel last_level(const RootLattices& net, double n, const RepeatedRows::Demand& demand) {
     const RuleMesh& base = net.base();
     const double faces = base.face_count() * n * n, corners = faces * net.side_count(),
                  inner = net.side_count() == 3 ? 0.5 * (n - 1) * (n - 2) : (n - 1) * (n - 1),
                  points = net.in_cells()
                               ? faces
                               : base.face_count() * inner + base.edge_count() * (n - 1) + base.vertex_count();
-    if (std::max(corners, points) >= std::numeric_limits<std::uint32_t>::max())
-        throw Error(ErrorCode::unsupported,
-                    fmt::format("{} levels give more elements than 32-bit numbers can count; the last has {:.0f} face "
-                                "corners",
-                                levels, corners),
-                    source);
     // The points of the level above, and of that above it; where points share places, those of this one, too.
     const double above = net.shares_points() ? 1.3 : 0.3;
-    return {points, points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
-                        corners * static_cast<double>(demand.corner_bytes) +
-                        faces * static_cast<double>(demand.face_bytes)};
+    return {corners, points,
+            points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
+                corners * static_cast<double>(demand.corner_bytes) + faces * static_cast<double>(demand.face_bytes)};
 }
 
 }  // namespace
@@ -175,6 +178,9 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const bool recedes = boundary_recedes(scheme, rules);
     if (recedes && mesh.has_boundary()) return nullptr;
 
+    // As they are but for what boundaries of dual schemes add, before any level is made.
+    if (!demand.any_level)
+        check_corners(mesh.halfedge_count() * std::pow(factor * factor, levels), levels, mesh.data().source);
     RuleLevels& by_rules = *levels_by_rules;
     const auto advance = [&] {
         const int to = by_rules.level() + 1;
@@ -224,8 +230,10 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
     if (!net->has_simple_roots()) return nullptr;
-    if (!demand.any_level)
-        last_size = last_level(*net, std::pow(factor, levels - by_rules.level()), levels, demand, mesh.data().source);
+    if (!demand.any_level) {
+        last_size = last_level(*net, std::pow(factor, levels - by_rules.level()), demand);
+        check_corners(last_size.corners, levels, mesh.data().source);
+    }
     std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net)));
     all->corner_halfedges_ = std::move(corner_halfedges);
     std::uint32_t segments = 1;
