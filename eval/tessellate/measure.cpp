@@ -284,29 +284,41 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             taken += samples_here;
         });
     };
-    const auto total_of_all = [&] {
+    const auto total_of = [&](std::span<const std::uint32_t> triangles) {
         Found total;
-        for (const Found& found : each) total += found;
+        for (const std::uint32_t t : triangles) total += each[t];
         return total;
     };
     std::vector<std::uint32_t> all(count);
     std::iota(all.begin(), all.end(), 0u);
+    // Of closest points that were looked for near by alone, those above the tolerance and those that decide are
+    // searched for. The largest first: what is found settles those that can be no larger.
+    const auto search = [&](const Found& total) {
+        constexpr double k_between = 1.25;  // samples
+        by.own = k_between * total.own;
+        std::vector<std::uint32_t> order = all;
+        std::ranges::stable_sort(order, std::greater{}, [&](std::uint32_t t) { return each[t].backward; });
+        double largest = total.forward;
+        const auto is_open = [&](std::size_t i) {
+            return i < count && each[order[i]].backward > std::min(largest, tolerance);
+        };
+        std::size_t begin = 0;
+        for (std::size_t some = 4; is_open(begin); begin += some, some *= 2) {
+            const auto next = std::span(order).subspan(begin, std::min(some, count - begin));
+            pass(next, 1, std::min(largest, tolerance));
+            largest = std::max(largest, total_of(next).backward);
+        }
+    };
     by.exact_from = map.plain() ? detail::k_climb_from * tolerance : 0;
     Found total;
     // The largest error has to come from exact samples.
     for (bool exact = false; !exact; by.exact_from = k_exact * total.largest()) {
         taken = 0;
         pass(all, k_block, k_none);
-        total = total_of_all();
-        // Closest points that were looked for near by alone are searched for where they are above the tolerance, or
-        // decide.
-        if (const double above = std::min(total.forward, tolerance); map.plain() && total.backward > above) {
-            constexpr double k_between = 1.25;  // samples
-            by.own = k_between * total.own;
-            std::vector<std::uint32_t> far = all;
-            std::erase_if(far, [&](std::uint32_t t) { return each[t].backward <= above; });
-            pass(far, 1, above);
-            total = total_of_all();
+        total = total_of(all);
+        if (map.plain() && total.backward > std::min(total.forward, tolerance)) {
+            search(total);
+            total = total_of(all);
         }
         exact = !map.plain() || total.largest() == 0 || total.largest() > by.exact_from;
     }
