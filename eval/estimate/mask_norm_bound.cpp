@@ -272,12 +272,12 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<V
         return;
     }
     // A half lies in the next corner's cell.
-    pieces.push_back({t.root, t.level, whole.clipped([](const Vec2d& p) { return 1 - p.x; }), triangle});
-    pieces.push_back({mesh_.next(t.root), t.level,
-                      whole.clipped([](const Vec2d& p) { return p.x - 1; }).mapped([](const Vec2d& p) {
-                          return Vec2d(p.y, 2 - p.x);
-                      }),
-                      triangle});
+    const Part here = whole.clipped([](const Vec2d&p) { return 1 - p.x; }),
+               there = whole.clipped([](const Vec2d&p) { return p.x - 1; }).mapped([](const Vec2d&p) {
+                   return Vec2d(p.y, 2 - p.x);
+               });
+    if (!here.empty()) pieces.push_back({t.root, t.level, here, triangle});
+    if (!there.empty()) pieces.push_back({mesh_.next(t.root), t.level, there, triangle});
 }
 
 template <class Family>

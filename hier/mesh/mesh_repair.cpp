@@ -324,7 +324,9 @@ class Repair {
             source.resize(now.size(), i);
         }
         data_.corner_angles = now;
-        const std::vector<MeshFault> faults = find_faults(data_);  // of angles, if any
+        // All else has been mended.
+        std::vector<MeshFault> faults = find_faults(data_);
+        std::erase_if(faults, [](const MeshFault& fault) { return fault.kind != MeshFaultKind::corner_angle_tag; });
         for (std::uint32_t i = 0; i < now.size(); ++i)
             if (std::ranges::binary_search(faults, i, {}, &MeshFault::element))
                 other.add(source[i], now[i].line);

@@ -225,9 +225,9 @@ detail::PoolVector<Sqrt3Triangle> Sqrt3Forest::wanted(std::span<const LeafId> ma
 void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed) {
     assert(std::ranges::all_of(marked, [&](LeafId leaf) { return is_leaf(leaf); }));
     const detail::PoolVector<Sqrt3Triangle> wanted = this->wanted(marked);  // `marked` may be what `change` held
-    for (const Sqrt3Triangle& face : wanted)
-        if (face.level >= max_level())
-            throw Error(ErrorCode::unsupported, "level " + std::to_string(max_level()) +
+    for (const int deepest = max_level(); const Sqrt3Triangle& face : wanted)
+        if (face.level >= deepest)
+            throw Error(ErrorCode::unsupported, "level " + std::to_string(deepest) +
                                                     " is the deepest that has numbers; its faces cannot be split");
     std::vector<LeafId>& created = change.created;
     created.clear();

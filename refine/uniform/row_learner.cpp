@@ -57,7 +57,7 @@ class KnownCorners {
 std::uint32_t factor_of(const SchemeInfo& scheme) { return scheme.refinement == Refinement::sqrt3 ? 3 : 2; }
 
 bool too_large(const RowSource& source, std::uint32_t segments, std::uint32_t factor) {
-    // A finer level's rows, mesh and places (measured: Catmull-Clark's 50 kB for templates of 5 roots, 12 segments).
+    // A finer level's rows, mesh and places (measured: Catmull-Clark's 50 kB for 5 roots of 12 cells to a side).
     constexpr double k_bytes_per_cell = 100;
     double roots = 0;
     // Cells come with those beside them.
