@@ -17,9 +17,7 @@ struct FanChoice {
     std::vector<std::uint32_t> offsets;                  ///< F + 1 numbers into `triangles`
     std::vector<std::array<std::uint8_t, 3>> triangles;  ///< corner numbers within the face, counter-clockwise
 
-    bool has(FaceId f) const {
-        return f.value + std::size_t{1} < offsets.size() && offsets[f.value] < offsets[f.value + 1];
-    }
+    bool has(FaceId f) const { return f.value + 1ull < offsets.size() && offsets[f.value] < offsets[f.value + 1]; }
     /// n - 2 triangles, or none.
     std::span<const std::array<std::uint8_t, 3>> of(FaceId f) const {
         return std::span(triangles).subspan(offsets[f.value], offsets[f.value + 1] - offsets[f.value]);

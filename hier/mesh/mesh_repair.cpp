@@ -324,8 +324,7 @@ class Repair {
             source.resize(now.size(), i);
         }
         data_.corner_angles = now;
-        // All else has been mended.
-        std::vector<MeshFault> faults = find_faults(data_);
+        std::vector<MeshFault> faults = find_faults(data_);  // all else has been mended
         std::erase_if(faults, [](const MeshFault& fault) { return fault.kind != MeshFaultKind::corner_angle_tag; });
         for (std::uint32_t i = 0; i < now.size(); ++i)
             if (std::ranges::binary_search(faults, i, {}, &MeshFault::element))

@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../rules/limit_search.hpp"
 
 #include <oneapi/tbb/task_arena.h>
 
@@ -27,6 +28,8 @@ constexpr std::uint64_t k_whole_bytes = 2 * sizeof(Vec3d);  ///< the point and i
 constexpr std::uint64_t k_memory_share = 4;
 /// Steps in which all semi-sharp tags have to be gone.
 constexpr int k_settling_levels = 16;
+/// A cell's middle is looked for at most so many levels further down.
+constexpr int k_deepest_middle = 4;
 /// Sites evaluated together: enough to share ancestors, few enough for their levels to stay in the cache.
 constexpr std::uint32_t k_sites_at_once = 2048;
 /// Deepest lattice level of factor three: 3^20 is the last power below 2^32.
@@ -110,6 +113,12 @@ struct SiteRows::Workspace {
 };
 
 struct SiteRows::Rows {
+    /// A point of a mask, by its place relative to a vertex.
+    struct LatticeTerm {
+        int x = 0, y = 0;
+        double weight = 0;
+    };
+
     std::unique_ptr<const RepeatedRows> all;
     std::span<const std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
     int limit_level = 0;                           ///< RepeatedRows::limit_level()
@@ -118,6 +127,25 @@ struct SiteRows::Rows {
     std::atomic<std::size_t> whole_count = 0;
     std::array<std::atomic<bool>, k_max_level + 2> has_whole_limits{};
     std::array<std::uint64_t, k_max_level + 2> asked{}, asked_limits{};  ///< points and limits so far, by levels
+    /// In cells too large for rows of their own the limit at the middle of a cell, where four finer ones meet, is a sum
+    /// of their points: x, y = 0 stand right above.
+    std::vector<LatticeTerm> middle, tangents[2];
+    int middle_depth = 0;  ///< levels down to those; 0: there are none
+
+    /// So far down that beyond the points it takes as many again are left to the ends of the cell, where rows may be
+    /// others.
+    int find_middle_depth() const {
+        for (int finer = 2; finer <= k_deepest_middle; ++finer) {
+            const int reach = 1 << (finer - 1);
+            const auto inside = [&](int i) { return -reach <= 2 * i && 2 * (i + 1) <= reach; };
+            bool inner = !middle.empty();
+            for (const auto* terms : {&middle, &tangents[0], &tangents[1]})
+                for (const LatticeTerm& term : *terms) inner = inner && inside(term.x) && inside(term.y);
+            if (inner) return finer;
+        }
+        return 0;
+    }
+
     int first_level() const { return all->first_level(); }
     const RootLattices& net() const { return all->net(); }
     RootLayout layout(std::size_t from_first) const {
@@ -129,6 +157,7 @@ struct SiteRows::Rows {
 struct SiteRows::Address {
     int level = -1;  ///< of the scheme; -1: it has none
     std::uint32_t halfedge = 0, x = 0, y = 0;
+    std::uint32_t half_cell = 0;  ///< not 0: the middle of the cell is asked for
 };
 
 SiteRows::SiteRows(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
@@ -166,7 +195,10 @@ std::shared_ptr<SiteRows::Rows> SiteRows::make() const {
     for (const auto& [limit, normals] : {std::pair(true, smooth), std::pair(true, false), std::pair(false, false)})
         if (!rows->all) rows->all = repeated_rows(limit, normals);
     if (!rows->all) return nullptr;
-    if (rows->all->has_limit()) rows->limit_level = *rows->all->limit_level();
+    if (rows->all->has_limit()) {
+        rows->limit_level = *rows->all->limit_level();
+        if (dual()) set_middle(*rows);
+    }
     rows->root_halfedge = dual() ? std::span(roots_.net_halfedge) : rows->all->corner_halfedges();
     resize_large(rows->whole[0], rows->net().place_count(rows->layout(0)));
     rows->all->first_points(mesh_.positions(), rows->whole[0].data());
@@ -199,12 +231,12 @@ void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted
         const Address at = address(rows, site, wanted, level);
         if (at.level < rows.first_level()) continue;
         const auto l = static_cast<std::size_t>(at.level - rows.first_level());
-        if (wanted == Wanted::limits) {
-            rows.asked[l] += rows.all->limit().terms_inside();
-            ++rows.asked_limits[l];
-        } else {
+        const bool middle = at.half_cell != 0;
+        if (wanted == Wanted::limits)
+            rows.asked[l] += middle ? rows.middle.size() : rows.all->limit().terms_inside();
+        else
             rows.asked[l] += wanted == Wanted::normals ? rows.all->normals().terms_inside() : 1;
-        }
+        if (wanted == Wanted::limits && !middle) ++rows.asked_limits[l];
     }
     for (std::size_t next = rows.whole_count; next < rows.whole.size(); ++next) {
         std::uint64_t deeper = 0;
@@ -227,6 +259,26 @@ void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted
     }
 }
 
+/// The scheme's limit where four regular cells meet.
+void SiteRows::set_middle(Rows& rows) const {
+    const int rings = rule_limit_rings(scheme_, rules_), side = 2 * rings + 4;
+    RuleMesh::Builder faces;
+    for (int y = 0; y + 1 < side; ++y)
+        for (int v = y * side; v + 1 < (y + 1) * side; ++v) faces.face({v, v + 1, v + side + 1, v + side});
+    const RuleMesh mesh(side * side, std::move(faces));
+    const int face = (rings + 1) * (side - 1) + rings + 1;
+    const std::optional<LimitRows> found = LimitSearch(scheme_, rules_).at_face(mesh, mesh.face_begin(face));
+    if (!found || found->tangents.size() != 1) return;
+    // The face's third corner is right above its middle.
+    const auto take = [&](const StencilRow& row, std::vector<Rows::LatticeTerm>& terms) {
+        for (const auto& [v, weight] : row.terms) terms.push_back({v % side - rings - 2, v / side - rings - 2, weight});
+    };
+    take(found->limit, rows.middle);
+    take(found->tangents[0][0], rows.tangents[0]);
+    take(found->tangents[0][1], rows.tangents[1]);
+    rows.middle_depth = rows.find_middle_depth();
+}
+
 SiteRows::Address SiteRows::address(const Rows& rows, const Site& any, Wanted wanted, int level) const {
     const Site site = own_site(any);
     Address at;
@@ -236,7 +288,12 @@ SiteRows::Address SiteRows::address(const Rows& rows, const Site& any, Wanted wa
     if (wanted == Wanted::limits || wanted == Wanted::normals) {
         if (wanted == Wanted::limits ? !rows.all->has_limit() : !rows.all->has_normals()) return {};
         level = std::max(level, rows.limit_level);
-        if (dual() && level > own) return {};  // it is the middle of finer cells, and none of these
+        if (dual() && level > own) {
+            // Roots that are no faces' corners reach beyond the surface's end or a crease.
+            if (site.root.value >= mesh_.halfedge_count() || rows.middle_depth == 0) return {};
+            level = std::max(own + rows.middle_depth, rows.first_level());
+            at.half_cell = 1u << (level - own - 1);
+        }
     }
     if (level < rows.first_level() || site.level + level - own > (factor_ == 2 ? k_max_level : k_max_ternary_level))
         return {};
@@ -298,7 +355,7 @@ void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std
             continue;
         }
         const RootLayout layout = rows.layout(l);
-        const bool limit_known = wanted == Wanted::limits && rows.has_whole_limits[l];
+        const bool limit_known = wanted == Wanted::limits && at.half_cell == 0 && rows.has_whole_limits[l];
         const std::vector<Vec3d>& value = limit_known ? rows.whole_limits[l] : rows.whole[l];
         clear_sums();
         for_each_term(rows, at, limit_known ? Wanted::positions : wanted,
@@ -355,6 +412,19 @@ template <class Take>
 void SiteRows::for_each_term(const Rows& rows, const Address& address, Wanted wanted, const Take& take) {
     const RootLattices& net = rows.net();
     const std::uint32_t segments = rows.all->segments(address.level), h = address.halfedge;
+    if (address.half_cell != 0) {
+        const auto sum = [&](std::uint32_t row, const std::vector<Rows::LatticeTerm>& terms) {
+            const std::uint32_t x = address.x + address.half_cell, y = address.y + address.half_cell;
+            for (const Rows::LatticeTerm& term : terms)
+                take(row,
+                     net.place_seen(segments, h, x + static_cast<std::uint32_t>(term.x),
+                                    y + static_cast<std::uint32_t>(term.y)),
+                     term.weight);
+        };
+        sum(0, wanted == Wanted::limits ? rows.middle : rows.tangents[0]);
+        if (wanted == Wanted::normals) sum(1, rows.tangents[1]);
+        return;
+    }
     const RootPlace at = net.own_place(segments, net.place_seen(segments, h, address.x, address.y));
     if (wanted == Wanted::positions || wanted == Wanted::rings) {
         take(0, at, 1);

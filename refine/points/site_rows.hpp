@@ -65,6 +65,7 @@ class SiteRows {
     std::shared_ptr<Rows> make() const;
     std::unique_ptr<const RepeatedRows> repeated_rows(bool limit, bool normals) const;
     void make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted wanted, int level) const;
+    void set_middle(Rows& rows) const;
     Address address(const Rows& rows, const Site& any, Wanted wanted, int level) const;
     void evaluate_block(const Rows& rows, std::span<const Site> sites, std::size_t first, Wanted wanted, int level,
                         std::span<std::uint8_t> missing,

@@ -31,16 +31,9 @@ constexpr double k_no_weight = 1e-12;
 using Rows = LimitRows;
 
 StencilRow gathered(StencilRow row) {
-    row.gather();
-    return row;
-}
-
-/// Rings of faces around a vertex that its limit depends on at most, where its sharpness runs out in time.
-int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
-    // The rings that a step's rules reach, and those by which they are chosen (honeycomb's are the same everywhere).
-    // The step after it needs as many rings of the finer mesh, for which some more are taken.
-    const int chosen_by = scheme.family == MeshFamily::hexagons ? 0 : 2;
-    return 2 * (rule_rings(scheme, options) + chosen_by);
+    StencilTable table;
+    table.push(std::move(row));
+    return table.row(0);
 }
 
 /// What a limit is asked for: a vertex (by a half-edge that leaves it), a face of a dual mesh (by one of its
@@ -422,6 +415,13 @@ class LimitSearch::Finder {
     std::map<std::tuple<int, bool, bool, int>, FanSearch> searches_;
 };
 
+int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
+    // The rings that a step's rules reach, and those by which they are chosen (honeycomb's are the same everywhere).
+    // The step after it needs as many rings of the finer mesh, for which some more are taken.
+    const int chosen_by = scheme.family == MeshFamily::hexagons ? 0 : 2;
+    return 2 * (rule_rings(scheme, options) + chosen_by);
+}
+
 LimitSearch::LimitSearch(const SchemeInfo& scheme, const RuleOptions& options)
     : scheme_(scheme), finder_(std::make_unique<Finder>(scheme, options)) {}
 LimitSearch::~LimitSearch() = default;
@@ -430,6 +430,10 @@ std::vector<std::optional<LimitRows>> LimitSearch::find(const RuleMesh& mesh, st
     std::vector<FanSite> sites;
     for (const int v : vertices) sites.push_back({FanSite::Kind::vertex, mesh.first(v)});
     return finder_->find(mesh, sites, 0);
+}
+
+std::optional<LimitRows> LimitSearch::at_face(const RuleMesh& mesh, int halfedge) {
+    return std::move(finder_->find(mesh, {{FanSite::Kind::face, halfedge}}, 0)[0]);
 }
 
 }  // namespace tetrakis::detail

@@ -31,10 +31,16 @@ class LimitSearch {
     /// Rows of the vertices, empty where there is no mask. All have faces.
     std::vector<std::optional<LimitRows>> find(const RuleMesh& mesh, std::span<const int> vertices);
 
+    /// The row of the middle of a dual mesh's face, by one of its half-edges.
+    std::optional<LimitRows> at_face(const RuleMesh& mesh, int halfedge);
+
   private:
     class Finder;
     const SchemeInfo& scheme_;
     std::unique_ptr<Finder> finder_;
 };
+
+/// Rings of faces around a vertex that its limit depends on at most, where its sharpness runs out in time.
+int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options);
 
 }  // namespace tetrakis::detail
