@@ -74,9 +74,9 @@ std::vector<Vec2d> reference_star(int valence) {
         if (k_corners<Star> == 4) points.push_back(polar(std::cos(angle / 2) + std::sin(angle / 2), (i + 0.5) * angle));
     }
     const auto add = [&](std::initializer_list<Vec2d> beyond) { points.insert(points.end(), beyond); };
-    const Vec2d before = points.back(), a = points[1], b = points[2], c = points[3], after = points[4];
+    const Vec2d before = points.back(), a = points[1], b = points[2], c = points[3];
     if (k_corners<Star> == 4)
-        add({a + before, 2.0 * a, a + b, 2.0 * b, b + c, 2.0 * c, c + after});
+        add({a + before, 2.0 * a, a + b, 2.0 * b, b + c, 2.0 * c, c + Vec2d(points[4])});
     else
         add({a + before, 2.0 * a, a + b, 2.0 * b, b + c});
     return points;

@@ -451,9 +451,13 @@ TEST_CASE("[slow] a callback cancels at any moment, and too little memory is sai
             };
             CHECK(code_of(mesh, options, counting) == std::nullopt);
             REQUIRE(calls > 0);
+            const std::size_t all = calls;
+            TessellateOptions few = options;
+            few.max_triangles = 4;  // fewer than the coarsest mesh has: progress ends at 1 all the same
+            code_of(mesh, few, counting);
             for (const double share : {0.0, 0.25, 0.5, 0.75}) {
                 CAPTURE(share);
-                std::size_t left = static_cast<std::size_t>(share * static_cast<double>(calls));
+                std::size_t left = static_cast<std::size_t>(share * static_cast<double>(all));
                 RunContext impatient;
                 impatient.threads = 2;
                 impatient.progress = [&](std::string_view, double) { return left-- > 0; };
