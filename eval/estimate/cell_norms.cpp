@@ -142,8 +142,8 @@ class CellNormTable::Search {
         }
     }
 
-    /// Finds the children, and the points that matter: the corners, and what children's points that do are made of.
-    /// What is made of something without norms has none.
+    /// Finds the children, and the points that matter: the corners, and those in the rows of children's points that
+    /// matter. False: a child has no norms, and so these kinds have none.
     bool link(std::span<Kind* const> kinds) const {
         for (Kind* const kind : kinds) {
             if (!kind->step) return false;

@@ -40,8 +40,9 @@ inline CellFrame child_cell(const RuleMesh& mesh, const RuleStep& step, const Ce
     return {step.mesh.twin(step.mesh.next(at_corner)), 1};
 }
 
-/// What is around a cell, as numbers that are the same for all cells that have the same around them: face by face in
-/// the order of a walk from the cell's first corner, their vertices as the walk meets them, and what is sharp.
+/// The surroundings of a cell as numbers; cells with the same surroundings have the same numbers. A walk from the first
+/// corner gives the faces: of each the vertices, numbered as the walk meets them, with whether the side that follows is
+/// sharp. Then come the sharp vertices, and the angles of corners.
 using SurroundingsKey = std::vector<int>;
 
 struct CellSurroundings {

@@ -62,7 +62,7 @@ class FreedBlocks {
   public:
     FreedBlocks() { blocks_.reserve(k_most_blocks); }
 
-    /// The latest block of this size, or the front of one that is a quarter larger at most; nullptr: there is none.
+    /// The latest block of this size, or the front of a block up to a quarter larger; nullptr: there is neither.
     char* take(std::size_t bytes) {
         const std::lock_guard lock(mutex_);
         auto best = blocks_.end();

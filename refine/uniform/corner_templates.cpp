@@ -13,11 +13,12 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Steps that make lattices take one off every tag, and are fewer than that: it says which tag it was.
+/// Tags are multiples of this. Each step of making a lattice takes 1 off a tag, and there are fewer than 16 steps, so
+/// that a tag's number can still be told afterwards.
 constexpr float k_tag = 16;
 
-/// The roots around a corner: one face each, which starts there. Of what is sharp the sides that leave the corner are
-/// tagged by their numbers, and it by the next one.
+/// The roots around a corner: one face each, which starts there. A sharp side that leaves the corner is tagged with its
+/// number, and a sharp corner with the number after the last side's.
 RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     const auto roots = static_cast<int>(kind.roots()), spokes = static_cast<int>(kind.sharp.size());
     const int n = static_cast<int>(sides);
