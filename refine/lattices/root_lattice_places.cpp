@@ -56,78 +56,59 @@ std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const 
     const std::uint32_t n = at.segments();
     const Numbers numbers = point_numbers(at);
     if (numbers.count != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
-    std::vector<int> vertices(place_count(at), -1);
-    std::vector<int> out_of(
-        vertices.size(),
-        -1);  // the half-edge along -x; beyond the boundary along y, of the last cells the one into them
-    bool whole = true;
-    const auto turn = [&](int h) {
-        const int left = mesh.twin(mesh.prev(h));
-        whole = whole && left >= 0;
-        return left >= 0 ? left : h;
+    struct Way {
+        int vertex = -1, edge = -1;
     };
-    const auto ahead = [&](int h) {
-        const int back = mesh.twin(h);
-        whole = whole && back >= 0;
-        return back >= 0 ? turn(turn(back)) : h;
+    // Where an edge leads that leaves a vertex so many quarter turns counter-clockwise after another one.
+    const auto after = [&](const Way& from, std::uint32_t turns) -> Way {
+        if (from.vertex < 0) return {};
+        const RuleMesh::Ring ring = mesh.ring(from.vertex);
+        const auto edge = [&](int i) {
+            return mesh.edge(i < ring.faces() ? ring.halfedge[i] : mesh.prev(ring.halfedge[i - 1]));
+        };
+        int i = 0;
+        while (i < ring.edges() && edge(i) != from.edge) ++i;
+        const int to = (i + static_cast<int>(turns)) % 4;
+        if (i == ring.edges() || to >= ring.edges() || (ring.closed && ring.edges() != 4)) return {};
+        return {ring.neighbour[to], edge(to)};
     };
-    for (std::uint32_t f = 0; f < own_roots_ && whole; ++f) {
-        // From the last cell back: -x is two turns from +x, -y one more.
-        int row = turn(turn(last_halfedge[f]));
+    // Per place, the edge beyond side 3 of its cell; in roots beyond the boundary side 0.
+    std::vector<int> vertices(place_count(at), -1), known(vertices.size(), -1);
+    for (std::uint32_t f = 0; f < own_roots_; ++f) {
+        Way last{mesh.origin(last_halfedge[f]), mesh.edge(last_halfedge[f])};  // the last cell of a row, its side 1
         for (std::uint32_t y = n; y-- > 0;) {
-            int h = row;
+            Way cell = last;
             for (std::uint32_t x = n; x-- > 0;) {
-                vertices[number_at(at, f, {x, y})] = mesh.origin(h);
-                out_of[number_at(at, f, {x, y})] = h;
-                if (x > 0) h = ahead(h);
+                const std::uint32_t place = number_at(at, f, {x, y});
+                vertices[place] = cell.vertex;
+                cell = after(cell, 2);
+                known[place] = cell.edge;
             }
-            // Down, then to the left again.
-            if (y > 0) row = turn(turn(turn(ahead(turn(row)))));
+            const Way below = after(last, 3);
+            last = {below.vertex, after(below, 3).edge};
         }
     }
-    for (std::uint32_t f = own_roots_; f < root_count() && whole; ++f) {
-        const std::uint32_t h = base_.twin(4 * f), root = h / 4;
-        if (root < own_roots_) {
-            // Outwards from the cells along the side. Four neighbours have all but the last, on the boundary.
-            for (std::uint32_t x = 0; x < n; ++x) {
-                int out = out_of[number(at, h, n - 1 - x, 0)];
-                for (std::uint32_t i = 0; i < (h + 1) % 4; ++i) out = turn(out);
-                for (std::uint32_t y = 0; y < n; ++y) {
-                    vertices[number_at(at, f, {x, y})] = mesh.target(out);
-                    if (y + 1 < n) out = ahead(out);
-                    out_of[number_at(at, f, {x, y})] = out;
-                }
-            }
-            continue;
-        }
-        // A corner's: sideways from the quads of both edges, but for the last cell, which is beside two that are not.
-        const std::uint32_t other = base_.twin(4 * f + 3) / 4;
-        if (n == 1)  // the last cells of both edges: into the one that comes before it
-            vertices[number_at(at, f, {0, 0})] = mesh.target(mesh.next(out_of[number_at(at, root, {0, 0})]));
-        for (std::uint32_t i = 0; i + 1 < n; ++i) {
-            int left = turn(out_of[number_at(at, root, {0, i})]);
-            int right = turn(turn(turn(out_of[number_at(at, other, {n - 1, i})])));
-            for (std::uint32_t k = 0; k < n; ++k) {
-                vertices[number_at(at, f, {i, k})] = mesh.target(left);
-                vertices[number_at(at, f, {k, i})] = mesh.target(right);
-                if (i + 2 == n && k + 2 == n)
-                    vertices[number_at(at, f, {n - 1, n - 1})] = mesh.target(mesh.next(ahead(right)));
-                if (k + 1 == n) break;
-                left = ahead(left);
-                right = ahead(right);
+    // Outwards from the cells along the first side: own ones, for a corner those beyond the edge that ends there.
+    for (std::uint32_t f = own_roots_; f < root_count(); ++f) {
+        const std::uint32_t h = base_.twin(4 * f), to_side = (h / 4 < own_roots_ ? h + 1 : h) % 4;
+        for (std::uint32_t x = 0; x < n; ++x) {
+            const std::uint32_t inner = number(at, h, n - 1 - x, 0);
+            Way cell = after({vertices[inner], known[inner]}, to_side);
+            for (std::uint32_t y = 0; y < n; ++y, cell = after(cell, 2)) {
+                vertices[number_at(at, f, {x, y})] = cell.vertex;
+                known[number_at(at, f, {x, y})] = cell.edge;
             }
         }
     }
-    if (!whole) return std::nullopt;
     // A level that is made otherwise has other points.
     std::vector<int> of_point(numbers.count, -1);
     std::vector<char> found(numbers.count, 0);
     for (std::uint32_t place = 0; place < vertices.size(); ++place) {
         const int v = vertices[place];
-        int& known = of_point[numbers.of(place)];
-        if (v < 0 || (known >= 0 && known != v)) return std::nullopt;
-        if (known < 0 && std::exchange(found[static_cast<std::size_t>(v)], 1) != 0) return std::nullopt;
-        known = v;
+        int& first = of_point[numbers.of(place)];
+        if (v < 0 || (first >= 0 && first != v)) return std::nullopt;
+        if (first < 0 && std::exchange(found[static_cast<std::size_t>(v)], 1) != 0) return std::nullopt;
+        first = v;
     }
     return vertices;
 }

@@ -54,7 +54,7 @@ RuleMesh cut_creases(const RuleMesh& mesh) {
         int sharp = 0;
         for (int i = 0; i < ring.edges(); ++i) sharp += is_sharp(ring.sharpness[i]) ? 1 : 0;
         const bool corner = sharp > 2 || (sharp == 2 && is_sharp(mesh.vertex_sharpness(v)));
-        if (corner) sharpness[static_cast<std::size_t>(v)] = k_sharpness_infinity;
+        if (corner) sharpness[v] = k_sharpness_infinity;
         int copy = v, start = 0;
         while (ring.closed && sharp > 0 && !is_sharp(ring.sharpness[start])) ++start;
         for (int i = 0; i < ring.faces(); ++i) {
@@ -63,13 +63,12 @@ RuleMesh cut_creases(const RuleMesh& mesh) {
                 copy = count++;
                 sharpness.push_back(corner ? k_sharpness_infinity : 0);
             }
-            origin[static_cast<std::size_t>(ring.halfedge[at])] = copy;
+            origin[ring.halfedge[at]] = copy;
         }
     }
     RuleMesh::Builder faces;
     for (int f = 0; f < mesh.face_count(); ++f) {
-        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h)
-            faces.corner(origin[static_cast<std::size_t>(h)]);
+        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h) faces.corner(origin[h]);
         faces.end_face();
     }
     return RuleMesh(count, std::move(faces), std::move(sharpness));
@@ -115,7 +114,7 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
     std::vector<Outer> outer(static_cast<std::size_t>(count));
     for (int v = 0; v < mesh.vertex_count(); ++v) {
         if (!mesh.on_boundary(v)) continue;
-        Outer& o = outer[static_cast<std::size_t>(v)];
+        Outer& o = outer[v];
         o.ahead = o.behind = count++;
         if (!is_sharp(mesh.vertex_sharpness(v))) continue;
         o.behind = count++;
@@ -132,9 +131,8 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
         if (out < 0) continue;
         const int in = uncut.twin(out);
         darts.push_back({out, in});
-        at_dart[static_cast<std::size_t>(out)] = at_dart[static_cast<std::size_t>(in)] = 1;
-        Outer &left = outer[static_cast<std::size_t>(mesh.target(out))],
-              &right = outer[static_cast<std::size_t>(mesh.origin(in))];
+        at_dart[out] = at_dart[in] = 1;
+        Outer &left = outer[mesh.target(out)], &right = outer[mesh.origin(in)];
         right = left;
         result.crease_ends.push_back(static_cast<std::uint32_t>(left.ahead));
     }
@@ -144,20 +142,20 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
                              result.crease_ends.end());
     std::vector<int> beyond(static_cast<std::size_t>(mesh.halfedge_count()), -1);
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
-        if (mesh.twin(h) != RuleMesh::none || at_dart[static_cast<std::size_t>(h)] != 0) continue;
+        if (mesh.twin(h) != RuleMesh::none || at_dart[h] != 0) continue;
         const int u = mesh.origin(h), v = mesh.target(h);
-        faces.face({v, u, outer[static_cast<std::size_t>(u)].ahead, outer[static_cast<std::size_t>(v)].behind});
-        beyond[static_cast<std::size_t>(h)] = quads++;
+        faces.face({v, u, outer[u].ahead, outer[v].behind});
+        beyond[h] = quads++;
     }
     for (int v = 0; v < mesh.vertex_count(); ++v) {
-        Outer& o = outer[static_cast<std::size_t>(v)];
+        Outer& o = outer[v];
         if (o.tip < 0) continue;
         faces.face({v, o.behind, o.tip, o.ahead});
         o.quad = quads++;
     }
     for (const Dart& d : darts) {
         const int left = mesh.target(d.out), right = mesh.origin(d.in);
-        faces.face({left, mesh.origin(d.out), right, outer[static_cast<std::size_t>(left)].ahead});
+        faces.face({left, mesh.origin(d.out), right, outer[left].ahead});
     }
     result.mesh = RuleMesh(count, std::move(faces));
     const auto glue = [&](int a, int b) {
@@ -165,11 +163,9 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
     };
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int t = uncut.twin(h);
-        if (mesh.twin(h) != RuleMesh::none || t == RuleMesh::none || at_dart[static_cast<std::size_t>(h)] != 0)
-            continue;
-        if (h < t) glue(4 * beyond[static_cast<std::size_t>(h)] + 2, 4 * beyond[static_cast<std::size_t>(t)] + 2);
-        const Outer &ahead = outer[static_cast<std::size_t>(mesh.origin(h))],
-                    &behind = outer[static_cast<std::size_t>(mesh.target(t))];
+        if (mesh.twin(h) != RuleMesh::none || t == RuleMesh::none || at_dart[h] != 0) continue;
+        if (h < t) glue(4 * beyond[h] + 2, 4 * beyond[t] + 2);
+        const Outer &ahead = outer[mesh.origin(h)], &behind = outer[mesh.target(t)];
         if (ahead.quad >= 0) glue(4 * ahead.quad + 2, 4 * behind.quad + 1);
     }
     return result;
