@@ -64,14 +64,6 @@ VertexCell corner_cell(std::uint32_t root, std::uint32_t corner, std::uint8_t le
     return {root, {corner == 1 || corner == 2 ? last : 0, corner >= 2 ? last : 0}, level};
 }
 
-/// The cell of another root that lies as far from its side `to` as this one from its root's side `from`.
-VertexCell turned(VertexCell cell, std::uint32_t root, std::uint32_t from, std::uint32_t to) {
-    const std::uint32_t last = (1u << cell.level) - 1;
-    for (std::uint32_t side = from; side != to; side = (side + 1) % 4) cell.at = {last - cell.at.y, cell.at.x};
-    cell.root = root;
-    return cell;
-}
-
 }  // namespace
 
 DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
@@ -141,10 +133,7 @@ class DualCharts::Follower {
     };
 
     std::uint32_t there(std::uint32_t root) const { return charts_.root_[root]; }
-    std::uint32_t beyond(std::uint32_t place) const {
-        if (ends(charts_.roots_, place)) refuse(*charts_.charts_, "do not go on beyond their seams");
-        return charts_.roots_.link[place];
-    }
+    [[noreturn]] void refuse_end() const { refuse(*charts_.charts_, "do not go on beyond their seams"); }
 
     void face(std::uint32_t f) {
         const std::uint32_t begin = faces_.face_offsets[f];
@@ -174,23 +163,25 @@ class DualCharts::Follower {
         if (const std::uint32_t r = corner(run.first).cell.root; forest_.roots().hole[r] == 0)
             faces_.control_faces[f] = FaceId(detail::home_of(run, size, home));
 
-        const Corner& last = corner(run.first + run.size - 1);
-        std::uint32_t next = beyond(4 * there(last.cell.root) + last.leave);
         if (!is_corner_of_root(corner(0))) {
             // Two roots have the point on a side; the chart has another one in the place of the other.
-            const std::uint32_t side = corner(run.first + run.size).enter;
-            for (int i = run.first + run.size; i < run.first + size; ++i)
-                cell(i) = turned(corner(i).cell, next / 4, side, next % 4);
+            const auto side = static_cast<int>(corner(run.first + run.size).enter);
+            for (int i = run.first + run.size; i < run.first + size; ++i) {
+                VertexRoots::Across beside = forest_.roots().across(corner(i).cell, side);
+                beside.cell.root = there(beside.cell.root);
+                beside = charts_.roots_.across(beside.cell, beside.side);
+                if (beside.kind != VertexRoots::Across::Kind::neighbour) refuse_end();
+                cell(i) = beside.cell;
+            }
             return;
         }
-        const Corner& first = corner(run.first);
-        beyond_.clear();
-        for (const std::uint32_t end = 4 * there(first.cell.root) + first.enter; next != end;
-             next = beyond(next / 4 * 4 + (next + 3) % 4))
-            beyond_.push_back(next);
-        detail::for_each_beyond(run, size, static_cast<int>(beyond_.size()), [&](int i, std::size_t k, double along) {
+        const VertexRoots::Fan fan = charts_.roots_.fan({cell(run.first), static_cast<int>(corner(run.first).at)});
+        if (!fan.closed) refuse_end();
+        const int beyond = static_cast<int>(fan.corners.size()) - run.size;
+        detail::for_each_beyond(run, size, beyond, [&](int i, std::size_t k, double along) {
             const auto at = [&](std::size_t b) {
-                return corner_cell(beyond_[b] / 4, beyond_[b] % 4, corner(i).cell.level);
+                const auto& [seen, number] = fan.corners[static_cast<std::size_t>(run.size) + b];
+                return corner_cell(seen.root, static_cast<std::uint32_t>(number), corner(i).cell.level);
             };
             cell(i) = at(along == 1 ? k + 1 : k);
             if (along != 0 && along != 1)
@@ -232,8 +223,7 @@ class DualCharts::Follower {
     DualFaces& faces_;
     std::vector<VertexCell> cells_;  ///< per face corner
     std::vector<Between> between_;
-    std::vector<Corner> corners_;        ///< of a face
-    std::vector<std::uint32_t> beyond_;  ///< 4 * root + corner, around a face's point
+    std::vector<Corner> corners_;  ///< of a face
 };
 
 detail::FaceUvs DualCharts::uvs(const VertexForest& forest, DualFaces& faces, bool limit) const {

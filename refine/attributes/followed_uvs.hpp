@@ -4,6 +4,7 @@
 #include "../rules/polygon_mesh.hpp"
 #include "../rules/rule_refiner.hpp"
 #include "seam_extension.hpp"
+#include "uv_mesh.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -12,9 +13,7 @@ namespace tetrakis::detail {
 
 /// UVs where the faces of the refined mesh are not those of the refined charts: one entry per face corner, in the order
 /// of the last level's half-edges.
-struct FollowedUvs {
-    std::vector<Vec2d> uvs;
-    std::vector<std::uint32_t> face_uvs;  ///< empty: the charts could not be followed
+struct FollowedUvs : FaceUvs {  // without numbers: the charts could not be followed
     /// Per face, the control face that it lies in, or the most of it on the side whose UVs it has; empty: as ever.
     std::vector<std::uint32_t> control_face;
 };
