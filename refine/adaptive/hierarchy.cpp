@@ -163,56 +163,45 @@ auto Hierarchy::all_or_lost(Change&& change) {
     }
 }
 
-// A slot with a new leaf gets a new generation.
-void Hierarchy::renumber(const FamilyUpdate& update) {
-    for (LeafId slot : update.created) ++generation_[slot.value];
-    cache_->valid = false;
-}
-
-void Hierarchy::write_journal(const FamilyUpdate& update, std::span<const JournalLeaf> removed) {
-    using Kind = HierarchyJournal::Kind;
-    try {
-        journal_.begin_change();
-        for (const JournalLeaf& leaf : removed) journal_.add(Kind::removed, leaf);
-        for (LeafId slot : update.created) journal_.add(Kind::added, {handle(slot), family_->node(slot)});
-        for (LeafId slot : update.reshaped) journal_.add(Kind::reshaped, {handle(slot), family_->node(slot)});
-        journal_.end_change();
-    } catch (const std::bad_alloc&) {
-        journal_.restart();  // the change is done; its readers are told to read everything
-    }
-}
-
-void Hierarchy::apply_refine(std::span<const LeafId> marked, FamilyUpdate& update) {
+/// @param make  changes the family's leaves and fills the update
+template <class Make>
+void Hierarchy::apply(std::span<const LeafId> marked, FamilyUpdate& update, Make&& make) {
+    std::vector<JournalLeaf> removed;
+    for (std::size_t i = 0; i < marked.size() && journal_.active(); ++i)
+        removed.push_back({handle(marked[i]), family_->node(marked[i])});
     all_or_lost([&] {
-        family_->refine(marked, journal_.active(), update);
-        std::vector<JournalLeaf> removed;
-        removed.reserve(update.removed.size());
+        make();
         for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
+        update.removed.clear();
         if (const std::size_t slots = family_->leaf_slots(); slots > generation_.capacity())
             detail::reserve_large(generation_, std::max(slots, 2 * generation_.capacity()));
         generation_.resize(family_->leaf_slots(), first_generation_);
-        renumber(update);
-        if (journal_.active()) write_journal(update, removed);
+        // A slot with a new leaf gets a new generation.
+        for (LeafId slot : update.created) ++generation_[slot.value];
+        cache_->valid = false;
+        if (!journal_.active()) return;
+        std::erase_if(removed, [&](const JournalLeaf& leaf) { return is_leaf(leaf.leaf); });
+        std::ranges::sort(removed, {}, &JournalLeaf::leaf);
+        removed.erase(std::ranges::unique(removed, {}, &JournalLeaf::leaf).begin(), removed.end());
+        using Kind = HierarchyJournal::Kind;
+        try {
+            journal_.begin_change();
+            for (const JournalLeaf& leaf : removed) journal_.add(Kind::removed, leaf);
+            for (LeafId slot : update.created) journal_.add(Kind::added, {handle(slot), family_->node(slot)});
+            for (LeafId slot : update.reshaped) journal_.add(Kind::reshaped, {handle(slot), family_->node(slot)});
+            journal_.end_change();
+        } catch (const std::bad_alloc&) {
+            journal_.restart();  // the change is done; its readers are told to read everything
+        }
     });
 }
 
+void Hierarchy::apply_refine(std::span<const LeafId> marked, FamilyUpdate& update) {
+    apply(marked, update, [&] { family_->refine(marked, journal_.active(), update); });
+}
+
 void Hierarchy::apply_coarsen(std::span<const LeafId> marked, FamilyUpdate& update) {
-    std::vector<JournalLeaf> removed;
-    if (journal_.active()) {
-        std::vector<LeafId> once(marked.begin(), marked.end());
-        std::sort(once.begin(), once.end());
-        once.erase(std::unique(once.begin(), once.end()), once.end());
-        for (const LeafId slot : once) removed.push_back({handle(slot), family_->node(slot)});
-    }
-    all_or_lost([&] {
-        family_->coarsen(marked, update);
-        if (journal_.active())
-            for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
-        renumber(update);
-        if (!journal_.active()) return;
-        std::erase_if(removed, [&](const JournalLeaf& leaf) { return is_leaf(leaf.leaf); });
-        write_journal(update, removed);
-    });
+    apply(marked, update, [&] { family_->coarsen(marked, update); });
 }
 
 std::vector<LeafHandle> Hierarchy::refine(std::span<const LeafHandle> leaves) {

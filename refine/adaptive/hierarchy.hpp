@@ -8,7 +8,6 @@
 #include "../families/hierarchy_leaf.hpp"
 #include "../points/position_source.hpp"
 #include "../rules/limit_point.hpp"
-#include "../rules/polygon_mesh.hpp"
 #include "hierarchy_journal.hpp"
 
 #include <cstddef>
@@ -26,7 +25,6 @@ namespace tetrakis {
 
 class HierarchyFamily;
 struct FamilyUpdate;
-struct HierarchyFaces;
 
 /// Answers for leaves, in large batches, from the calling thread: sets wanted[i] to 1 where leaves[i] is to be refined
 /// (or may be merged). The answer must depend on the leaf alone.
@@ -55,16 +53,6 @@ struct ToMeshOptions {
     /// triangles anyway.
     bool triangles = false;
     RunContext context{};
-};
-
-/// A hierarchy's leaves as a mesh without cracks. All but `leaves` and `points` has the same bytes for the same set of
-/// leaves, whatever the history and the number of threads.
-struct HierarchyMesh {
-    PolygonMesh mesh;                ///< materials and groups are those of the control faces; no UVs
-    std::vector<Site> sites;         ///< per vertex
-    std::vector<FaceId> faces;       ///< per face: its control face
-    std::vector<LeafHandle> leaves;  ///< per face; in an order of their own, not in that of Hierarchy::leaves()
-    std::vector<PointId> points;     ///< per vertex: as LeafView::point
 };
 
 /// Adaptive refinement by hand: the leaves of a hierarchy over a control mesh, refined and coarsened one by one or by a
@@ -257,24 +245,23 @@ class Hierarchy {
     void require_node(const HierarchyNode& node) const;
     void require_sites(std::span<const Site> sites, std::size_t out) const;
     void require_level(std::span<const Site> sites, int level) const;
+    template <class Make>
+    void apply(std::span<const LeafId> marked, FamilyUpdate& update, Make&& make);
     void apply_refine(std::span<const LeafId> marked, FamilyUpdate& update);
     void apply_coarsen(std::span<const LeafId> marked, FamilyUpdate& update);
-    void renumber(const FamilyUpdate& update);
     std::unique_ptr<HierarchyFamily> rebuilt(std::span<const HierarchyNode> nodes) const;
     void replace_leaves(std::unique_ptr<HierarchyFamily> family);
-    void write_journal(const FamilyUpdate& update, std::span<const JournalLeaf> removed);
     void ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
              detail::PoolVector<std::uint8_t>& answers) const;
     std::vector<LeafHandle> handles(std::span<const LeafId> slots) const;
     template <class Marks>
     std::size_t refine_until(std::vector<LeafId> open, int max_depth, const RunContext& context, Marks&& marks);
     template <class Marks>
-    std::size_t coarsen_until(const RunContext& context, std::vector<LeafHandle>* touched, Marks&& marks);
+    std::size_t coarsen_until(const RunContext& context, Marks&& marks);
     std::size_t refine_over(const ErrorEstimator& estimator, double tolerance, std::vector<LeafId> open, int max_depth,
                             const RunContext& context, std::span<const HierarchyNode> spared);
-    template <class Visit>
-    void visit_around(LeafId start, int corner, Visit&& visit) const;
-    void evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const;
+    std::vector<LeafId> leaves_around(LeafId start, PointId corner) const;
+    void evaluate(HierarchyMesh& result, const ToMeshOptions& options) const;
 
     std::unique_ptr<HierarchyFamily> family_;
     const SchemeInfo* scheme_;

@@ -24,18 +24,6 @@ constexpr std::uint32_t k_version = 3;
 constexpr std::size_t k_fixed = 40;  // bytes before the names
 constexpr std::size_t k_checksum = 4;
 
-class Writer {
-  public:
-    std::vector<std::byte> bytes;
-
-    void number(std::uint64_t value, int size) {
-        for (int i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(value >> 8 * i & 0xFF));
-    }
-    void text(std::string_view text) {
-        for (char c : text) bytes.push_back(static_cast<std::byte>(c));
-    }
-};
-
 std::uint64_t read_number(std::span<const std::byte> bytes, std::size_t at, int size) {
     std::uint64_t value = 0;
     for (int i = 0; i < size; ++i)
@@ -104,17 +92,23 @@ std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const
         return !is_leaf;
     });
     const std::string text = names(header);
-    Writer out;
-    out.text({k_magic.data(), k_magic.size()});
-    out.number(k_version, 4);
-    out.number(text.size(), 4);
-    out.number(bits.size(), 8);
-    out.number(header.mesh_fingerprint, 8);
-    out.number(nodes.size(), 8);
-    out.text(text);
-    out.bytes.insert(out.bytes.end(), bits.begin(), bits.end());
-    out.number(crc32(out.bytes), k_checksum);
-    return std::move(out.bytes);
+    std::vector<std::byte> bytes;
+    const auto add = [&](std::span<const std::byte> some) {
+        for (const std::byte byte : some) bytes.push_back(byte);
+    };
+    const auto add_number = [&](std::uint64_t value, std::size_t size) {
+        for (std::size_t i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(value >> 8 * i & 0xFF));
+    };
+    add(std::as_bytes(std::span(k_magic)));
+    add_number(k_version, 4);
+    add_number(text.size(), 4);
+    add_number(bits.size(), 8);
+    add_number(header.mesh_fingerprint, 8);
+    add_number(nodes.size(), 8);
+    add(std::as_bytes(std::span(text)));
+    add(bits);
+    add_number(crc32(bytes), k_checksum);
+    return bytes;
 }
 
 std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, const HierarchyFileHeader& header,
@@ -293,24 +287,12 @@ std::optional<std::string> Hierarchy::check() const {
         if (i > 0 && !(family_->node(all[i - 1].slot) < node)) return name + ": it is out of order";
         if (i > 0 && tree().is_ancestor(family_->node(all[i - 1].slot), node))
             return name + ": it lies in another leaf";
-        // Its corners are where its node has them, and neighbours see each other.
+        // Its corners are where its node has them; that neighbours see each other the family has checked.
         const LeafView view = family_->view(all[i].slot);
         const NodeView expected = family_->view(node);
         for (std::size_t k = 0; k < view.corner_count; ++k) {
             if (view.corner[k] != expected.corner[k])
                 return name + ": corner " + std::to_string(k) + " is not where its node has it";
-        }
-        for (int k = 0; k < view.sides(); ++k) {
-            for (LeafId across : family_->neighbours(all[i].slot, k)) {
-                if (!across.valid()) continue;
-                bool back = false;
-                const int sides = family_->is_leaf(across) ? family_->view(across).sides() : 0;
-                for (int side = 0; side < sides; ++side)
-                    for (LeafId leaf : family_->neighbours(across, side)) back |= leaf == all[i].slot;
-                if (!back)
-                    return name + ": side " + std::to_string(k) +
-                           " leads to no leaf, or to one that does not lead back";
-            }
         }
     }
     return std::nullopt;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 #include <string>
 #include <tuple>
 
@@ -57,36 +58,25 @@ void Hierarchy::forget_before(std::uint64_t stamp) { journal_.forget_before(stam
 
 void Hierarchy::limit_journal(std::size_t entries) { journal_.limit(entries); }
 
-// Calls visit(leaf) for this leaf and those that are reached around its corner, over sides that end there, in both
-// directions: all leaves with that corner. A leaf on whose side the point hangs ends the round on that side.
-template <class Visit>
-void Hierarchy::visit_around(LeafId start, int corner, Visit&& visit) const {
-    const PointId point = family_->view(start).point[static_cast<std::size_t>(corner)];
-    visit(start);
-    for (const bool forward : {true, false}) {
-        LeafId leaf = start;
-        int at = corner;
-        for (;;) {
-            const LeafView view = family_->view(leaf);
-            const int side = forward ? at : (at + view.corner_count - 1) % view.corner_count;
-            LeafId next{};
-            int next_at = -1;
-            for (LeafId across : family_->neighbours(leaf, side)) {
-                if (!across.valid()) continue;
-                const LeafView other = family_->view(across);
-                for (int k = 0; k < other.corner_count; ++k)
-                    if (other.point[static_cast<std::size_t>(k)] == point) {
-                        next = across;
-                        next_at = k;
-                    }
-            }
-            if (next == start) return;  // all around
-            if (!next.valid()) break;
-            visit(next);
-            leaf = next;
-            at = next_at;
-        }
-    }
+namespace {
+
+bool has_corner(const LeafView& view, PointId point) {
+    const auto corners = std::span(view.point).first(view.corner_count);
+    return std::ranges::find(corners, point) != corners.end();
+}
+
+}  // namespace
+
+// From neighbour to neighbour: of one fan of leaves.
+std::vector<LeafId> Hierarchy::leaves_around(LeafId start, PointId corner) const {
+    std::vector<LeafId> leaves{start};
+    for (std::size_t i = 0; i < leaves.size(); ++i)
+        for (int side = 0, sides = family_->view(leaves[i]).corner_count; side < sides; ++side)
+            for (const LeafId across : family_->neighbours(leaves[i], side))
+                if (across.valid() && std::ranges::find(leaves, across) == leaves.end() &&
+                    has_corner(family_->view(across), corner))
+                    leaves.push_back(across);
+    return leaves;
 }
 
 HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
@@ -111,14 +101,15 @@ HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
     std::vector<LeafHandle> added;
     for (const JournalLeaf& leaf : changes.added) added.push_back(leaf.leaf);
     std::sort(added.begin(), added.end());
+    const auto add_level = [&](Levels& l, LeafId leaf, int level) {
+        l.after = std::max(l.after, level);
+        if (!std::binary_search(added.begin(), added.end(), handle(leaf))) l.before = std::max(l.before, level);
+    };
     const auto look_around = [&](const LeafView& view, std::size_t k) {
         Levels& l = levels[view.corner[k]];
         if (l.after >= 0) return;
-        visit_around(view.leaf.slot, static_cast<int>(k), [&](LeafId around) {
-            const int level = family_->view(around).level;
-            l.after = std::max(l.after, level);
-            if (!std::binary_search(added.begin(), added.end(), handle(around))) l.before = std::max(l.before, level);
-        });
+        for (const LeafId leaf : leaves_around(view.leaf.slot, view.point[k]))
+            add_level(l, leaf, family_->view(leaf).level);
     };
     if (has_holes_) {
         // Holes may part the leaves around a vertex into several fans, of which a walk finds but one.
@@ -129,12 +120,9 @@ HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
         for (std::uint32_t slot = 0; slot < family_->leaf_slots(); ++slot) {
             if (!family_->is_leaf(LeafId(slot))) continue;
             const LeafView view = family_->view(LeafId(slot));
-            const bool is_old = !std::binary_search(added.begin(), added.end(), handle(LeafId(slot)));
             for (std::size_t k = 0; k < view.corner_count; ++k)
-                if (const auto found = levels.find(view.corner[k]); found != levels.end()) {
-                    found->second.after = std::max<int>(found->second.after, view.level);
-                    if (is_old) found->second.before = std::max<int>(found->second.before, view.level);
-                }
+                if (const auto found = levels.find(view.corner[k]); found != levels.end())
+                    add_level(found->second, view.leaf.slot, view.level);
         }
     }
     for (const JournalLeaf& leaf : has_holes_ ? std::vector<JournalLeaf>{} : changes.added) {
@@ -146,9 +134,7 @@ HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
             if (!second.valid()) continue;
             const LeafView a = family_->view(first), b = family_->view(second);
             for (std::size_t k = 0; k < a.corner_count; ++k)
-                if (std::find(b.point.begin(), b.point.begin() + b.corner_count, a.point[k]) !=
-                    b.point.begin() + b.corner_count)
-                    look_around(a, k);
+                if (has_corner(b, a.point[k])) look_around(a, k);
         }
     }
     for (const auto& [site, l] : levels)

@@ -20,7 +20,7 @@ std::uint32_t vertices_at_once(const RunContext& context) { return context.progr
 /// Refuses a mesh over the limit.
 void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::uint64_t corners,
                        std::uint64_t vertices) {
-    // The arrays of HierarchyFaces and HierarchyMesh; half as much again is in use while they are made.
+    // The arrays of HierarchyMesh; half as much again is in use while they are made.
     const std::uint64_t face = 3 * sizeof(std::uint32_t) + sizeof(LeafId) + sizeof(LeafHandle),
                         vertex = sizeof(Site) + sizeof(PointId) + sizeof(Vec3d) * (options.normals ? 2 : 1);
     detail::check_memory("a mesh of about " + std::to_string(faces) + " faces needs",
@@ -31,8 +31,9 @@ void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::u
 }  // namespace
 
 // Positions (and normals) of all vertices. Those of levels go level by level, each vertex at its own.
-void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
-    const auto count = static_cast<std::uint32_t>(faces.sites.size()), block = vertices_at_once(options.context);
+void Hierarchy::evaluate(HierarchyMesh& result, const ToMeshOptions& options) const {
+    PolygonMesh& mesh = result.mesh;
+    const auto count = static_cast<std::uint32_t>(result.sites.size()), block = vertices_at_once(options.context);
     const LevelSource& source = family_->source();
     const bool limit = options.positions == MeshPositions::limit;
     detail::resize_large(mesh.positions, count);
@@ -40,16 +41,17 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
     std::vector<std::uint8_t> level(count, 0);  // of limits: all together
     if (!limit)
         for_each_index(count, [&](std::uint32_t v) {
-            const int lowest = source.first_level(faces.sites[v]);
+            const int lowest = source.first_level(result.sites[v]);
             const int asked = options.positions == MeshPositions::level ? options.level : 0;
             level[v] = static_cast<std::uint8_t>(std::max(lowest, asked));
         });
     if (options.positions == MeshPositions::finest)
-        for (std::size_t f = 0; f + 1 < faces.face_offsets.size(); ++f)
-            for (std::uint32_t i = faces.face_offsets[f]; i < faces.face_offsets[f + 1]; ++i) {
-                std::uint8_t& l = level[faces.face_vertices[i]];
-                l = std::max(l, faces.levels[f]);
-            }
+        for (std::size_t f = 0; f < result.leaves.size(); ++f) {
+            const LeafView leaf = family_->view(result.leaves[f].slot);
+            if (leaf.corner_count == 1) break;  // a vertex, at its own level
+            for (std::uint32_t i = mesh.face_offsets[f]; i < mesh.face_offsets[f + 1]; ++i)
+                level[mesh.face_vertices[i]] = std::max(level[mesh.face_vertices[i]], leaf.level);
+        }
     std::array<std::vector<std::uint32_t>, 256> by_level;
     for (std::uint32_t v = 0; v < count; ++v) by_level[level[v]].push_back(v);
     std::vector<Site> sites;
@@ -63,7 +65,7 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
                 std::span(by_level[l]).subspan(begin, std::min<std::size_t>(block, by_level[l].size() - begin));
             done += static_cast<std::uint32_t>(some.size());
             sites.clear();
-            for (const std::uint32_t v : some) sites.push_back(faces.sites[v]);
+            for (const std::uint32_t v : some) sites.push_back(result.sites[v]);
             positions.resize(some.size());
             normals.resize(some.size());
             if (limit) {
@@ -91,39 +93,34 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
     return with_threads(options.context, [&] {
         // No family has fewer; after that it is known.
         check_mesh_memory(options, leaf_count(), 3 * std::uint64_t{leaf_count()}, leaf_count() / 2);
-        HierarchyMesh result;
-        HierarchyFaces faces = family_->faces(options.positions == MeshPositions::finest);
-        const bool cut_faces = options.triangles && !faces.diagonal_at_first.empty();
-        std::uint64_t face_count = faces.control_faces.size(), corner_count = faces.face_vertices.size();
+        std::vector<std::uint8_t> diagonal_at_first;
+        HierarchyMesh result = family_->faces(diagonal_at_first);
+        PolygonMesh& out = result.mesh;
+        const bool cut_faces = options.triangles && !diagonal_at_first.empty();
+        std::uint64_t face_count = result.faces.size(), corner_count = out.face_vertices.size();
         if (cut_faces) {
             face_count = corner_count - 2 * face_count;
             corner_count = 3 * face_count;
         }
-        check_mesh_memory(options, face_count, corner_count, faces.sites.size());
-        evaluate(faces, options, result.mesh);
+        check_mesh_memory(options, face_count, corner_count, result.sites.size());
+        evaluate(result, options);
         if (cut_faces) {
-            const detail::TriangleCut cut = detail::cut_polygons(faces.face_offsets, faces.diagonal_at_first);
-            faces.face_offsets = cut.offsets();
-            detail::pick(cut.corners, faces.face_vertices);
-            detail::pick(cut.faces, faces.control_faces);
-            detail::pick(cut.faces, faces.leaves);
+            const detail::TriangleCut cut = detail::cut_polygons(out.face_offsets, diagonal_at_first);
+            out.face_offsets = cut.offsets();
+            detail::pick(cut.corners, out.face_vertices);
+            detail::pick(cut.faces, result.faces);
+            detail::pick(cut.faces, result.leaves);
         }
+        for (LeafHandle& leaf : result.leaves) leaf = handle(leaf.slot);
         const ControlMeshData& data = mesh().data();
-        const auto of_control_face = [&](const std::vector<std::uint32_t>& of, std::vector<std::uint32_t>& out) {
-            if (of.empty()) return;
-            out.reserve(faces.control_faces.size());
-            for (FaceId f : faces.control_faces) out.push_back(of[f.value]);
+        const auto of_control_face = [&](const std::vector<std::uint32_t>& of, std::vector<std::uint32_t>& to) {
+            for (std::size_t f = 0; f < result.faces.size() && !of.empty(); ++f)
+                to.push_back(of[result.faces[f].value]);
         };
-        of_control_face(data.face_material, result.mesh.face_material);
-        of_control_face(data.face_group, result.mesh.face_group);
-        if (!data.face_material.empty()) result.mesh.materials = data.materials;
-        if (!data.face_group.empty()) result.mesh.groups = data.groups;
-        result.leaves = handles(faces.leaves);
-        result.mesh.face_offsets = std::move(faces.face_offsets);
-        result.mesh.face_vertices = std::move(faces.face_vertices);
-        result.sites = std::move(faces.sites);
-        result.faces = std::move(faces.control_faces);
-        result.points = std::move(faces.points);
+        of_control_face(data.face_material, out.face_material);
+        of_control_face(data.face_group, out.face_group);
+        if (!data.face_material.empty()) out.materials = data.materials;
+        if (!data.face_group.empty()) out.groups = data.groups;
         options.context.report("vertices", 1);
         return result;
     });

@@ -95,7 +95,7 @@ std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, con
     for (int pass = 0; !open.empty(); ++pass) {
         const auto report = [&](double done) { context.report("refine", 1.0 - std::ldexp(1.0 - done / 2, -pass)); };
         report(0);
-        std::erase_if(open, [&](LeafId leaf) { return family_->depth(leaf) >= max_depth; });
+        std::erase_if(open, [&](LeafId leaf) { return family_->node(leaf).depth >= max_depth; });
         marks(open, answers, report);
         marked.clear();
         marked.reserve(open.size());
@@ -113,9 +113,8 @@ std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, con
     return created;
 }
 
-/// @param touched  if not null, receives the leaves that are new or beside new ones
 template <class Marks>
-std::size_t Hierarchy::coarsen_until(const RunContext& context, std::vector<LeafHandle>* touched, Marks&& marks) {
+std::size_t Hierarchy::coarsen_until(const RunContext& context, Marks&& marks) {
     std::vector<LeafId> open = family_->ordered_leaves(), wanted;
     detail::PoolVector<std::uint8_t> answers;
     FamilyUpdate update;
@@ -130,10 +129,6 @@ std::size_t Hierarchy::coarsen_until(const RunContext& context, std::vector<Leaf
         apply_coarsen(wanted, update);
         if (update.created.empty()) break;
         created += update.created.size();
-        for (const auto* list : {&update.created, &update.reshaped}) {
-            if (touched == nullptr) break;
-            for (const LeafHandle leaf : handles(*list)) touched->push_back(leaf);
-        }
         // What was wanted and is still there may be merged beside the new leaves.
         wanted.clear();
         for (LeafHandle leaf : before)
@@ -185,7 +180,7 @@ std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tole
 std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunContext& context) {
     require_not_lost();
     return with_threads(context, [&] {
-        return coarsen_until(context, nullptr,
+        return coarsen_until(context,
                              [&](const auto& leaves, auto& answers, const auto&) { ask(wanted, leaves, answers); });
     });
 }
@@ -203,11 +198,10 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
         int deepest = 0;
         std::vector<HierarchyNode> over;
         for (std::size_t i = 0; i < first.size(); ++i) {
-            deepest = std::max(deepest, family_->depth(first[i]));
+            deepest = std::max<int>(deepest, family_->node(first[i]).depth);
             if (!(errors[i] <= tolerance)) over.push_back(family_->node(first[i]));
         }
         std::sort(over.begin(), over.end());
-        std::vector<LeafHandle> touched;
         const auto within = [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
                                 const std::function<void(double)>& report) {
             constexpr auto k_root = std::numeric_limits<std::size_t>::max();
@@ -230,14 +224,9 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
             for (std::size_t i = 0; i < leaves.size(); ++i)
                 if (parent[i] != k_root) answers[i] = errors[parent[i]] <= tolerance;
         };
-        const std::size_t created = coarsen_until(context, &touched, within);
+        const std::size_t created = coarsen_until(context, within);
         // What lies beside a merged leaf has other triangles then, whose errors nobody has looked at.
-        std::vector<LeafId> beside;
-        for (const LeafHandle leaf : touched)
-            if (is_leaf(leaf)) beside.push_back(leaf.slot);
-        std::sort(beside.begin(), beside.end(), [](LeafId a, LeafId b) { return a.value < b.value; });
-        beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
-        refine_over(estimator, tolerance, std::move(beside), deepest, context, over);
+        if (created != 0) refine_over(estimator, tolerance, family_->ordered_leaves(), deepest, context, over);
         return created;
     });
 }

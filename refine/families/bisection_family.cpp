@@ -29,33 +29,17 @@ class BisectionFamily final : public detail::TriangleForestFamily<BisectionFamil
         if (site.at.x > n || site.at.y > n) return "its coordinates are above 2^level";
         return {};
     }
-    bool has_root(std::uint32_t root) const override { return !mesh().is_hole(mesh().face(HalfedgeId(root))); }
 
     HierarchyNode node(LeafId leaf) const override {
         const BisectionLeaf& l = forest_.leaf(leaf);
         return tree_.node(forest_.root(leaf).value, l.path, l.depth);
     }
-    int depth(LeafId leaf) const override { return forest_.depth(leaf); }
-    NodeView view(const HierarchyNode& node) const override {
-        const CellTriangle t = triangle(node);
-        NodeView view;
-        view.node = node;
-        view.face = mesh().face(t.root);
-        view.level = level(node.depth);
-        view.corner_count = 3;
-        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = corner_site(mesh(), t, k);
-        return view;
-    }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
-        update.reshaped.clear();
-        update.removed.clear();
         if (with_removed) list_split(marked, update);
         forest_.refine(marked, update.created);
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
-        update.reshaped.clear();
-        update.removed.clear();
         forest_.coarsen(marked, update.created);
     }
     std::vector<LeafId> diamond(LeafId leaf) const override {
@@ -69,37 +53,26 @@ class BisectionFamily final : public detail::TriangleForestFamily<BisectionFamil
         return leaves;
     }
 
-    void describe(LeafId leaf, LeafView& view) const { describe_as(leaf, forest_.leaf(leaf).vertex, view); }
-    std::uint8_t level(LeafId leaf) const { return level(forest_.depth(leaf)); }
+    FaceId face(std::uint32_t root) const { return mesh().face(HalfedgeId(root)); }
+    static std::uint8_t level(int depth) { return static_cast<std::uint8_t>(lattice_level(depth) + 1); }
+    std::array<Site, 4> corners(const HierarchyNode& node) const {
+        const CellTriangle t = triangle(node);
+        return {corner_site(mesh(), t, 0), corner_site(mesh(), t, 1), corner_site(mesh(), t, 2)};
+    }
     void add_triangles(LeafId leaf, std::vector<CellTriangle>& list) const { list.push_back(forest_.triangle(leaf)); }
     CellTriangle triangle(const HierarchyNode& node) const {
         return cell_triangle(mesh(), HalfedgeId(node.root), node.depth, tree_.low_path(node));
     }
 
   private:
-    static std::uint8_t level(int depth) { return static_cast<std::uint8_t>(lattice_level(depth) + 1); }
     // The leaves that a refinement splits: base by base from each marked one.
-    void list_split(std::span<const LeafId> marked, FamilyUpdate& update) {
-        seen_.resize(std::max<std::size_t>(seen_.size(), forest_.leaf_slots()), 0);
-        const auto add = [&](LeafId leaf) {
-            if (seen_[leaf.value]) return;
-            seen_[leaf.value] = 1;
-            update.removed.emplace_back(leaf, node(leaf));
-        };
-        for (LeafId leaf : marked) {
-            add(leaf);
-            for (;;) {
-                const LeafId across = forest_.leaf(leaf).neighbour[0];
-                if (!across.valid() || seen_[across.value]) break;
-                add(across);
-                if (forest_.leaf(across).neighbour[0] == leaf) break;
-                leaf = across;
+    void list_split(std::span<const LeafId> marked, FamilyUpdate& update) const {
+        for (LeafId leaf : marked)
+            for (LeafId before; leaf.valid(); before = std::exchange(leaf, forest_.leaf(leaf).neighbour[0])) {
+                update.removed.emplace_back(leaf, node(leaf));
+                if (forest_.leaf(leaf).neighbour[0] == before) break;
             }
-        }
-        for (const auto& [leaf, node] : update.removed) seen_[leaf.value] = 0;
     }
-
-    std::vector<std::uint8_t> seen_;  // per slot; zero between calls
 };
 
 }  // namespace

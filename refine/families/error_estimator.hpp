@@ -50,6 +50,12 @@ class ErrorEstimator {
         (void)triangles, (void)errors;
         refuse("triangles between points of binary lattices, and the vertices of sqrt3 lie elsewhere", "sqrt3");
     }
+    /// The same as estimate() has it.
+    void estimate(std::span<const Sqrt3Triangle> triangles, std::span<double> errors,
+                  std::span<ErrorBasis> basis) const {
+        estimate_sqrt3(triangles, errors);
+        std::ranges::fill(basis, ErrorBasis::bound);
+    }
     /// Leaves of vertex quadtrees, as vertices of the forest's mesh; from one thread, all that are wanted at a time
     /// together.
     /// @throws Error  unsupported: not overridden

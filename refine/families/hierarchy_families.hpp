@@ -49,8 +49,8 @@ int sqrt3_tree_levels(const ControlMesh& mesh);
 namespace detail {
 
 /// The part of a family that is the same for every forest: it holds the forest. A family has, beside what
-/// it overrides, describe(leaf, view), which fills all of a view but the handle's generation (a friend can be private).
-/// For many leaves it is not called by way of a table.
+/// it overrides, describe(leaf, view), which fills all of a view but the handle's generation. For many leaves it is not
+/// called by way of a table.
 template <class Family, class Forest>
 class ForestFamily : public HierarchyFamily {
   public:
@@ -105,13 +105,28 @@ class ForestFamily : public HierarchyFamily {
     const Family& self() const { return static_cast<const Family&>(*this); }
 };
 
-/// The same of families whose leaves are made of triangles. They have, beside describe(), level(leaf), as NodeView has
-/// it, add_triangles(leaf, list), which adds those whose errors count, and triangle(node).
+/// The same of families whose leaves are made of triangles, over forests that keep their points' sites. They have
+/// add_triangles(leaf, list), which adds those whose errors count, triangle(node), and for views face(root),
+/// level(depth) and corners(node).
 template <class Family, class Forest, class Triangle>
 class TriangleForestFamily : public ForestFamily<Family, Forest> {
   public:
     std::unique_ptr<HierarchyFamily> fresh() const final {
         return std::make_unique<Family>(this->mesh_, this->source_);
+    }
+
+    bool has_root(std::uint32_t root) const final { return !this->mesh_.is_hole(self().face(root)); }
+    using ForestFamily<Family, Forest>::view;
+    NodeView view(const HierarchyNode& node) const final {
+        NodeView view = view_without_corners(node);
+        view.corner = self().corners(node);
+        return view;
+    }
+    void describe(LeafId leaf, LeafView& view) const {
+        static_cast<NodeView&>(view) = view_without_corners(self().node(leaf));
+        view.leaf.slot = leaf;
+        std::ranges::copy(this->forest_.points(leaf), view.point.begin());
+        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = this->forest_.point_site(view.point[k]);
     }
 
     void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
@@ -124,51 +139,35 @@ class TriangleForestFamily : public ForestFamily<Family, Forest> {
                        [&](const HierarchyNode& node, auto& list) { list.push_back(self().triangle(node)); });
     }
 
-    HierarchyFaces faces(bool with_levels) const final {
+    HierarchyMesh faces(std::vector<std::uint8_t>& /*diagonal_at_first*/) const final {
         ExportedTriangles exported = this->forest_.exported();
         const auto count = static_cast<std::uint32_t>(exported.triangles.size());
-        HierarchyFaces faces;
-        resize_large(faces.face_offsets, count + std::size_t{1});
-        for_each_index(count, [&](std::uint32_t t) { faces.face_offsets[t + std::size_t{1}] = 3 * (t + 1); });
-        // Appended: to resize it first would go over all of it twice.
-        reserve_large(faces.face_vertices, 3 * std::size_t{count});
+        HierarchyMesh result;
+        resize_large(result.mesh.face_offsets, count + std::size_t{1});
+        for_each_index(count + 1, [&](std::uint32_t t) { result.mesh.face_offsets[t] = 3 * t; });
+        // Appended: to resize them first would go over all of them twice.
+        reserve_large(result.mesh.face_vertices, 3 * std::size_t{count});
         for (const auto& triangle : exported.triangles)
-            faces.face_vertices.insert(faces.face_vertices.end(), triangle.begin(), triangle.end());
-        if (with_levels) {
-            faces.levels.resize(count);
-            for_each_index(count, [&](std::uint32_t t) { faces.levels[t] = self().level(exported.leaves[t]); });
-        }
-        faces.control_faces = std::move(exported.faces);
-        faces.sites = std::move(exported.sites);
-        faces.leaves = std::move(exported.leaves);
-        faces.points = std::move(exported.points);
-        return faces;
+            result.mesh.face_vertices.insert(result.mesh.face_vertices.end(), triangle.begin(), triangle.end());
+        reserve_large(result.leaves, count);
+        for (const LeafId leaf : exported.leaves) result.leaves.push_back({leaf});
+        result.faces = std::move(exported.faces);
+        result.sites = std::move(exported.sites);
+        result.points = std::move(exported.points);
+        return result;
     }
 
   protected:
     using ForestFamily<Family, Forest>::ForestFamily;
-
-    /// Of forests that keep their points' sites. @param points  of the leaf's corners
-    void describe_as(LeafId leaf, const std::array<PointId, 3>& points, LeafView& view) const {
-        static_cast<NodeView&>(view) = {.node = self().node(leaf),
-                                        .face = this->forest_.face(leaf),
-                                        .level = self().level(leaf),
-                                        .corner_count = 3};
-        view.leaf.slot = leaf;
-        for (std::size_t k = 0; k < 3; ++k) {
-            view.point[k] = points[k];
-            view.corner[k] = this->forest_.point_site(points[k]);
-        }
-    }
 
     /// The largest of the errors of each item's triangles.
     /// @param add  (item, list): adds its triangles to the list
     template <class Item, class Add>
     static void largest_errors(std::span<const Item> items, const ErrorEstimator& estimator, std::span<double> errors,
                                const Add& add) {
-        constexpr bool k_lattice = std::is_same_v<Triangle, CellTriangle>;
         const auto count = static_cast<std::uint32_t>(items.size());
-        const std::uint32_t block = k_lattice ? 1024 : std::max(count, 1u);  // estimate_sqrt3() is to see all of them
+        // estimate_sqrt3() is to see all of them.
+        const std::uint32_t block = std::is_same_v<Triangle, CellTriangle> ? 1024 : std::max(count, 1u);
         for_each_block(count, block, [&](std::uint32_t begin, std::uint32_t end) {
             std::vector<Triangle> triangles;
             std::vector<std::size_t> ends;
@@ -177,10 +176,8 @@ class TriangleForestFamily : public ForestFamily<Family, Forest> {
                 ends.push_back(triangles.size());
             }
             std::vector<double> values(triangles.size());
-            if constexpr (k_lattice)
-                estimator.estimate(triangles, values);
-            else
-                estimator.estimate_sqrt3(triangles, values);
+            std::vector<ErrorBasis> basis(triangles.size());
+            estimator.estimate(triangles, values, basis);
             std::size_t t = 0;
             for (std::uint32_t i = begin; i < end; ++i)
                 // Not std::max: an error that is no number has to get through.
@@ -191,6 +188,9 @@ class TriangleForestFamily : public ForestFamily<Family, Forest> {
 
   private:
     const Family& self() const { return static_cast<const Family&>(*this); }
+    NodeView view_without_corners(const HierarchyNode& node) const {
+        return {.node = node, .face = self().face(node.root), .level = self().level(node.depth), .corner_count = 3};
+    }
 };
 
 }  // namespace detail

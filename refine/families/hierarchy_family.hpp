@@ -3,7 +3,6 @@
 #include "../../hier/forest/exported_triangles.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../points/level_source.hpp"
-#include "../rules/polygon_mesh.hpp"
 #include "error_estimator.hpp"
 #include "hierarchy_leaf.hpp"
 
@@ -21,21 +20,8 @@ namespace tetrakis {
 
 /// What a bulk change did to a family's leaves. A slot that held another leaf before counts as new.
 struct FamilyUpdate : ForestChange {
-    /// Leaves that are gone, with their nodes; only where asked for.
+    /// Receives (appended) leaves that are gone, with their nodes, some repeatedly; only where asked for.
     std::vector<std::pair<LeafId, HierarchyNode>> removed;
-};
-
-/// The output mesh of a family's leaves: all but `leaves` and `points` depends on the set of leaves alone.
-struct HierarchyFaces {
-    std::vector<std::uint32_t> face_offsets{0};  ///< F + 1
-    std::vector<std::uint32_t> face_vertices;    ///< numbers into `sites`, counter-clockwise
-    std::vector<FaceId> control_faces;           ///< per face
-    std::vector<std::uint8_t> levels;            ///< per face, where asked for: the level of its leaf, see NodeView
-    std::vector<Site> sites;                     ///< per vertex, canonical
-    std::vector<LeafId> leaves;                  ///< per face
-    std::vector<PointId> points;                 ///< per vertex
-    /// Per face, as in DualFaces; empty where all faces are triangles.
-    std::vector<std::uint8_t> diagonal_at_first;
 };
 
 /// The leaves of one kind of hierarchy over a control mesh, and the scheme's points over them: what class Hierarchy is
@@ -66,7 +52,6 @@ class HierarchyFamily {
     virtual bool is_leaf(LeafId slot) const = 0;
     virtual std::uint32_t point_slots() const = 0;
     virtual HierarchyNode node(LeafId leaf) const = 0;
-    virtual int depth(LeafId leaf) const = 0;
     /// All but the handle's generation.
     virtual LeafView view(LeafId leaf) const = 0;
     virtual NodeView view(const HierarchyNode& node) const = 0;
@@ -101,8 +86,9 @@ class HierarchyFamily {
     virtual void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                              std::span<double> errors) const = 0;
 
-    /// @param with_levels  fill HierarchyFaces::levels
-    virtual HierarchyFaces faces(bool with_levels) const = 0;
+    /// The leaves as a mesh without positions; handles without their generations.
+    /// @param diagonal_at_first  receives, per face, what DualFaces says; empty where all faces are triangles
+    virtual HierarchyMesh faces(std::vector<std::uint8_t>& diagonal_at_first) const = 0;
     /// The first violation of the structure's invariants, or nothing.
     virtual std::optional<std::string> check() const = 0;
     virtual std::uint64_t memory_bytes() const = 0;

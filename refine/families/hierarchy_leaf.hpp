@@ -2,10 +2,12 @@
 
 #include "../../hier/base/ids.hpp"
 #include "../../hier/forest/site.hpp"
+#include "../rules/polygon_mesh.hpp"
 
 #include <array>
 #include <compare>
 #include <cstdint>
+#include <vector>
 
 namespace tetrakis {
 
@@ -108,6 +110,16 @@ struct LeafNeighbours {
     std::array<LeafHandle, 2> leaf{};
     const LeafHandle* begin() const { return leaf.data(); }
     const LeafHandle* end() const { return leaf.data() + count; }
+};
+
+/// A hierarchy's leaves as a mesh without cracks. All but `leaves` and `points` has the same bytes for the same set of
+/// leaves, whatever the history and the number of threads.
+struct HierarchyMesh {
+    PolygonMesh mesh;                ///< materials and groups are those of the control faces; no UVs
+    std::vector<Site> sites;         ///< per vertex
+    std::vector<FaceId> faces;       ///< per face: its control face
+    std::vector<LeafHandle> leaves;  ///< per face; in an order of their own, not in that of Hierarchy::leaves()
+    std::vector<PointId> points;     ///< per vertex: as LeafView::point
 };
 
 }  // namespace tetrakis

@@ -43,27 +43,8 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
             return "it is not the canonical address of its vertex";
         return {};
     }
-    bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
 
     HierarchyNode node(LeafId leaf) const override { return node_of(forest_.triangle(leaf)); }
-    int depth(LeafId leaf) const override { return 2 * forest_.level(leaf) - (forest_.is_half(leaf) ? 1 : 0); }
-    NodeView view(const HierarchyNode& node) const override {
-        NodeView view;
-        const Sqrt3Triangle t = triangle(node);
-        view.node = node_of(t);
-        view.face = FaceId(view.node.root);
-        view.level = t.level;
-        view.corner_count = 3;
-        const Sqrt3Cell cell = forest_.lattice().cell(t);
-        for (std::size_t k = 0; k < 3; ++k)
-            view.corner[k] = sqrt3_site(mesh(), cell.root, cell.corner[k], cell.lattice());
-        return view;
-    }
-    void describe(LeafId leaf, LeafView& out) const {
-        static_cast<NodeView&>(out) = view(node(leaf));
-        out.leaf.slot = leaf;
-        std::ranges::copy(forest_.points(leaf), out.point.begin());
-    }
     /// By the control face that they lie in (on an edge of two: whose number they have), then by their middles along a
     /// Z-order curve (Morton 1966) through the finest lattice there. Leaves do not overlap, so no two have one middle.
     std::vector<LeafId> leaves_on_curve() const override {
@@ -88,18 +69,22 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         Sqrt3Forest::Changed removed;
         forest_.refine(marked, update, with_removed ? &removed : nullptr);
-        update.removed.clear();
         for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
         Sqrt3Forest::Changed removed;
-        update.removed.clear();
         forest_.coarsen(marked, update, removed);
         for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
     }
     std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.group(leaf); }
 
-    std::uint8_t level(LeafId leaf) const { return static_cast<std::uint8_t>(forest_.level(leaf)); }
+    static FaceId face(std::uint32_t root) { return FaceId(root); }
+    static std::uint8_t level(int depth) { return static_cast<std::uint8_t>((depth + 1) / 2); }
+    std::array<Site, 4> corners(const HierarchyNode& node) const {
+        const Sqrt3Cell cell = forest_.lattice().cell(triangle(node));
+        const auto at = [&](std::size_t k) { return sqrt3_site(mesh(), cell.root, cell.corner[k], cell.lattice()); };
+        return {at(0), at(1), at(2)};
+    }
     void add_triangles(LeafId leaf, std::vector<Sqrt3Triangle>& list) const { list.push_back(forest_.triangle(leaf)); }
     // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
     // whole and the half one beyond.
@@ -117,7 +102,7 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
     }
 
     static Sqrt3Triangle triangle(const HierarchyNode& node) {
-        Sqrt3Triangle t{static_cast<std::uint8_t>((node.depth + 1) / 2), node.depth % 2 != 0, node.root};
+        Sqrt3Triangle t{level(node.depth), node.depth % 2 != 0, node.root};
         for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
         return t;
     }

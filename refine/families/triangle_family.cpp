@@ -26,35 +26,23 @@ class TriangleFamily final : public detail::TriangleForestFamily<TriangleFamily,
             return "its coordinates add up to more than 2^level";
         return {};
     }
-    bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
 
     HierarchyNode node(LeafId leaf) const override { return node_in_tree(leaf); }
-    int depth(LeafId leaf) const override { return forest_.level(leaf); }
-    NodeView view(const HierarchyNode& node) const override {
-        const CellTriangle t = triangle(node);
-        NodeView view;
-        view.node = node;
-        view.face = FaceId(node.root);
-        view.level = node.depth;
-        view.corner_count = 3;
-        for (std::size_t k = 0; k < 3; ++k)
-            view.corner[k] = canonical_triangle_site(mesh(), {t.root, t.corner[k], t.level});
-        return view;
-    }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
-        update.removed.clear();
         forest_.refine(marked, update);
         if (with_removed) list_parents(update);
     }
-    void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
-        update.removed.clear();
-        forest_.coarsen(marked, update);
-    }
+    void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override { forest_.coarsen(marked, update); }
     std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.mergeable_siblings(leaf); }
 
-    void describe(LeafId leaf, LeafView& view) const { describe_as(leaf, forest_.points(leaf), view); }
-    std::uint8_t level(LeafId leaf) const { return static_cast<std::uint8_t>(forest_.level(leaf)); }
+    static FaceId face(std::uint32_t root) { return FaceId(root); }
+    static std::uint8_t level(std::uint8_t depth) { return depth; }
+    std::array<Site, 4> corners(const HierarchyNode& node) const {
+        const CellTriangle t = triangle(node);
+        const auto at = [&](std::size_t k) { return canonical_triangle_site(mesh(), {t.root, t.corner[k], t.level}); };
+        return {at(0), at(1), at(2)};
+    }
     void add_triangles(LeafId leaf, std::vector<CellTriangle>& list) const {
         const GreenTriangles green = forest_.green_triangles(leaf);
         list.insert(list.end(), green.cell.begin(), green.cell.begin() + green.count);

@@ -22,44 +22,28 @@ VertexCell ancestor(const VertexCell& cell, int level) {
 /// Refines a forest of roots until cells of one level are leaves, and all that touch them are leaves of that level.
 /// @param leaves  receives them, in the order of `cells`
 void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std::vector<LeafId>& leaves) {
+    std::vector<VertexCell> touching;
+    for (const VertexCell& cell : cells)
+        for (const VertexCell& side : forest.roots().sides(cell))
+            for (int k = 0; k < 4; ++k)
+                for (const VertexRoots::Corner& c : forest.roots().fan({side, k}).corners) touching.push_back(c.cell);
     ForestChange change;
     change.created = forest.ordered_leaves();
-    std::vector<LeafId> marked, sides;
-    // Those of a level that cells come from, or are, and their leaves.
-    std::vector<std::pair<VertexCell, LeafId>> above;
-    const auto find_above = [&](int level) {
-        std::vector<VertexCell> wanted;
-        for (const VertexCell& cell : cells) wanted.push_back(ancestor(cell, level));
-        std::sort(wanted.begin(), wanted.end());
-        wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-        above.clear();
-        for (const LeafId leaf : change.created)
-            if (const VertexCell cell = forest.cell(leaf); std::binary_search(wanted.begin(), wanted.end(), cell))
-                above.emplace_back(cell, leaf);
-    };
-    const int level = cells.front().level;
-    find_above(0);
-    for (int l = 0; l < level; ++l) {
+    std::vector<LeafId> marked;
+    for (int level = 0; level < cells.front().level; ++level) {
+        std::vector<VertexCell> above;
+        for (const VertexCell& cell : touching) above.push_back(ancestor(cell, level));
+        std::sort(above.begin(), above.end());
         marked.clear();
-        for (const auto& [cell, leaf] : above) {
-            sides.assign(1, leaf);
-            forest.add_other_sides(leaf, sides);
-            for (const LeafId side : sides) {
-                marked.push_back(side);
-                for (int k = 0; k < 4; ++k) {
-                    forest.add_leaves_around(side, k, marked);
-                    // At points where the surface ends there is no round, but a neighbour along it.
-                    for (const LeafId across : forest.neighbours(side, k))
-                        if (across.valid()) marked.push_back(across);
-                }
-            }
-        }
+        for (const LeafId leaf : change.created)
+            if (std::binary_search(above.begin(), above.end(), forest.cell(leaf))) marked.push_back(leaf);
         forest.refine(marked, change);
-        find_above(l + 1);
     }
-    std::sort(above.begin(), above.end());
+    std::vector<std::pair<VertexCell, LeafId>> found;
+    for (const LeafId leaf : change.created) found.emplace_back(forest.cell(leaf), leaf);
+    std::sort(found.begin(), found.end());
     for (const VertexCell& cell : cells)
-        leaves.push_back(std::lower_bound(above.begin(), above.end(), std::pair(cell, LeafId(0)))->second);
+        leaves.push_back(std::lower_bound(found.begin(), found.end(), std::pair(cell, LeafId(0)))->second);
 }
 
 class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexForest> {
@@ -87,7 +71,6 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
     bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
 
     HierarchyNode node(LeafId leaf) const override { return node_in_tree(leaf); }
-    int depth(LeafId leaf) const override { return forest_.level(leaf); }
     NodeView view(const HierarchyNode& node) const override {
         NodeView view;
         describe(node, cell_of(node), view);
@@ -95,13 +78,11 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
     }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
-        update.removed.clear();
         forest_.refine(marked, update);
         if (with_removed) list_parents(update);
         list_reshaped(update, true);
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
-        update.removed.clear();
         forest_.coarsen(marked, update);
         list_reshaped(update, false);
     }
@@ -134,28 +115,29 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
         }
     }
 
-    HierarchyFaces faces(bool with_levels) const override {
+    HierarchyMesh faces(std::vector<std::uint8_t>& diagonal_at_first) const override {
         DualFaces dual = forest_.faces();
-        HierarchyFaces faces;
-        detail::reserve_large(faces.sites, dual.cells.size());
-        for (const VertexCell& cell : dual.cells) faces.sites.push_back(cell_site(cell));
-        detail::reserve_large(faces.points, dual.leaves.size());
-        for (const LeafId leaf : dual.leaves) faces.points.emplace_back(leaf.value);
-        // The levels of vertices are their own, whatever the faces around.
-        if (with_levels) faces.levels.assign(dual.control_faces.size(), 0);
-        detail::reserve_large(faces.leaves, dual.control_faces.size());
+        HierarchyMesh result;
+        result.sites = cell_sites(dual.cells);
+        detail::reserve_large(result.points, dual.leaves.size());
+        for (const LeafId leaf : dual.leaves) result.points.emplace_back(leaf.value);
+        detail::reserve_large(result.leaves, dual.control_faces.size());
         for (std::size_t f = 0; f < dual.control_faces.size(); ++f)
-            faces.leaves.push_back(dual.leaves[dual.face_vertices[dual.face_offsets[f]]]);
-        faces.face_offsets = std::move(dual.face_offsets);
-        faces.face_vertices = std::move(dual.face_vertices);
-        faces.control_faces = std::move(dual.control_faces);
-        faces.diagonal_at_first = std::move(dual.diagonal_at_first);
-        return faces;
+            result.leaves.push_back({dual.leaves[dual.face_vertices[dual.face_offsets[f]]]});
+        result.mesh.face_offsets = std::move(dual.face_offsets);
+        result.mesh.face_vertices = std::move(dual.face_vertices);
+        result.faces = std::move(dual.control_faces);
+        diagonal_at_first = std::move(dual.diagonal_at_first);
+        return result;
+    }
+
+    void describe(LeafId leaf, LeafView& view) const {
+        describe(node(leaf), forest_.cell(leaf), view);
+        view.leaf.slot = leaf;
+        view.point[0] = PointId(forest_.vertex_leaf(leaf).value);
     }
 
   private:
-    friend class detail::ForestFamily<VertexFamily, VertexForest>;
-
     VertexCell cell_of(const HierarchyNode& node) const { return VertexForest::cell(frame(node)); }
     void describe(const HierarchyNode& node, const VertexCell& cell, NodeView& view) const {
         view.node = node;
@@ -164,11 +146,6 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
         view.corner_count = 1;
         view.side_count = 4;
         view.corner[0] = cell_site(cell);
-    }
-    void describe(LeafId leaf, LeafView& view) const {
-        describe(node(leaf), forest_.cell(leaf), view);
-        view.leaf.slot = leaf;
-        view.point[0] = PointId(forest_.vertex_leaf(leaf).value);
     }
     /// The leaves that share a point with new ones: its face is another one, or there was none.
     /// @param siblings  the new leaves are groups of four
