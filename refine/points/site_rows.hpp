@@ -7,8 +7,6 @@
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../uniform/repeated_rows.hpp"
 
-#include <oneapi/tbb/enumerable_thread_specific.h>
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -84,8 +82,6 @@ class SiteRows {
     mutable std::mutex mutex_;
     mutable bool tried_ = false;
     mutable std::shared_ptr<Rows> rows_;
-    mutable oneapi::tbb::enumerable_thread_specific<std::shared_ptr<Workspace>>
-        workspaces_{};  ///< what blocks have grown
 };
 
 }  // namespace tetrakis::detail

@@ -46,7 +46,7 @@ class WholeLevels {
     /// Fills Level::limits of these vertices. A limit depends on its vertex alone.
     /// @throws Error  unsupported: the scheme has no limit mask for one of them
     void find_limits(int level, std::span<const int> vertices);
-    /// The vertex of a level at a site that it has.
+    /// The vertex of a level at a site that it has, at its first lattice level.
     int vertex(const Site& site, int level) const;
 
   private:
