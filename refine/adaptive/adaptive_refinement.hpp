@@ -3,15 +3,12 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/ids.hpp"
 #include "../../hier/base/memory.hpp"
-#include "../../hier/base/parallel.hpp"
+#include "../../hier/base/run_context.hpp"
 #include "../families/error_estimator.hpp"
-
-#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <compare>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -101,67 +98,46 @@ class AdaptiveRefinement {
         return hierarchy_.level(leaf) < options_.min_level || hierarchy_.must_split(leaf);
     }
 
-    /// Along a space-filling curve, cell by cell: estimators keep what neighbours share.
-    void sort_along_curve(std::vector<LeafId>& leaves) {
-        order_.resize(leaves.size());
-        for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
-            order_[i] = {hierarchy_.place(leaves[i]), leaves[i]};
-        });
-        oneapi::tbb::parallel_sort(order_.begin(), order_.end());
-        for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) { leaves[i] = order_[i].leaf; });
-    }
-
-    void estimate(std::vector<LeafId>& leaves) {
-        if (leaves.size() > 2) sort_along_curve(leaves);
+    /// The largest error of each leaf's triangles: leaves with green triangles have up to three.
+    void estimate(std::span<const LeafId> leaves) {
         if (errors_.size() < hierarchy_.slots()) {
             errors_.resize_zeroed(hierarchy_.slots());
             basis_.resize_zeroed(hierarchy_.slots());
         }
-        const std::uint32_t count = static_cast<std::uint32_t>(leaves.size());
-        for (std::uint32_t begin = 0, size = 0; begin < count; begin += size) {
-            size = std::min(count - begin, block_);
-            gather(std::span(leaves).subspan(begin, size));
-            values_.resize(triangles_.size());
-            value_basis_.resize(triangles_.size());
+        std::vector<typename Hierarchy::Triangle> triangles;
+        std::array<typename Hierarchy::Triangle, 3> parts;
+        std::vector<std::uint32_t> of;  // per triangle: its leaf
+        std::vector<double> values;
+        std::vector<ErrorBasis> basis;
+        for (std::size_t begin = 0, size = 0; begin < leaves.size(); begin += size) {
+            size = std::min(leaves.size() - begin, block_);
+            triangles.clear();
+            of.clear();
+            for (const LeafId leaf : leaves.subspan(begin, size)) {
+                const int count = hierarchy_.triangles(leaf, parts);
+                triangles.insert(triangles.end(), parts.begin(), parts.begin() + count);
+                of.insert(of.end(), static_cast<std::size_t>(count), leaf.value);
+                errors_[leaf.value] = 0;
+                basis_[leaf.value] = ErrorBasis::bound;
+            }
+            values.resize(triangles.size());
+            basis.resize(triangles.size());
             const auto start = std::chrono::steady_clock::now();
-            Hierarchy::estimate(estimator_, triangles_, values_, value_basis_);
+            estimator_.estimate(triangles, values, basis);
             const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
             estimate_seconds_ += taken.count();
             // As many as take a moment: a leaf of a degenerate surface may take a thousand times as long as another.
             constexpr double k_short = 0.02, k_long = 0.1;  // seconds
-            constexpr std::uint32_t k_least = 16, k_most = 1u << 14;
+            constexpr std::size_t k_least = 16, k_most = 1u << 14;
             if (taken.count() < k_short && size == block_) block_ = std::min(k_most, 2 * block_);
             if (taken.count() > k_long)
-                block_ = std::max(k_least, static_cast<std::uint32_t>(k_long / taken.count() * size));
-            for_each_index(size, [&](std::uint32_t i) {
-                double error = 0;
-                ErrorBasis basis = ErrorBasis::bound;
-                for (std::uint32_t t = first_[i]; t < first_[i + 1]; ++t) {
-                    error = std::max(error, values_[t]);
-                    basis = std::max(basis, value_basis_[t]);
-                }
-                errors_[leaves[begin + i].value] = error;
-                basis_[leaves[begin + i].value] = basis;
-            });
+                block_ = std::max(k_least, static_cast<std::size_t>(k_long / taken.count() * double(size)));
+            for (std::size_t t = 0; t < of.size(); ++t) {
+                errors_[of[t]] = std::max(errors_[of[t]], values[t]);
+                basis_[of[t]] = std::max(basis_[of[t]], basis[t]);
+            }
             context_.report("refine", progress_);
         }
-    }
-
-    /// The triangles of some leaves, those of leaf i from first_[i] on: leaves with green triangles have up to three,
-    /// and the largest error counts.
-    void gather(std::span<const LeafId> leaves) {
-        const auto count = static_cast<std::uint32_t>(leaves.size());
-        parts_.resize(count);
-        first_.resize(count + std::size_t{1});
-        for_each_index(count, [&](std::uint32_t i) {
-            first_[i + std::size_t{1}] = static_cast<std::uint32_t>(hierarchy_.triangles(leaves[i], parts_[i]));
-        });
-        first_[0] = 0;
-        for (std::uint32_t i = 0; i < count; ++i) first_[i + std::size_t{1}] += first_[i];
-        triangles_.resize(first_[count]);
-        for_each_index(count, [&](std::uint32_t i) {
-            std::copy_n(parts_[i].begin(), first_[i + std::size_t{1}] - first_[i], triangles_.begin() + first_[i]);
-        });
     }
 
     void settle(std::vector<LeafId> fresh) {
@@ -203,20 +179,6 @@ class AdaptiveRefinement {
         }
     };
 
-    /// Splits the first candidates. The same splits of equal hierarchies make equal ones.
-    /// @param fresh  receives the leaves to be estimated
-    void split_first(std::span<const Candidate> candidates, std::uint64_t count, Hierarchy& hierarchy,
-                     std::vector<LeafId>& fresh) {
-        fresh.clear();
-        std::vector<LeafId> marked;
-        for (const Candidate& c : candidates.first(count))
-            if (c.leaf.valid())
-                marked.push_back(c.leaf);
-            else
-                hierarchy.open(c.fan, fresh);
-        if (!marked.empty()) hierarchy.refine(marked, fresh);
-    }
-
     /// Splits the largest errors first, in rounds: of those near the largest one as many as the budget has room for.
     /// @param leaves, fans  to be split and opened first, whatever their error
     void settle_in_budget(std::vector<LeafId> fresh, std::span<const LeafId> leaves = {},
@@ -224,8 +186,6 @@ class AdaptiveRefinement {
         constexpr double k_first = std::numeric_limits<double>::infinity();
         constexpr double k_share = 0.7;  // of the largest error; children have a quarter of it, or half
         constexpr std::uint64_t k_triangles_per_split = 2;
-        Hierarchy before = hierarchy_;  // the last state within the budget, for where a round takes too much
-        std::vector<LeafId> spare;
         std::vector<Candidate> candidates;
         for (const LeafId leaf : leaves) candidates.push_back({k_first, leaf, FaceId{}, hierarchy_.key(leaf), true});
         for (const FaceId face : fans) candidates.push_back({k_first, LeafId{}, face, {}, true});
@@ -260,7 +220,7 @@ class AdaptiveRefinement {
             });
             if (candidates.empty()) return;
             std::sort(candidates.begin(), candidates.end());
-            for (;;) {
+            for (const Hierarchy before = hierarchy_;; most /= 2, hierarchy_ = before) {
                 const std::uint64_t room = count < budget ? (budget - count) / k_triangles_per_split : 0;
                 most = std::min({most, std::uint64_t{candidates.size()}, room});
                 if (most == 0) {
@@ -272,12 +232,16 @@ class AdaptiveRefinement {
                     return;
                 }
                 check_memory(most);
-                split_first(candidates, most, hierarchy_, fresh);
+                fresh.clear();
+                std::vector<LeafId> marked;
+                for (const Candidate& c : std::span(candidates).first(most))
+                    if (c.leaf.valid())
+                        marked.push_back(c.leaf);
+                    else
+                        hierarchy_.open(c.fan, fresh);
+                if (!marked.empty()) hierarchy_.refine(marked, fresh);
                 if (hierarchy_.triangle_count() <= budget) break;
-                hierarchy_ = before;
-                most /= 2;
             }
-            split_first(candidates, most, before, spare);
             // What was due and had no room in this round still is, unless it was split with others.
             std::size_t i = 0;
             const bool all = most == candidates.size();
@@ -295,21 +259,9 @@ class AdaptiveRefinement {
     const RunContext& context_;
     detail::PodArray<double> errors_;
     detail::PodArray<ErrorBasis> basis_;
-    using Triangle = typename Hierarchy::Triangle;
-    detail::PodArray<std::array<Triangle, 3>> parts_;  ///< of gather(): by leaf
-    detail::PodArray<Triangle> triangles_;
-    detail::PodArray<std::uint32_t> first_;
-    struct Place {
-        std::uint64_t place;
-        LeafId leaf;
-        friend auto operator<=>(const Place&, const Place&) = default;
-    };
-    detail::PodArray<Place> order_;
-    detail::PodArray<double> values_;
-    detail::PodArray<ErrorBasis> value_basis_;
     double progress_ = 0;  ///< how much of the budget is used; without one, more with each pass
     double estimate_seconds_ = 0;
-    std::uint32_t block_ = 256;  ///< leaves between two chances to cancel
+    std::size_t block_ = 256;  ///< leaves between two chances to cancel
     bool budget_spent_ = false, left_over_ = false;
 };
 

@@ -5,11 +5,8 @@
 #include "../../hier/trees/triangle_forest.hpp"
 #include "../families/error_estimator.hpp"
 
-#include <glm/gtc/bitfield.hpp>
-
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cassert>
 #include <cstdint>
 #include <functional>
@@ -24,24 +21,9 @@ struct LatticeView {
     using Triangle = CellTriangle;
     using Key = std::array<std::uint32_t, 8>;
 
-    static void estimate(const ErrorEstimator& estimator, std::span<const CellTriangle> triangles,
-                         std::span<double> errors, std::span<ErrorBasis> basis) {
-        estimator.estimate(triangles, errors, basis);
-    }
     static Key key(const CellTriangle& t) {
         return {t.root.value,  t.level,       t.corner[0].x, t.corner[0].y,
                 t.corner[1].x, t.corner[1].y, t.corner[2].x, t.corner[2].y};
-    }
-    /// Root and place on a Z-order curve share 64 bits; leaves that these bits cannot tell apart keep their order.
-    static std::uint64_t place(const CellTriangle& t, const ControlMesh& mesh) {
-        const int root_bits = std::bit_width(mesh.halfedge_count());
-        // Halfway from the middle of an edge to the other corner: inside the triangle's cells at all levels.
-        const int shift = k_max_level - t.level;
-        const auto& c = t.corner;
-        const std::uint32_t x = (c[0].x + c[1].x + 2 * c[2].x) << shift;  // 0 for 2^32, of roots
-        const std::uint32_t y = (c[0].y + c[1].y + 2 * c[2].y) << shift;
-        const std::uint64_t curve = glm::bitfieldInterleave(x, y);
-        return std::uint64_t{t.root.value} << (64 - root_bits) | curve >> root_bits;
     }
 };
 
@@ -74,7 +56,6 @@ class BisectionHierarchy : public LatticeView {
     int level(LeafId leaf) const { return forest_.depth(leaf) / 2; }
     bool must_split(LeafId) const { return false; }
     Key key(LeafId leaf) const { return LatticeView::key(forest_.triangle(leaf)); }
-    std::uint64_t place(LeafId leaf) const { return LatticeView::place(forest_.triangle(leaf), forest_.mesh()); }
     std::uint64_t triangle_count() const { return forest_.leaf_count() - 2 * active_fans_; }
 
     void initial_leaves(std::vector<LeafId>& leaves) const {
@@ -163,17 +144,13 @@ class TriangleHierarchy : public LatticeView {
     bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
     int level(LeafId leaf) const { return forest_.level(leaf); }
     Key key(LeafId leaf) const { return LatticeView::key(forest_.triangle(leaf)); }
-    std::uint64_t place(LeafId leaf) const { return LatticeView::place(forest_.triangle(leaf), forest_.mesh()); }
     /// Of the conforming mesh, green triangles included, by Euler's formula: the characteristic does not change, so
     /// each point brings two triangles, one on the boundary.
     std::uint64_t triangle_count() const {
         return first_count_ + 2 * (std::uint64_t{forest_.point_count()} - first_points_) - boundary_points_;
     }
 
-    void initial_leaves(std::vector<LeafId>& leaves) const {
-        for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
-            if (forest_.is_leaf(LeafId(i))) leaves.push_back(LeafId(i));
-    }
+    void initial_leaves(std::vector<LeafId>& leaves) const { leaves = forest_.ordered_leaves(); }
     int triangles(LeafId leaf, std::array<CellTriangle, 3>& parts) const {
         const GreenTriangles green = forest_.green_triangles(leaf);
         assert(green.count <= 3);
@@ -234,11 +211,6 @@ class Sqrt3Hierarchy {
 
     Sqrt3Hierarchy(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept) : forest_(mesh, kept) {}
 
-    static void estimate(const ErrorEstimator& estimator, std::span<const Sqrt3Triangle> triangles,
-                         std::span<double> errors, std::span<ErrorBasis> basis) {
-        estimator.estimate_sqrt3(triangles, errors);
-        std::ranges::fill(basis, ErrorBasis::bound);
-    }
     const Sqrt3Forest& forest() const { return forest_; }
 
     std::uint32_t slots() const { return forest_.leaf_slots(); }
@@ -249,7 +221,6 @@ class Sqrt3Hierarchy {
         const Sqrt3Triangle t = forest_.triangle(leaf);
         return {t.face, t.level, t.half};
     }
-    std::uint64_t place(LeafId leaf) const { return forest_.triangle(leaf).control_face().value; }
     std::uint64_t triangle_count() const { return forest_.leaf_count(); }
     void initial_leaves(std::vector<LeafId>& leaves) const { leaves = forest_.ordered_leaves(); }
     int triangles(LeafId leaf, std::array<Sqrt3Triangle, 3>& parts) const {
