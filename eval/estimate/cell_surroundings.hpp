@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "../../refine/rules/mesh_part.hpp"
+#include "../../schemes/analysis/mesh_part.hpp"
 #include "../../schemes/core/rule_mesh.hpp"
 #include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"

@@ -3,7 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../rules/limit_search.hpp"
+#include "../../schemes/analysis/limit_search.hpp"
 
 #include <oneapi/tbb/task_arena.h>
 

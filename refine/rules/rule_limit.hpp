@@ -2,9 +2,9 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/vec.hpp"
+#include "../../schemes/analysis/limit_search.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "limit_point.hpp"
-#include "limit_search.hpp"
 
 #include <filesystem>
 #include <span>

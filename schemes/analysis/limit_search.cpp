@@ -1,11 +1,13 @@
 #include "limit_search.hpp"
 
-#include "../../hier/base/vec.hpp"
-#include "../../schemes/analysis/spectrum.hpp"
-#include "../../schemes/core/corner_angles.hpp"
-#include "../../schemes/core/masks.hpp"
+#include "../core/corner_angles.hpp"
+#include "../core/masks.hpp"
+#include "../parts/sector_fan.hpp"
 #include "honeycomb_limit.hpp"
 #include "mesh_part.hpp"
+#include "spectrum.hpp"
+
+#include <glm/vec2.hpp>
 
 #include <algorithm>
 #include <array>
@@ -169,19 +171,19 @@ class LimitSearch::Finder {
         const bool dual = lattice(shape) == FanLattice::dual;
         // A single face does not fill the half plane.
         const double turn = std::min((shape.boundary ? 1 : 2) * std::numbers::pi / n, 2 * std::numbers::pi / 3);
-        const auto ray = [&](int s) { return Vec2d(std::cos(s * turn), std::sin(s * turn)); };
+        const auto ray = [&](int s) { return glm::dvec2(std::cos(s * turn), std::sin(s * turn)); };
         const auto place = [&](FanLabel l) {
-            if (dual && shape.boundary) return Vec2d(l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b));
-            const Vec2d at = ray(l.sector), after = ray(l.sector + 1);
+            if (dual && shape.boundary) return glm::dvec2(l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b));
+            const glm::dvec2 at = ray(l.sector), after = ray(l.sector + 1);
             if (!dual) return double(l.a) * at + double(l.b) * after;
             return at + double(l.a) * (at - ray(l.sector - 1)) + double(l.b) * (at - after);
         };
         const auto apply = [&](const Mask& mask) {
-            Vec2d sum(0);
+            glm::dvec2 sum(0);
             for (const auto& [label, weight] : mask) sum += weight * place(label);
             return sum;
         };
-        const Vec2d a = apply(masks.tangent1), b = apply(masks.tangent2);
+        const glm::dvec2 a = apply(masks.tangent1), b = apply(masks.tangent2);
         return a.x * b.y - a.y * b.x > 0;
     }
 

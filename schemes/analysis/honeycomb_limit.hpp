@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../schemes/core/rule_mesh.hpp"
+#include "../core/rule_mesh.hpp"
 
 #include <optional>
 #include <vector>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "../../schemes/core/scheme_table.hpp"
-#include "../../schemes/core/stencil_table.hpp"
-#include "../../schemes/parts/sector_fan.hpp"
+#include "../core/rule_mesh.hpp"
+#include "../core/scheme_table.hpp"
+#include "../core/stencil_table.hpp"
 
 #include <array>
 #include <memory>

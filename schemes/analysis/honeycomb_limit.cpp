@@ -1,7 +1,7 @@
 #include "honeycomb_limit.hpp"
 
-#include "../../schemes/core/rule_step.hpp"
-#include "../../schemes/core/scheme_table.hpp"
+#include "../core/rule_step.hpp"
+#include "../core/scheme_table.hpp"
 
 #include <algorithm>
 #include <cmath>
