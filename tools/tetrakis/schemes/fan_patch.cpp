@@ -1,6 +1,7 @@
 #include "fan_patch.hpp"
 
 #include "../../../refine/rules/rule_limit.hpp"
+#include "../../../schemes/parts/sector_fan.hpp"
 
 #include <algorithm>
 #include <cmath>
