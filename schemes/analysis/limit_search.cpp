@@ -3,7 +3,6 @@
 #include "../core/corner_angles.hpp"
 #include "../core/masks.hpp"
 #include "../parts/sector_fan.hpp"
-#include "honeycomb_limit.hpp"
 #include "mesh_part.hpp"
 #include "spectrum.hpp"
 
@@ -13,10 +12,8 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -33,9 +30,8 @@ constexpr double k_no_weight = 1e-12;
 using Rows = LimitRows;
 
 StencilRow gathered(StencilRow row) {
-    StencilTable table;
-    table.push(std::move(row));
-    return table.row(0);
+    row.gather();
+    return row;
 }
 
 /// What a limit is asked for: a vertex (by a half-edge that leaves it), a face of a dual mesh (by one of its
@@ -102,11 +98,10 @@ class LimitSearch::Finder {
     }
 
   private:
-    struct Masks {
-        Mask limit, tangent1, tangent2;
-        int rings = 0;  ///< that have weights
-        bool any() const { return !limit.empty(); }
-        bool tangents() const { return !tangent1.empty() && !tangent2.empty(); }
+    /// Combinations of a fan's points by their numbers; t1 x t2 outwards, both empty where there are none.
+    struct FanMasks {
+        FanSearch search;  ///< of the rings that have weights
+        StencilRow limit{}, tangent1{}, tangent2{};
     };
 
     static int steps_until_smooth(const RuleMesh& mesh) {
@@ -129,65 +124,62 @@ class LimitSearch::Finder {
         return result;
     }
 
-    const Masks& masks(const FanShape& shape) {
-        const auto key = std::tuple(shape.faces, shape.boundary, shape.dart, shape.corner, shape.angle);
-        const auto at = masks_.find(key);
-        if (at != masks_.end()) return at->second;
-        Masks& masks = masks_[key];
-        const ClosedMasks closed = scheme_.closed_masks(shape, options_);
-        masks.limit = closed.limit;
-        masks.tangent1 = closed.tangent1;
-        masks.tangent2 = closed.tangent2;
-        if (!scheme_.is_linear() && (!masks.any() || !masks.tangents())) {
-            try {
-                const SpectralAnalysis analysis = analyse(scheme_, shape, options_);
-                const SchemeMasks numeric = scheme_masks(scheme_, analysis, options_);
-                const auto mask = [&](const std::vector<double>& weights) {
-                    Mask result;
-                    for (std::size_t i = 0; i < weights.size(); ++i)
-                        if (std::abs(weights[i]) > k_no_weight)
-                            result.emplace_back(analysis.matrix.labels.all()[i], weights[i]);
-                    return result;
-                };
-                if (!masks.any()) masks.limit = mask(numeric.limit);
-                // Two edges inside: no plane that its modes would span, so the mean normal of the faces.
-                const bool two_edges = !dual_ && !shape.boundary && shape.faces == 2;
-                masks.tangent1 = two_edges ? Mask{} : mask(numeric.tangent1);
-                masks.tangent2 = two_edges ? Mask{} : mask(numeric.tangent2);
-            } catch (const std::invalid_argument&) {
-                masks.tangent1.clear();  // a shape that has no matrix; a limit may have its formula all the same
-            }
+    /// The formulas of a shape, else its eigenvectors.
+    ClosedMasks label_masks(const FanShape& shape) const {
+        ClosedMasks masks = scheme_.closed_masks(shape, options_);
+        if (scheme_.is_linear() || !(masks.limit.empty() || masks.tangent1.empty() || masks.tangent2.empty()))
+            return masks;
+        try {
+            const SpectralAnalysis analysis = analyse(scheme_, shape, options_);
+            const SchemeMasks found = scheme_masks(scheme_, analysis, options_);
+            const auto mask = [&](const std::vector<double>& weights) {
+                Mask result;
+                for (std::size_t i = 0; i < weights.size(); ++i)
+                    if (std::abs(weights[i]) > k_no_weight)
+                        result.emplace_back(analysis.matrix.labels.all()[i], weights[i]);
+                return result;
+            };
+            masks = {.limit = mask(found.limit)};
+            // Two edges inside: no plane that its modes would span, so the mean normal of the faces.
+            if (!dual_ && !shape.boundary && shape.faces == 2) return masks;
+            masks.tangent1 = mask(found.tangent1);
+            masks.tangent2 = mask(found.tangent2);
+        } catch (const std::invalid_argument&) {
+            masks.tangent1.clear();  // a shape that has no matrix; a limit may have its formula all the same
         }
-        const FanLabels labels(lattice(shape), shape, 0);
-        for (const Mask* mask : {&masks.limit, &masks.tangent1, &masks.tangent2})
-            for (const auto& [label, weight] : *mask) masks.rings = std::max(masks.rings, labels.ring_of(label));
-        if (masks.tangents() && !outwards(masks, shape)) std::swap(masks.tangent1, masks.tangent2);
         return masks;
     }
 
-    /// Whether t1 x t2 points up in a flat fan seen from above.
-    bool outwards(const Masks& masks, const FanShape& shape) const {
-        const int n = shape.faces;
-        const bool dual = lattice(shape) == FanLattice::dual;
-        // A single face does not fill the half plane.
-        const double turn = std::min((shape.boundary ? 1 : 2) * std::numbers::pi / n, 2 * std::numbers::pi / 3);
-        const auto ray = [&](int s) { return glm::dvec2(std::cos(s * turn), std::sin(s * turn)); };
-        const auto place = [&](FanLabel l) {
-            if (dual && shape.boundary) return glm::dvec2(l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b));
-            const glm::dvec2 at = ray(l.sector), after = ray(l.sector + 1);
-            if (!dual) return double(l.a) * at + double(l.b) * after;
-            return at + double(l.a) * (at - ray(l.sector - 1)) + double(l.b) * (at - after);
+    const FanMasks& masks(const FanShape& shape) {
+        const auto at = masks_.find(shape);
+        if (at != masks_.end()) return at->second;
+        ClosedMasks weights = label_masks(shape);
+        const FanLattice lattice = fan_lattice(scheme_, shape, options_);
+        const FanLabels middle(lattice, shape, 0);
+        int rings = 0;
+        for (const Mask* mask : {&weights.limit, &weights.tangent1, &weights.tangent2})
+            for (const auto& [label, weight] : *mask) rings = std::max(rings, middle.ring_of(label));
+        FanMasks& masks = masks_.try_emplace(shape, FanSearch(FanLabels(lattice, shape, rings))).first->second;
+        double sum = 0;
+        for (const auto& [label, weight] : weights.limit) sum += weight;
+        const auto row = [&](const Mask& mask, double total) {
+            StencilRow result;
+            for (const auto& [label, weight] : mask) result.add(masks.search.labels.find(label), weight / total);
+            return result;
         };
-        const auto apply = [&](const Mask& mask) {
-            glm::dvec2 sum(0);
-            for (const auto& [label, weight] : mask) sum += weight * place(label);
-            return sum;
+        masks.limit = row(weights.limit, sum);
+        if (weights.tangent1.empty() || weights.tangent2.empty()) return masks;
+        const auto in_plane = [&](const Mask& mask) {
+            glm::dvec2 direction(0);
+            for (const auto& [label, weight] : mask) direction += weight * fan_place(middle, label);
+            return direction;
         };
-        const glm::dvec2 a = apply(masks.tangent1), b = apply(masks.tangent2);
-        return a.x * b.y - a.y * b.x > 0;
+        const glm::dvec2 a = in_plane(weights.tangent1), b = in_plane(weights.tangent2);
+        if (!(a.x * b.y - a.y * b.x > 0)) std::swap(weights.tangent1, weights.tangent2);
+        masks.tangent1 = row(weights.tangent1, 1);
+        masks.tangent2 = row(weights.tangent2, 1);
+        return masks;
     }
-
-    FanLattice lattice(const FanShape& shape) const { return fan_lattice(scheme_, shape, options_); }
 
     bool semi_sharp(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) const {
         return is_semi_sharp(mesh.vertex_sharpness(v)) ||
@@ -268,11 +260,24 @@ class LimitSearch::Finder {
             for (const int e : mesh.sharp_neighbours(v)) row.add(e, k_crease_limit_mask.neighbour);
             return Rows{gathered(std::move(row)), {}};
         }
-        const std::optional<std::vector<int>> fan = honeycomb_fan(mesh, v);
-        if (!fan) return std::nullopt;
-        std::vector<double>& weights = honeycomb_[ring.edges()];
-        if (weights.empty()) weights = honeycomb_limit_weights(ring.edges());
-        for (std::size_t i = 0; i < fan->size(); ++i) row.add((*fan)[i], weights[i]);
+        // The left eigenvector of the vertex, its edges' ends, the other corners of its hexagons, and three more beyond
+        // each of its neighbours. What all edges have together is the same for any number of them.
+        constexpr double k_vertex = 552.0 / 1426, k_edge[] = {541, 128, 72, 128, 2, 1, 2};
+        const double edge = 1 / (1426.0 * ring.edges());
+        row.add(v, k_vertex);
+        for (const int h : ring.halfedge) {
+            const int e = mesh.target(h);
+            const int beyond = mesh.twin(mesh.next(h));
+            // Hexagons around it, neighbours with three edges, and hexagons beyond them, as after a few steps.
+            if (rule != VertexRule::smooth || mesh.rule(e) != VertexRule::smooth || mesh.ring(e).edges() != 3 ||
+                mesh.face_size(mesh.face(h)) != 6 || mesh.face_size(mesh.face(beyond)) != 6)
+                return std::nullopt;
+            int at = h;
+            for (int k = 0; k < 7; ++k) {
+                row.add(mesh.target(at), k_edge[k] * edge);
+                at = k == 3 ? mesh.next(mesh.next(beyond)) : mesh.next(at);
+            }
+        }
         return Rows{gathered(std::move(row)), {}};
     }
 
@@ -283,29 +288,18 @@ class LimitSearch::Finder {
     }
 
     std::optional<Rows> by_masks(const RuleMesh& mesh, const FanShape& shape, std::span<const int> start) {
-        const Masks& m = masks(shape);
-        if (!m.any()) return std::nullopt;
-        const std::optional<std::vector<int>> fan = find(mesh, shape, start, m.rings);
+        const FanMasks& m = masks(shape);
+        if (m.limit.terms.empty()) return std::nullopt;
+        const std::optional<std::vector<int>> fan = find(mesh, m.search, start);
         if (!fan) return std::nullopt;
-        const FanLabels& labels = search_of(shape, m.rings).labels;
-        const auto row = [&](const Mask& mask, double total) {
+        const auto row = [&](const StencilRow& mask) {
             StencilRow result;
-            double sum = 0;
-            for (const auto& [label, weight] : mask) sum += weight;
-            for (const auto& [label, weight] : mask)
-                result.add((*fan)[labels.find(label)], total == 0 ? weight : weight / sum);
+            for (const auto& [point, weight] : mask.terms) result.add((*fan)[point], weight);
             return gathered(std::move(result));
         };
-        Rows rows{row(m.limit, 1), {}};
-        if (m.tangents()) rows.tangents.push_back({row(m.tangent1, 0), row(m.tangent2, 0)});
+        Rows rows{row(m.limit), {}};
+        if (!m.tangent1.terms.empty()) rows.tangents.push_back({row(m.tangent1), row(m.tangent2)});
         return rows;
-    }
-
-    const FanSearch& search_of(const FanShape& shape, int rings) {
-        const auto key = std::tuple(shape.faces, shape.boundary, shape.corner, rings);
-        const auto at = searches_.find(key);
-        if (at != searches_.end()) return at->second;
-        return searches_.try_emplace(key, FanLabels(lattice(shape), shape, rings)).first->second;
     }
 
     /// Whether a corner among the vertices has an angle, and so rules of its own for the edges there.
@@ -320,12 +314,12 @@ class LimitSearch::Finder {
     }
 
     /// The vertices of the fan, where the mesh is there as the masks take it.
-    std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanShape& shape, std::span<const int> start,
-                                         int rings) {
-        const FanSearch& search = search_of(shape, rings);
+    std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanSearch& search,
+                                         std::span<const int> start) const {
         const FanLabels& labels = search.labels;
+        const FanShape& shape = labels.shape();
         const int size = lattice_ == FanLattice::triangles ? 3 : 4;
-        const bool dual = lattice(shape) == FanLattice::dual, dual_face = dual && !shape.boundary;
+        const bool dual = labels.lattice() == FanLattice::dual, dual_face = dual && !shape.boundary;
         if (!dual_face)
             for (const int h : start)
                 if (mesh.face_size(mesh.face(h)) != size) return std::nullopt;
@@ -335,7 +329,7 @@ class LimitSearch::Finder {
         } catch (const std::logic_error&) {
             return std::nullopt;  // it meets another extraordinary point or the boundary
         }
-        if (dual_face && rings == 0) return fan;
+        if (dual_face && labels.rings() == 0) return fan;
         if (one_ring_) return bends(mesh, fan) ? std::nullopt : std::optional(std::move(fan));
         // Everything around the middle must be regular.
         for (int i = 0; i < labels.size(); ++i) {
@@ -412,9 +406,7 @@ class LimitSearch::Finder {
     bool dual_, hexagons_, ignores_creases_, one_ring_;
     int most_steps_ = k_most_steps;
     MeshPartFinder parts_;
-    std::map<int, std::vector<double>> honeycomb_;
-    std::map<std::tuple<int, bool, bool, bool, double>, Masks> masks_;
-    std::map<std::tuple<int, bool, bool, int>, FanSearch> searches_;
+    std::map<FanShape, FanMasks> masks_;
 };
 
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {

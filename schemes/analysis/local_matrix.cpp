@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -34,22 +33,6 @@ void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lat
         throw std::invalid_argument(std::string(scheme.name) +
                                     " is looked at around a face, which has at least 3 corners");
     if (shape.faces < (shape.boundary ? 1 : 2)) throw std::invalid_argument("a vertex has at least two edges");
-}
-
-struct Point {
-    double x, y;
-};
-
-/// Where the vertices of a regular fan are in the plane; the middle is the origin.
-Point place(const FanLabels& labels, FanLabel label) {
-    if (labels.lattice() == FanLattice::dual) {
-        const double x = label.a + 0.5, y = label.b + 0.5;
-        const Point turned[] = {{x, y}, {-y, x}, {-x, -y}, {y, -x}};
-        return turned[label.sector];
-    }
-    const double step = labels.lattice() == FanLattice::triangles ? std::numbers::pi / 3 : std::numbers::pi / 2;
-    const double p = label.sector * step, q = p + step;
-    return {label.a * std::cos(p) + label.b * std::cos(q), label.a * std::sin(p) + label.b * std::sin(q)};
 }
 
 /// The regular mesh, with much more around the middle than the rules there look at.
@@ -112,11 +95,11 @@ int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options) {
     for (int degree = 0; degree <= k_most; ++degree)
         for (int i = 0; i <= degree; ++i)
             for (int k = 0; k < near.size(); ++k) {
-                const Point fine = place(near, near.all()[k]);
+                const glm::dvec2 fine = fan_place(near, near.all()[k]);
                 const auto points = step.stencils.points(rows[k]);
                 double sum = 0;
                 for (std::size_t t = 0; t < points.size(); ++t) {
-                    const Point p = place(fan.labels, fan.labels.all()[points[t]]);
+                    const glm::dvec2 p = fan_place(fan.labels, fan.labels.all()[points[t]]);
                     sum += step.stencils.weights(rows[k])[t] * std::pow(p.x, i) * std::pow(p.y, degree - i);
                 }
                 const double exact = std::pow(fine.x / scale(scheme), i) * std::pow(fine.y / scale(scheme), degree - i);

@@ -24,7 +24,7 @@ struct FanShape {
     double angle = 0;       ///< that the corner has of its own; 0: none
     bool hexagons = false;  ///< beyond the face (dual, interior) lies one ring of hexagons instead of quads
 
-    friend bool operator==(const FanShape&, const FanShape&) = default;
+    friend auto operator<=>(const FanShape&, const FanShape&) = default;
 };
 
 /// Place of a vertex in a fan. Primal: a steps along ray `sector`, then b along the next ray, a >= 1; the centre is

@@ -1,7 +1,9 @@
 #include "sector_fan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -196,6 +198,18 @@ SectorFan::SectorFan(FanLattice lattice, const FanShape& shape, int rings)
     else
         for (int s = 0; s < n; ++s)
             lattice == FanLattice::dual ? add({s, 0, 0}, {(s + 1) % n, 0, 0}) : add({}, {s, 1, 0});
+}
+
+glm::dvec2 fan_place(const FanLabels& labels, FanLabel l) {
+    const bool dual = labels.lattice() == FanLattice::dual, boundary = labels.shape().boundary;
+    if (dual && boundary) return {l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, l.b};
+    // A single face does not fill the half plane.
+    constexpr double pi = std::numbers::pi;
+    const double turn = std::min((boundary ? 1 : 2) * pi / labels.shape().faces, 2 * pi / 3);
+    const auto ray = [&](int s) { return glm::dvec2(std::cos(s * turn), std::sin(s * turn)); };
+    const glm::dvec2 at = ray(l.sector), after = ray(l.sector + 1);
+    if (!dual) return double(l.a) * at + double(l.b) * after;
+    return at + double(l.a) * (at - ray(l.sector - 1)) + double(l.b) * (at - after);
 }
 
 namespace {

@@ -3,6 +3,8 @@
 #include "../core/fan_labels.hpp"
 #include "../core/rule_step.hpp"
 
+#include <glm/vec2.hpp>
+
 #include <span>
 #include <vector>
 
@@ -18,6 +20,10 @@ struct SectorFan {
 
     SectorFan(FanLattice lattice, const FanShape& shape, int rings);
 };
+
+/// Where a label lies in the plane, seen from above and from the middle, if all sectors are alike and straight; the
+/// regular lattice as it is.
+glm::dvec2 fan_place(const FanLabels& labels, FanLabel label);
 
 /// Finds the vertices that have a fan's labels in other meshes, face by face.
 class FanSearch {
