@@ -137,23 +137,22 @@ class SymmetricPart {
         return result;
     }
     /// Of a matrix of the points.
-    StencilTable block(const StencilTable& weights) const {
-        StencilTable m;
+    DenseMatrix block(const StencilTable& weights) const {
+        DenseMatrix m(row_count_);
+        int done = 0;
         for (int i = 0; i < weights.row_count(); ++i) {
-            if (row_[i] != m.row_count()) continue;  // another point of the orbit has been there
-            StencilRow row;
-            for (std::size_t t = 0; t < weights.points(i).size(); ++t)
-                if (const int j = weights.points(i)[t]; row_[j] >= 0)
-                    row.add(row_[j], sign_[j] * weights.weights(i)[t]);
-            m.push(std::move(row));
+            if (row_[i] != done) continue;  // another point of the orbit has been there
+            for (const auto& [j, weight] : weights.row(i).terms)
+                if (row_[j] >= 0) m(done, row_[j]) += sign_[j] * weight;
+            ++done;
         }
         return m;
     }
     /// The mask of all points that a block's left eigenvector is.
-    std::vector<double> spread(const std::vector<double>& y) const {
+    std::vector<double> spread(const std::vector<Complex>& y) const {
         std::vector<double> weights(row_.size(), 0.0);
         for (std::size_t i = 0; i < weights.size(); ++i)
-            if (row_[i] >= 0) weights[i] = sign_[i] * y[row_[i]] / orbit_[i];
+            if (row_[i] >= 0) weights[i] = sign_[i] * y[row_[i]].real() / orbit_[i];
         return weights;
     }
 
@@ -172,6 +171,21 @@ std::vector<int> mirror_images(const FanLabels& labels) {
 
 double real_or_zero(Complex z) { return std::abs(z.imag()) < k_same ? z.real() : 0; }
 
+/// The largest mode of a part of some weights, and its left eigenvector where that is determined.
+struct Mode {
+    std::vector<Complex> values;  ///< of the whole part
+    double value;
+    std::vector<double> mask{};
+
+    Mode(const SymmetricPart& part, const StencilTable& weights, bool skip_one = false) {
+        const DenseMatrix block = part.block(weights);
+        values = eigenvalues(block);
+        const Complex lambda = largest(values, skip_one);
+        value = real_or_zero(lambda);
+        if (value > 0 && count_same(values, lambda) == 1) mask = part.spread(left_eigenvector(block, value));
+    }
+};
+
 /// Two sectors: what changes its sign from one to the other is one mode for both tangents, which the mirror image tells
 /// apart: the same on both sides of the line along the two edges (tangent 1), or of opposite sign (tangent 2).
 void analyse_two_sectors(SpectralAnalysis& analysis) {
@@ -180,13 +194,9 @@ void analyse_two_sectors(SpectralAnalysis& analysis) {
     for (int i = 1; i < size; ++i) turned[i] = i % 2 != 0 ? i + 1 : i - 1;
     for (const double sign : {1.0, -1.0}) {
         const SymmetricPart part(size, {{turned, -1}, {mirror_images(analysis.matrix.labels), sign}});
-        const StencilTable block = part.block(analysis.matrix.rows);
-        const std::vector<Complex> values = eigenvalues(block);
-        const Complex lambda = largest(values, false);
-        const double real = real_or_zero(lambda);
-        (sign > 0 ? analysis.lambda1 : analysis.lambda2) = real;
-        if (count_same(values, lambda) == 1 && real > k_same)
-            (sign > 0 ? analysis.tangent1 : analysis.tangent2) = part.spread(left_eigenvector(block, real));
+        const Mode mode(part, analysis.matrix.rows);
+        (sign > 0 ? analysis.lambda1 : analysis.lambda2) = mode.value;
+        (sign > 0 ? analysis.tangent1 : analysis.tangent2) = mode.mask;
     }
 }
 
@@ -202,26 +212,24 @@ void analyse_rotation(SpectralAnalysis& analysis) {
         double weight;
     };
     std::vector<Term> terms;
-    StencilTable zero;
+    DenseMatrix zero(centre + places);
     for (int p = -centre; p < places; ++p) {
         const auto points = s.rows.points(p < 0 ? 0 : index(p, 0));
         const auto weights = s.rows.weights(p < 0 ? 0 : index(p, 0));
-        StencilRow row;
         for (std::size_t k = 0; k < points.size(); ++k) {
             const bool to_centre = points[k] < centre;
             const int q = to_centre ? -1 : (points[k] - centre) / n;
-            row.add(centre + q, weights[k]);
+            zero(centre + p, centre + q) += weights[k];
             if (p >= 0 && !to_centre) terms.push_back({p, q, (points[k] - centre) % n, weights[k]});
         }
-        zero.push(std::move(row));
     }
     add(analysis, eigenvalues(zero), 0, 1);
-    const std::vector<double> limit = left_eigenvector(zero, 1.0);
-    const double total = std::accumulate(limit.begin(), limit.end(), 0.0);
+    const std::vector<Complex> limit = left_eigenvector(zero, 1);
+    const double total = std::accumulate(limit.begin(), limit.end(), Complex(0)).real();
     analysis.limit.assign(s.size(), 0.0);
-    if (centre == 1) analysis.limit[0] = limit[0] / total;
+    if (centre == 1) analysis.limit[0] = limit[0].real() / total;
     for (int p = 0; p < places; ++p)
-        for (int t = 0; t < n; ++t) analysis.limit[index(p, t)] = limit[centre + p] / total / n;
+        for (int t = 0; t < n; ++t) analysis.limit[index(p, t)] = limit[centre + p].real() / total / n;
 
     std::vector<Complex> wave(n);
     for (int t = 0; t < n; ++t) wave[t] = std::polar(1.0, 2 * std::numbers::pi * t / n);
@@ -235,7 +243,7 @@ void analyse_rotation(SpectralAnalysis& analysis) {
         if (j == 1 && n == 2) analyse_two_sectors(analysis);
         if (j != 1 || n == 2) continue;
         const Complex lambda = largest(values, false);
-        analysis.lambda1 = analysis.lambda2 = std::abs(lambda.imag()) < k_same ? lambda.real() : 0;
+        analysis.lambda1 = analysis.lambda2 = real_or_zero(lambda);
         if (count_same(values, lambda) != 1 || analysis.lambda1 <= 0) continue;
         std::vector<Complex> y = left_eigenvector(block, lambda);
         // The first place is on the ray itself (dual: on the face's diagonal): make its weight real.
@@ -309,57 +317,36 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
     const bool boundary = s.labels.shape().boundary;
     const std::vector<int> mirror = mirror_images(s.labels);
     const SymmetricPart even(size, {{mirror, 1}}), odd(size, {{mirror, -1}});
-    // Where the boundary depends on itself alone, its modes are apart from those of the inside.
-    const bool apart = boundary && depends_on_itself(s);
-    const StencilTable even_block = even.block(s.rows), odd_block = odd.block(s.rows);
-    const std::vector<Complex> even_values = eigenvalues(even_block), odd_values = eigenvalues(odd_block);
-    add(analysis, even_values, 0, 1);
-    add(analysis, odd_values, 1, 1);
-    analysis.limit = even.spread(left_eigenvector(even_block, 1.0));
+    Mode e(even, s.rows, true);
+    add(analysis, e.values, 0, 1);
+    add(analysis, eigenvalues(odd.block(s.rows)), 1, 1);
+    analysis.limit = even.spread(left_eigenvector(even.block(s.rows), 1));
     const double total = std::accumulate(analysis.limit.begin(), analysis.limit.end(), 0.0);
     for (double& w : analysis.limit) w /= total;
 
-    Complex e = largest(even_values, true);
-    std::vector<double> even_mask, odd_mask;
-    if (real_or_zero(e) > 0 && count_same(even_values, e) == 1)
-        even_mask = even.spread(left_eigenvector(even_block, e.real()));
-    // A boundary runs from one side of the mirror to the other, a dart's crease along it. Where the boundary has rules
-    // of its own, the mode along it is the largest odd one of these alone, whatever the inside does.
-    const SymmetricPart along = apart ? odd.only([&](int i) { return on_boundary(s.labels, i); }) : odd;
-    const StencilTable along_block = apart ? along.block(s.rows) : odd_block;
-    const std::vector<Complex> along_values = apart ? eigenvalues(along_block) : odd_values;
-    const Complex o = largest(along_values, false);
-    if (real_or_zero(o) > 0 && count_same(along_values, o) == 1)
-        odd_mask = along.spread(left_eigenvector(along_block, o.real()));
+    // A boundary runs from one side of the mirror to the other, a dart's crease along it. Where the boundary depends on
+    // itself alone, the mode along it is the largest odd one of its own rules, whatever the inside does.
+    const bool apart = boundary && depends_on_itself(s);
+    const Mode o(apart ? odd.only([&](int i) { return on_boundary(s.labels, i); }) : odd, s.rows);
     // What varies along the boundary alone is no tangent across it, even where its eigenvalue is as large (u^2 beside
     // v^2, where the surface ends as an even function): that is the largest one of the differences across.
     std::vector<double> bends;
     if (const std::optional<Rows> inwards = rows_inwards(s)) {
         const auto is_outermost = [&](int i) { return inwards->before[i] < 0; };
-        const SymmetricPart inner = even.only([&](int i) { return !is_outermost(i); });
-        const StencilTable across = inner.block(inwards->differences);
-        const std::vector<Complex> across_values = eigenvalues(across);
-        e = largest(across_values, false);
-        even_mask.clear();
-        if (real_or_zero(e) > 0 && count_same(across_values, e) == 1) {
-            even_mask.assign(size, 0.0);
-            const std::vector<double> weights = inner.spread(left_eigenvector(across, e.real()));
-            for (int i = 0; i < size; ++i) {
-                if (inwards->before[i] < 0) continue;
-                even_mask[i] += weights[i];
-                even_mask[inwards->before[i]] -= weights[i];
-            }
-        }
+        e = Mode(even.only([&](int i) { return !is_outermost(i); }), inwards->differences);
+        // Of a point, not of its difference from the one before it. These come in order: before it is one that is done.
+        for (std::size_t i = 0; i < e.mask.size(); ++i)
+            if (!is_outermost(static_cast<int>(i))) e.mask[inwards->before[i]] -= e.mask[i];
         for (const SymmetricPart* part : {&even, &odd})
             for (const Complex z : eigenvalues(part->only(is_outermost).block(inwards->columns)))
                 bends.push_back(std::abs(z));
         take_out(bends, 1);
-        take_out(bends, real_or_zero(o));
+        take_out(bends, o.value);
     }
-    analysis.lambda1 = real_or_zero(boundary ? o : e);
-    analysis.lambda2 = real_or_zero(boundary ? e : o);
-    analysis.tangent1 = boundary ? odd_mask : even_mask;
-    analysis.tangent2 = boundary ? even_mask : odd_mask;
+    analysis.lambda1 = boundary ? o.value : e.value;
+    analysis.lambda2 = boundary ? e.value : o.value;
+    analysis.tangent1 = boundary ? o.mask : e.mask;
+    analysis.tangent2 = boundary ? e.mask : o.mask;
     return bends;
 }
 

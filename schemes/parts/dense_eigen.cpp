@@ -24,12 +24,6 @@ MatrixXcd to_eigen(const DenseMatrix& m) {
         for (int j = 0; j < m.size(); ++j) out(i, j) = m(i, j);
     return out;
 }
-MatrixXcd to_eigen(const StencilTable& m) {
-    MatrixXcd out = MatrixXcd::Zero(m.row_count(), m.row_count());
-    for (int i = 0; i < m.row_count(); ++i)
-        for (std::size_t t = 0; t < m.points(i).size(); ++t) out(i, m.points(i)[t]) = m.weights(i)[t];
-    return out;
-}
 
 // Relative distance within which eigenvalues may be joined; smaller magnitudes count as zero.
 constexpr double k_cluster = 1e-4;
@@ -133,13 +127,20 @@ std::vector<Complex> eigenvalues_of_block(const MatrixXcd& m) {
     return values;
 }
 
-std::vector<Complex> eigenvalues_of(const MatrixXcd& m, bool is_real) {
+// Off an eigenvalue by some units of rounding, so that the factor is regular.
+constexpr double k_beside = 1e-14;
+// An even number: the start's sign stays.
+constexpr int k_solves = 4;
+
+}  // namespace
+
+std::vector<Complex> eigenvalues(const DenseMatrix& dense) {
+    const MatrixXcd m = to_eigen(dense);
     std::vector<Complex> values;
     for (const std::vector<Eigen::Index>& component : Components(m).all) {
         const std::vector<Complex> some = eigenvalues_of_block(m(component, component));
         values.insert(values.end(), some.begin(), some.end());
     }
-    if (!is_real) return values;
     // Rounding leaves real ones with a little of an imaginary part.
     constexpr double k_rounding = 1e-12;
     for (Complex& z : values)
@@ -147,39 +148,19 @@ std::vector<Complex> eigenvalues_of(const MatrixXcd& m, bool is_real) {
     return values;
 }
 
-// Off an eigenvalue by some units of rounding, so that the factor is regular.
-constexpr double k_beside = 1e-14;
-// An even number: the start's sign stays.
-constexpr int k_solves = 4;
-
-/// By inverse iteration. The start has a part in every eigenvector: it is neither even nor odd.
-VectorXcd left_eigenvector_of(const MatrixXcd& m, Complex lambda) {
-    VectorXcd x(m.rows());
+std::vector<Complex> left_eigenvector(const DenseMatrix& m, Complex lambda) {
+    // The start has a part in every eigenvector: it is neither even nor odd.
+    VectorXcd x(m.size());
     for (Eigen::Index i = 0; i < x.size(); ++i)
         x(i) = x.size() > 1 ? 1 + static_cast<double>(i) / static_cast<double>(x.size() - 1) : 1.0;
-    MatrixXcd shifted = m.transpose();
+    MatrixXcd shifted = to_eigen(m).transpose();
     shifted.diagonal().array() -= lambda + k_beside;
     const Eigen::PartialPivLU<MatrixXcd> lu(shifted);
     for (int i = 0; i < k_solves; ++i) {
         x = lu.solve(x).eval();
         x /= x.cwiseAbs().maxCoeff();
     }
-    return x;
-}
-
-}  // namespace
-
-std::vector<Complex> eigenvalues(const DenseMatrix& m) { return eigenvalues_of(to_eigen(m), false); }
-std::vector<Complex> eigenvalues(const StencilTable& m) { return eigenvalues_of(to_eigen(m), true); }
-
-std::vector<Complex> left_eigenvector(const DenseMatrix& m, Complex lambda) {
-    const VectorXcd x = left_eigenvector_of(to_eigen(m), lambda);
     return {x.begin(), x.end()};
-}
-std::vector<double> left_eigenvector(const StencilTable& m, double lambda) {
-    std::vector<double> out;
-    for (const Complex& z : left_eigenvector_of(to_eigen(m), lambda)) out.push_back(z.real());
-    return out;
 }
 
 }  // namespace tetrakis::detail

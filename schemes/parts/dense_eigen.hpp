@@ -1,7 +1,5 @@
 #pragma once
 
-#include "../core/stencil_table.hpp"
-
 #include <complex>
 #include <cstddef>
 #include <vector>
@@ -13,16 +11,13 @@ using Complex = std::complex<double>;
 /// A small dense square matrix, by rows.
 class DenseMatrix {
   public:
-    DenseMatrix() = default;
     explicit DenseMatrix(int size) : size_(size), values_(static_cast<std::size_t>(size) * size) {}
     int size() const { return size_; }
     Complex& operator()(int row, int column) { return values_[static_cast<std::size_t>(row) * size_ + column]; }
-    const Complex& operator()(int row, int column) const {
-        return values_[static_cast<std::size_t>(row) * size_ + column];
-    }
+    Complex operator()(int row, int column) const { return values_[static_cast<std::size_t>(row) * size_ + column]; }
 
   private:
-    int size_ = 0;
+    int size_;
     std::vector<Complex> values_;
 };
 
@@ -30,12 +25,9 @@ class DenseMatrix {
 /// defective ones (by the root of the rounding error), come out as their mean. O(size^2), and O(size^3) of the largest
 /// component.
 std::vector<Complex> eigenvalues(const DenseMatrix& m);
-/// Of a sparse matrix, rows and columns of the same numbers.
-std::vector<Complex> eigenvalues(const StencilTable& m);
 
 /// y with y^T M = lambda y^T for a simple eigenvalue, to rounding, its largest entry of size one: by inverse iteration
 /// a little beside it. O(size^3).
 std::vector<Complex> left_eigenvector(const DenseMatrix& m, Complex lambda);
-std::vector<double> left_eigenvector(const StencilTable& m, double lambda);
 
 }  // namespace tetrakis::detail
