@@ -108,28 +108,14 @@ int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options) {
     return k_most;
 }
 
-namespace {
-
-/// Hexagons laid like bricks, each row shifted by half of one; vertex (x, y) is number 2 * size * y + x.
-RuleMesh bricks(int size) {
-    const int across = 2 * size;
-    RuleMesh::Builder faces;
-    for (int y = 0; y + 1 < size; ++y)
-        for (int x = y % 2; x + 2 < across; x += 2) {
-            const int v = across * y + x, up = v + across;
-            faces.face({v, v + 1, v + 2, up + 2, up + 1, up});
-        }
-    return RuleMesh(across * size, std::move(faces));
-}
-
-}  // namespace
-
 double support_radius(const SchemeInfo& scheme, const RuleOptions& options) {
-    constexpr int k_size = 12;
     const bool hexagons = scheme.family == MeshFamily::hexagons;
     const bool dual = !hexagons && fan_lattice(scheme, options) == FanLattice::dual;
-    const RuleMesh mesh = hexagons ? bricks(k_size) : regular_fan(scheme, options).mesh;
-    const int middle = hexagons ? k_size / 2 * 2 * k_size + k_size : 0;
+    // Hexagons enough around a corner of the middle one, after two steps.
+    RuleMesh mesh = hexagons ? SectorFan(FanLattice::dual, {.faces = 6, .hexagons = true}, 1).mesh
+                             : regular_fan(scheme, options).mesh;
+    for (int i = 0; i < 2 && hexagons; ++i) mesh = scheme.step(mesh, options).mesh;
+    constexpr int middle = 0;
     const RuleStep step = scheme.step(mesh, options);
     // How far that step carries the point in the middle, in the finer mesh's rings of faces: around the vertex, which
     // keeps its number, or the face that it becomes, from whose middle its corners are half a ring.

@@ -29,8 +29,8 @@ struct FanShape {
 
 /// Place of a vertex in a fan. Primal: a steps along ray `sector`, then b along the next ray, a >= 1; the centre is
 /// {0, 0, 0}. Pentagons: a steps along the boundary from the vertex (sector 0 in its direction, 1 against it), b = 1
-/// across the face; b > 1 between the two. Dual: from corner `sector` of the middle face, a steps out along the side
-/// before it and b along the side after it; at a boundary a steps away from the middle of the edge along the boundary
+/// across the face; b > 1 between the two. Dual: from corner `sector` of the middle face, a steps out beyond the side
+/// before it and b beyond the side after it; at a boundary a steps away from the middle of the edge along the boundary
 /// (sector 0 in its direction, 1 against it) and b steps inwards. Hexagons: {s, 1, 1} is beyond the edge that leaves
 /// corner s, {s, 0, 1} and {s, 1, 0} are beside that in the hexagons beyond the sides after and before the corner.
 struct FanLabel {

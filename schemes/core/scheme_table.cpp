@@ -34,13 +34,8 @@ constexpr const SchemeInfo* k_table[] = {
 };
 #undef TETRAKIS_SCHEME
 
-/// Edits that make of a text a name.
-struct EditDistance {
-    int to_start;  ///< to whatever start of the name is the nearest
-    int to_all;
-};
-
-EditDistance edit_distance(std::string_view text, std::string_view name) {
+/// Edits that make of a text each start of a name, from none of it to all.
+std::vector<int> edits(std::string_view text, std::string_view name) {
     std::vector<int> row(name.size() + 1);
     std::iota(row.begin(), row.end(), 0);
     for (std::size_t i = 1; i <= text.size(); ++i) {
@@ -52,7 +47,7 @@ EditDistance edit_distance(std::string_view text, std::string_view name) {
             row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
         }
     }
-    return {*std::min_element(row.begin(), row.end()), row.back()};
+    return row;
 }
 
 }  // namespace
@@ -70,8 +65,8 @@ std::string_view nearest_scheme_name(std::string_view text) {
     constexpr std::size_t k_telling = 3;
     const auto distance = [&](const SchemeInfo* scheme) {
         const bool part = text.size() >= k_telling && scheme->name.find(text) != std::string_view::npos;
-        const EditDistance edits = edit_distance(text, scheme->name);
-        return std::tuple(part ? 0 : 1, std::min(edits.to_start + 1, edits.to_all), edits.to_all);
+        const std::vector<int> row = edits(text, scheme->name);
+        return std::tuple(part ? 0 : 1, std::min(*std::ranges::min_element(row) + 1, row.back()), row.back());
     };
     return (*std::ranges::min_element(detail::scheme_list(), {}, distance))->name;
 }

@@ -209,7 +209,7 @@ glm::dvec2 fan_place(const FanLabels& labels, FanLabel l) {
     const auto ray = [&](int s) { return glm::dvec2(std::cos(s * turn), std::sin(s * turn)); };
     const glm::dvec2 at = ray(l.sector), after = ray(l.sector + 1);
     if (!dual) return double(l.a) * at + double(l.b) * after;
-    return at + double(l.a) * (at - ray(l.sector - 1)) + double(l.b) * (at - after);
+    return at + double(l.a) * (at - after) + double(l.b) * (at - ray(l.sector - 1));
 }
 
 namespace {

@@ -2,8 +2,6 @@
 #include "../core/scheme_table.hpp"
 #include "../parts/face_split.hpp"
 
-#include <cstdlib>
-
 namespace tetrakis {
 
 namespace {
@@ -79,24 +77,6 @@ ClosedMasks four_eight_closed_masks(const FanShape& shape, const RuleOptions&) {
         masks.limit.emplace_back(FanLabel{i, 2, 1}, 1.0 / (240 * n));
         masks.limit.emplace_back(FanLabel{i, 1, 2}, 1.0 / (240 * n));
     }
-    if (n != 4) return masks;
-    masks.lambda1 = masks.lambda2 = 0.5;
-    // Odd in x, even in y; by place in the first quadrant.
-    constexpr double weight[3][3] = {{0, 0, 0}, {104, 46, 2}, {14, 3, 0}};
-    for (int x = -2; x <= 2; ++x)
-        for (int y = -2; y <= 2; ++y) {
-            const double w = weight[std::abs(x)][std::abs(y)] * (x < 0 ? -1 : 1);
-            if (w == 0) continue;
-            // Quadrants are sectors: (x, y) -> steps along the sector's first and second ray.
-            const auto label = [](int p, int q) {
-                if (p > 0 && q >= 0) return FanLabel{0, p, q};
-                if (p <= 0 && q > 0) return FanLabel{1, q, -p};
-                if (p < 0) return FanLabel{2, -p, -q};
-                return FanLabel{3, -q, p};
-            };
-            masks.tangent1.emplace_back(label(x, y), w);
-            masks.tangent2.emplace_back(label(-y, x), w);
-        }
     return masks;
 }
 

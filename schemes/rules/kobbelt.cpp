@@ -133,22 +133,6 @@ RuleStep kobbelt_step(const RuleMesh& mesh, const RuleOptions& options) {
         [&](int f) { return rules.face(f); });
 }
 
-ClosedMasks kobbelt_closed_masks(const FanShape& shape, const RuleOptions&) {
-    ClosedMasks masks;
-    masks.limit = {{{}, 1}};
-    const int n = shape.faces;
-    if (shape.corner) return masks;
-    if (shape.boundary) {
-        masks.lambda1 = 0.5;
-        masks.tangent1 = detail::four_point_tangent(0, n);
-    } else if (n == 4 && !shape.dart) {
-        masks.lambda1 = masks.lambda2 = 0.5;
-        masks.tangent1 = detail::four_point_tangent(0, 2);
-        masks.tangent2 = detail::four_point_tangent(1, 3);
-    }
-    return masks;
-}
-
 namespace detail {
 
 extern constinit const SchemeInfo kobbelt_scheme{
@@ -165,7 +149,7 @@ extern constinit const SchemeInfo kobbelt_scheme{
     .rule_rings = 2,
     .sees_rings = true,
     .step = kobbelt_step,
-    .closed_masks = kobbelt_closed_masks,
+    .closed_masks = linear_closed_masks,
     .notes = "quads (others after one bilinear step); boundary and crease by four-point",
     .choice_rings = 2,
     .first_step = bilinear_step,

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../core/masks.hpp"
 #include "../core/rule_step.hpp"
 
 #include <vector>
@@ -32,7 +31,5 @@ struct Kobbelt {
 /// agree. A mesh with faces other than quads is first split by midpoints and face means (as `bilinear`), which
 /// interpolates as well and leaves only quads.
 RuleStep kobbelt_step(const RuleMesh& mesh, const RuleOptions& options);
-/// Limit positions are the vertices. Tangents have closed forms along boundaries only and in the regular case.
-ClosedMasks kobbelt_closed_masks(const FanShape& shape, const RuleOptions& options);
 
 }  // namespace tetrakis

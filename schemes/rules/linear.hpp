@@ -10,7 +10,7 @@ namespace tetrakis {
 RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions& options);
 /// Each k-gon in k quads at midpoints and the mean of its corners; quads become bilinear patches.
 RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions& options);
-/// The vertex itself; there is no tangent plane.
+/// The vertex itself, and no formula for tangents.
 ClosedMasks linear_closed_masks(const FanShape& shape, const RuleOptions& options);
 
 }  // namespace tetrakis
