@@ -2,7 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../schemes/core/corner_angles.hpp"
-#include "../../schemes/core/sharpness.hpp"
+#include "rule_refiner.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,34 +24,6 @@ double corner_of_face(const ControlMesh& mesh, HalfedgeId h) {
     return glm::dot(across, normal) < 0 ? 2 * std::numbers::pi - angle : angle;
 }
 
-/// Gives the sectors at v that have no angle the sum of their faces'.
-void measure(const ControlMesh& mesh, VertexId v, std::vector<double>& angles) {
-    std::vector<HalfedgeId> ring;
-    std::vector<float> sharpness;
-    const HalfedgeId first = mesh.vertex_halfedge(v);
-    for (HalfedgeId h = first; h.valid();) {
-        ring.push_back(h);
-        sharpness.push_back(mesh.sharpness(mesh.edge(h)));
-        const HalfedgeId last = mesh.prev(h);
-        h = mesh.ccw_outgoing(h);
-        if (h == first) break;
-        if (!h.valid()) sharpness.push_back(mesh.sharpness(mesh.edge(last)));
-    }
-    if (ring.empty() || vertex_rule(sharpness, mesh.sharpness(v)) != VertexRule::corner) return;
-    const std::size_t n = ring.size();
-    std::size_t start = 0;
-    while (start < n && !is_sharp(sharpness[start])) ++start;
-    for (std::size_t i = 0, end = 0; i < n; i = end) {
-        const auto at = [&](std::size_t k) { return (start + k) % n; };
-        double sum = 0;
-        for (end = i; end < n && (end == i || !is_sharp(sharpness[at(end)])); ++end)
-            sum += corner_of_face(mesh, ring[at(end)]);
-        const double angle = usable_corner_angle(sum);
-        for (std::size_t k = i; k < end; ++k)
-            if (double& own = angles[ring[at(k)].value]; own == 0) own = angle;
-    }
-}
-
 }  // namespace
 
 std::vector<double> corner_angles(const ControlMesh& mesh, const RuleOptions& rules) {
@@ -60,8 +32,18 @@ std::vector<double> corner_angles(const ControlMesh& mesh, const RuleOptions& ru
         angles.resize(mesh.halfedge_count());
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) angles[h] = mesh.corner_angle(HalfedgeId(h));
     }
-    if (rules.measure_corner_angles)
-        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) measure(mesh, VertexId(v), angles);
+    if (rules.measure_corner_angles) {
+        // Sectors at corners that have no angle have the sum of their faces'.
+        const RuleMesh sectors = rule_mesh(mesh);
+        for (int h = 0; h < sectors.halfedge_count(); ++h) {
+            if (angles[h] != 0 || sectors.rule(sectors.origin(h)) != VertexRule::corner) continue;
+            const RuleMesh::Ring sector = sectors.sector(h);
+            double sum = 0;
+            for (const int of : sector.halfedge) sum += corner_of_face(mesh, HalfedgeId(of));
+            for (const int of : sector.halfedge)
+                if (angles[of] == 0) angles[of] = usable_corner_angle(sum);
+        }
+    }
     if (std::all_of(angles.begin(), angles.end(), [](double a) { return a == 0; })) angles.clear();
     return angles;
 }

@@ -186,6 +186,13 @@ class LimitSearch::Finder {
                std::any_of(ring.sharpness.begin(), ring.sharpness.end(), is_semi_sharp);
     }
 
+    /// The sides of a crease: the limit of the first one.
+    static std::optional<Rows> both(std::optional<Rows> left, std::optional<Rows> right) {
+        if (!left || !right) return std::nullopt;
+        for (auto& tangents : right->tangents) left->tangents.push_back(std::move(tangents));
+        return left;
+    }
+
     std::optional<Rows> here(const RuleMesh& mesh, const FanSite& site, int step) {
         if (hexagons_) return on_honeycomb(mesh, mesh.origin(site.halfedge));
         if (site.kind == FanSite::Kind::face) return around_face(mesh, site.halfedge);
@@ -193,11 +200,7 @@ class LimitSearch::Finder {
             const FanShape shape{.faces = 4, .boundary = true};
             std::optional<Rows> rows = by_masks(mesh, shape, std::span(&site.halfedge, 1));
             const int twin = mesh.twin(site.halfedge);
-            if (!rows || twin == RuleMesh::none) return rows;
-            std::optional<Rows> behind = by_masks(mesh, shape, std::span(&twin, 1));
-            if (!behind) return std::nullopt;
-            for (auto& tangents : behind->tangents) rows->tangents.push_back(std::move(tangents));
-            return rows;
+            return twin == RuleMesh::none ? rows : both(std::move(rows), by_masks(mesh, shape, std::span(&twin, 1)));
         }
         const int v = mesh.origin(site.halfedge);
         const RuleMesh::Ring ring = mesh.ring(v);
@@ -241,11 +244,9 @@ class LimitSearch::Finder {
         std::optional<Rows> left = by_masks(mesh, {.faces = one, .boundary = true}, from(sharp[0], one));
         std::optional<Rows> right =
             by_masks(mesh, {.faces = ring.faces() - one, .boundary = true}, from(sharp[1], ring.faces() - one));
-        if (!left || !right) return std::nullopt;
         // Both sides give the same point of the crease; but Hoppe's crease is regular only if both of them are.
-        if (options_.hoppe_crease && one == 3) left->limit = right->limit;
-        for (auto& tangents : right->tangents) left->tangents.push_back(std::move(tangents));
-        return left;
+        if (options_.hoppe_crease && one == 3 && left && right) left->limit = right->limit;
+        return both(std::move(left), std::move(right));
     }
 
     /// Its creases are cubic B-splines whatever is beside them.

@@ -53,7 +53,8 @@ ClosedMasks closed_masks(SchemeKind scheme, const FanShape& shape) {
     return find_scheme(name(scheme))->closed_masks(shape, {});
 }
 
-RingLimit smooth_limit(SchemeKind scheme, const RingLayout& at) {
+/// By the smooth rules, from an edge on.
+RingLimit smooth_limit(SchemeKind scheme, const RingLayout& at, int first) {
     const int n = at.faces;
     ClosedMasks masks = closed_masks(scheme, {.faces = n});
     if (n == 2) {
@@ -61,14 +62,15 @@ RingLimit smooth_limit(SchemeKind scheme, const RingLayout& at) {
         masks.tangent1 = {{{0, 1, 0}, 1}, {{1, 1, 0}, -1}};
         if (at.quads) masks.tangent2 = {{{0, 1, 1}, 1}, {{1, 1, 1}, -1}};
     }
-    return {at.weights(masks.limit, 0), {{0, n, at.weights(masks.tangent1, 0), at.weights(masks.tangent2, 0)}}};
+    return {at.weights(masks.limit, first),
+            {{first, n, at.weights(masks.tangent1, first), at.weights(masks.tangent2, first)}}};
 }
 
 /// An interior vertex, no corner, with one sharp edge.
 RingLimit dart_limit(SchemeKind scheme, const RingLayout& at, int sharp) {
     const int n = at.faces;
     // Antisymmetric modes vanish on the crease edge, so the smooth rules' sine mode is theirs as well.
-    RingLimit limit = smooth_limit(scheme, at);
+    RingLimit limit = smooth_limit(scheme, at, sharp);
     SchemeInfo one_ring = *find_scheme(name(scheme));
     one_ring.rings = 1;
     const SpectralAnalysis analysis = analyse(one_ring, {.faces = n, .dart = true}, {});
@@ -82,14 +84,10 @@ RingLimit dart_limit(SchemeKind scheme, const RingLayout& at, int sharp) {
         if (labels[i].a == 1 && labels[i].b == 0)
             along += analysis.tangent1[i] * std::cos(2 * pi * labels[i].sector / n);
     for (std::size_t i = 0; i < labels.size(); ++i) {
-        const int point = at.point(labels[i], 0);
+        const int point = at.point(labels[i], sharp);
         limit.position[point] = analysis.limit[i];
         s.tangent1[point] = along < 0 ? -analysis.tangent1[i] : analysis.tangent1[i];
     }
-    // The sharp edge is the first one so far: turn the weights to where it is here.
-    s.first_edge = sharp;
-    for (auto* weights : {&limit.position, &s.tangent1, &s.tangent2})
-        std::rotate(weights->begin() + 1, weights->end() - (at.quads ? 2 : 1) * sharp, weights->end());
     return limit;
 }
 
@@ -108,7 +106,7 @@ RingLimit::Sector sharp_sector(SchemeKind scheme, const RingLayout& at, bool cor
 /// A corner tag on a vertex with no sharp edge or one: a fixed point in the middle of one sector all around.
 RingLimit::Sector isolated_corner_sector(const RingLayout& at) {
     const int n = at.edges;
-    ClosedMasks masks = ring_closed_masks(n, {}, 0);
+    ClosedMasks masks = ring_closed_masks(n, {});
     if (n == 2) masks.tangent1 = {{{0, 1, 0}, 1}, {{1, 1, 0}, -1}};
     return {0, at.faces, at.weights(masks.tangent1, 0), at.weights(masks.tangent2, 0)};
 }
@@ -118,7 +116,7 @@ RingLimit compute(SchemeKind scheme, const RingShape& shape) {
     const std::vector<int> sharp = at.sharp_edges(shape);
     const int count = static_cast<int>(sharp.size());
     const bool corner = shape.corner || count > 2;
-    if (!corner && count == 0) return smooth_limit(scheme, at);
+    if (!corner && count == 0) return smooth_limit(scheme, at, 0);
     if (!corner && count == 1) return dart_limit(scheme, at, sharp[0]);
     RingLimit limit;
     limit.position.assign(at.size(), 0.0);

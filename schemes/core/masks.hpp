@@ -38,28 +38,22 @@ inline constexpr CreaseMask k_crease_limit_mask{2.0 / 3, 1.0 / 6};
 struct ClosedMasks {
     using Mask = std::vector<std::pair<FanLabel, double>>;
     Mask limit{}, tangent1{}, tangent2{};
-    double lambda1 = 0, lambda2 = 0;  ///< eigenvalues of the tangents
 };
 
 /// Of a vertex on a crease or boundary that runs along the first rays of sectors 0 and `last`: its limit and the
 /// tangent along it.
-inline ClosedMasks crease_closed_masks(int last, double lambda = 0.5) {
+inline ClosedMasks crease_closed_masks(int last) {
     const FanLabel ahead{0, 1, 0}, behind{last, 1, 0};
     return {.limit = {{{}, k_crease_limit_mask.vertex},
                       {ahead, k_crease_limit_mask.neighbour},
                       {behind, k_crease_limit_mask.neighbour}},
-            .tangent1 = {{ahead, 1}, {behind, -1}},
-            .lambda1 = lambda};
+            .tangent1 = {{ahead, 1}, {behind, -1}}};
 }
 
 /// Of a corner of K faces, which stays. Where the two sharp edges span the tangent plane, these are the tangents.
 inline ClosedMasks corner_closed_masks(int K, bool edges_span_the_plane) {
     if (!edges_span_the_plane) return {.limit = {{{}, 1}}};
-    return {.limit = {{{}, 1}},
-            .tangent1 = {{{}, -1}, {{0, 1, 0}, 1}},
-            .tangent2 = {{{}, -1}, {{K, 1, 0}, 1}},
-            .lambda1 = 0.5,
-            .lambda2 = 0.5};
+    return {.limit = {{{}, 1}}, .tangent1 = {{{}, -1}, {{0, 1, 0}, 1}}, .tangent2 = {{{}, -1}, {{K, 1, 0}, 1}}};
 }
 
 /// Weights across a crease or boundary in the sine mode of the K faces on this side, theta = pi / K: of the vertex, of
@@ -85,10 +79,9 @@ struct AcrossMask {
 
 /// Of a vertex of n triangles or quads: by its neighbours and opposite corners, with the cosines and sines of their
 /// angles as tangents.
-/// @param lambda      eigenvalue of both
 /// @param edge, face  their weights in the tangents; face: of both edges beside it. Triangles have none
-inline ClosedMasks ring_closed_masks(int n, const RingMask& limit, double lambda, double edge = 1, double face = 0) {
-    ClosedMasks masks{.limit = {{{}, limit.vertex}}, .lambda1 = lambda, .lambda2 = lambda};
+inline ClosedMasks ring_closed_masks(int n, const RingMask& limit, double edge = 1, double face = 0) {
+    ClosedMasks masks{.limit = {{{}, limit.vertex}}};
     for (int i = 0; i < n; ++i) {
         const double angle = 2 * std::numbers::pi * i / n, next = 2 * std::numbers::pi * (i + 1) / n;
         const auto add = [&](int b, double position, double x, double y) {

@@ -34,18 +34,13 @@ RuleStep corner_weights_step(const RuleMesh& mesh, const RuleOptions& options, C
         vertex_itself);
 }
 
-ClosedMasks corner_weights_closed_masks(const FanShape& shape, double lambda) {
-    ClosedMasks masks;
+ClosedMasks corner_weights_closed_masks(const FanShape& shape, const RuleOptions&) {
     if (shape.corner) return corner_closed_masks(1, false);
-    if (shape.boundary) {
-        masks.lambda1 = 0.5;
-        masks.lambda2 = 0.25;
-        masks.limit = {{{0, 0, 0}, 0.5}, {{1, 0, 0}, 0.5}};
-        masks.tangent1 = {{{0, 0, 0}, 1}, {{1, 0, 0}, -1}};
-        masks.tangent2 = {{{0, 0, 0}, -1}, {{1, 0, 0}, -1}, {{0, 0, 1}, 1}, {{1, 0, 1}, 1}};
-        return masks;
-    }
-    masks.lambda1 = masks.lambda2 = lambda;
+    if (shape.boundary)
+        return {.limit = {{{0, 0, 0}, 0.5}, {{1, 0, 0}, 0.5}},
+                .tangent1 = {{{0, 0, 0}, 1}, {{1, 0, 0}, -1}},
+                .tangent2 = {{{0, 0, 0}, -1}, {{1, 0, 0}, -1}, {{0, 0, 1}, 1}, {{1, 0, 1}, 1}}};
+    ClosedMasks masks;
     const int k = shape.faces;
     for (int i = 0; i < k; ++i) {
         masks.limit.emplace_back(FanLabel{i, 0, 0}, 1.0 / k);

@@ -42,7 +42,6 @@ RuleStep corner_weights_step(const RuleMesh& mesh, const RuleOptions& options, C
 /// Limit of a face: its centroid, with the cos / sin tangents of its corners. At a boundary: the midpoint of an edge,
 /// along p_1 - p_0, across from the edge to the next row (at eigenvalue 1/4: the parametrisation stops there, the
 /// surface has a tangent plane).
-/// @param lambda  subdominant eigenvalue of the face
-ClosedMasks corner_weights_closed_masks(const FanShape& shape, double lambda);
+ClosedMasks corner_weights_closed_masks(const FanShape& shape, const RuleOptions&);
 
 }  // namespace tetrakis::detail

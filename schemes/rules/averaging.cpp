@@ -71,7 +71,7 @@ ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& opt
     const int m = options.averaging_steps, n = shape.faces;
     ClosedMasks masks;
     if (m == 0) return linear_closed_masks(shape, options);
-    if (m == 1) return detail::corner_weights_closed_masks(shape, DooSabin::eigenvalue_catmull_clark(n));
+    if (m == 1) return detail::corner_weights_closed_masks(shape, options);
     const auto add = [&](FanLabel label, double weight) { masks.limit.emplace_back(label, weight); };
     if (m == 2) {
         if (shape.dart || (shape.corner && !shape.boundary)) return masks;
@@ -85,13 +85,9 @@ ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& opt
         for (const FanLabel edge : {FanLabel{0, 1, 0}, FanLabel{1, 1, 0}}) add(edge, 11.0 / 144);
         add({}, 121.0 / 144);
         add({0, 1, 1}, 1.0 / 144);
-        masks.lambda1 = masks.lambda2 = 0.25;
         return masks;
     }
-    if (shape.boundary) {
-        masks.lambda1 = 0.5;
-        return masks;
-    }
+    if (shape.boundary) return masks;
     for (int i = 0; i < n; ++i) {
         add({i, 0, 0}, 484.0 / (576 * n));
         add({i, 1, 0}, 88.0 / (2 * 576 * n));

@@ -33,7 +33,7 @@ double CatmullClark::tangent_edge_factor(double angle) {
 
 ClosedMasks CatmullClark::ring_closed_masks(int n, const RingMask& limit) {
     const double angle = 2 * std::numbers::pi / n;
-    return tetrakis::ring_closed_masks(n, limit, mode_eigenvalue(angle), tangent_edge_factor(angle), 1);
+    return tetrakis::ring_closed_masks(n, limit, tangent_edge_factor(angle), 1);
 }
 
 namespace {
@@ -168,16 +168,12 @@ ClosedMasks catmull_clark_closed_masks(const FanShape& shape, const RuleOptions&
     if (n > 1 && options.edge_beside_crease == EdgeBesideCrease::brief) return masks;
     const double theta = pi / n, c = std::cos(theta);
     AcrossMask across;
-    if (n == 1) {
-        masks.lambda2 = 0.25;
-    } else if (options.edge_beside_crease == EdgeBesideCrease::plain) {
-        masks.lambda2 = CatmullClark::mode_eigenvalue(theta);
-        const double A = CatmullClark::tangent_edge_factor(theta), sines = 1 / std::tan(theta / 2);
-        across = AcrossMask::solve(masks.lambda2, masks.lambda2 * std::sin(theta),
-                                   (CatmullClark::edge_end_quads * A + 0.5) * sines, A);
-    } else {
+    if (n > 1 && options.edge_beside_crease == EdgeBesideCrease::plain) {
+        const double lambda = CatmullClark::mode_eigenvalue(theta), A = CatmullClark::tangent_edge_factor(theta);
+        across = AcrossMask::solve(lambda, lambda * std::sin(theta),
+                                   (CatmullClark::edge_end_quads * A + 0.5) / std::tan(theta / 2), A);
+    } else if (n > 1) {
         const double R = (1 + c) / std::sin(theta);
-        masks.lambda2 = 0.5;
         across = {.vertex = 4 * R * (c - 1), .end = -R * (1 + 2 * c), .inner = 4};
     }
     masks.tangent2 = across.mask(n);

@@ -40,52 +40,44 @@ std::vector<double> Midedge::weights_simplest(int k) {
     return w;
 }
 
-double DooSabin::eigenvalue_catmull_clark(int k) { return 0.5 + std::cos(2 * pi / k) / 4; }
-double Midedge::eigenvalue_simplest(int k) { return (1 + std::cos(2 * pi / k)) / 2; }
-
 namespace detail {
 
 namespace {
 
-/// A scheme by the weights of a corner and the subdominant eigenvalue, both of the number of a face's corners.
-template <auto weights, auto eigenvalue>
+/// A scheme by the weights of a corner, of the number of a face's corners.
+template <auto weights>
 constexpr SchemeInfo dual_scheme(const char* name, const char* title, const char* generation, SurfacePieces pieces,
                                  const char* notes) {
-    return {
-        .name = name,
-        .title = title,
-        .refinement = Refinement::vertex_split,
-        .family = MeshFamily::quads,
-        .smoothness = "C1",
-        .generation = generation,
-        .lattice = FanLattice::dual,
-        .rings = 1,
-        .sees_rings = true,
-        .step = [](const RuleMesh& mesh,
-                   const RuleOptions& options) { return corner_weights_step(mesh, options, weights); },
-        .closed_masks = [](const FanShape& shape,
-                           const RuleOptions&) { return corner_weights_closed_masks(shape, eigenvalue(shape.faces)); },
-        .notes = notes,
-        .pieces = pieces};
+    return {.name = name,
+            .title = title,
+            .refinement = Refinement::vertex_split,
+            .family = MeshFamily::quads,
+            .smoothness = "C1",
+            .generation = generation,
+            .lattice = FanLattice::dual,
+            .rings = 1,
+            .sees_rings = true,
+            .step = [](const RuleMesh& mesh,
+                       const RuleOptions& options) { return corner_weights_step(mesh, options, weights); },
+            .closed_masks = corner_weights_closed_masks,
+            .notes = notes,
+            .pieces = pieces};
 }
-constexpr double half(int) { return 0.5; }
 
 }  // namespace
 
-extern constinit const SchemeInfo doo_sabin_scheme = dual_scheme<DooSabin::weights, half>(
+extern constinit const SchemeInfo doo_sabin_scheme = dual_scheme<DooSabin::weights>(
     "doo-sabin", "Doo, Sabin 1978", "bi-2", SurfacePieces::biquadratic,
     "any polygons; boundary as quadratic B-spline; a crease is a boundary on each side, corners stay");
-extern constinit const SchemeInfo doo_sabin_catmull_clark_scheme =
-    dual_scheme<DooSabin::weights_catmull_clark, DooSabin::eigenvalue_catmull_clark>(
-        "doo-sabin-cc", "Doo-Sabin with the weights of Catmull, Clark 1978", "bi-2", SurfacePieces::biquadratic,
-        "as doo-sabin; one averaging step");
-extern constinit const SchemeInfo midedge_scheme = dual_scheme<Midedge::weights, half>(
-    "midedge", "Midedge, Habib, Warren 1995", "2", SurfacePieces::quadratic_box,
-    "any polygons; boundary and creases as doo-sabin; subdominant 1/2 for every face");
-extern constinit const SchemeInfo midedge_simplest_scheme =
-    dual_scheme<Midedge::weights_simplest, Midedge::eigenvalue_simplest>(
-        "midedge-simplest", "Midedge, Peters, Reif 1997", "2", SurfacePieces::quadratic_box,
-        "any polygons; two rounds of joining midpoints");
+extern constinit const SchemeInfo doo_sabin_catmull_clark_scheme = dual_scheme<DooSabin::weights_catmull_clark>(
+    "doo-sabin-cc", "Doo-Sabin with the weights of Catmull, Clark 1978", "bi-2", SurfacePieces::biquadratic,
+    "as doo-sabin; one averaging step");
+extern constinit const SchemeInfo midedge_scheme =
+    dual_scheme<Midedge::weights>("midedge", "Midedge, Habib, Warren 1995", "2", SurfacePieces::quadratic_box,
+                                  "any polygons; boundary and creases as doo-sabin; subdominant 1/2 for every face");
+extern constinit const SchemeInfo midedge_simplest_scheme = dual_scheme<Midedge::weights_simplest>(
+    "midedge-simplest", "Midedge, Peters, Reif 1997", "2", SurfacePieces::quadratic_box,
+    "any polygons; two rounds of joining midpoints");
 
 }  // namespace detail
 

@@ -12,7 +12,6 @@ struct DooSabin {
     /// Catmull and Clark's: the corner 1/2, its neighbours 1/8, and 1/(4k) for all. Subdominant 1/2 + cos(2 pi / k)
     /// / 4.
     static std::vector<double> weights_catmull_clark(int k);
-    static double eigenvalue_catmull_clark(int k);  ///< that subdominant one
 };
 
 /// Dual schemes with one rule, as Doo-Sabin. Sources: Habib, Warren 1995; Peters, Reif 1997.
@@ -22,7 +21,6 @@ struct Midedge {
     static std::vector<double> weights(int k);
     /// Two rounds of joining midpoints: 1/2, and 1/4 for either neighbour. Subdominant (1 + cos(2 pi / k)) / 2.
     static std::vector<double> weights_simplest(int k);
-    static double eigenvalue_simplest(int k);  ///< that subdominant one
 };
 
 /// A dual scheme's rule for the new corner at corner a_0 of a k-gon, in what the 4-8 mesh has around the k-gon's

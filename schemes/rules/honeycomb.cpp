@@ -72,8 +72,8 @@ RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
 
 /// At the centre of a face, or at a boundary vertex. Of its faces, one more after each step, those along the boundary
 /// are pentagons, which map to themselves and each to its own half of the boundary.
-ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions&) {
-    return shape.boundary ? crease_closed_masks(1) : detail::corner_weights_closed_masks(shape, 0.5);
+ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions& options) {
+    return shape.boundary ? crease_closed_masks(1) : detail::corner_weights_closed_masks(shape, options);
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
     const int n = shape.faces;
     if (!shape.boundary) {
         const double beta = options.loop_weights == LoopWeights::warren ? Loop::beta_warren(n) : Loop::beta(n);
-        return ring_closed_masks(n, Loop::limit_mask(n, beta), Loop::mode_eigenvalue(2 * pi / n));
+        return ring_closed_masks(n, Loop::limit_mask(n, beta));
     }
     // Two triangles at a corner: the edge between them goes by 3/8, into the plane of the two sharp ones.
     if (shape.corner) return corner_closed_masks(n, n <= 2 || shape.angle > 0 || options.corner_angle > 0);
@@ -110,22 +110,17 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
         masks.limit = {{{}, 3.0 / 5}, {{0, 1, 0}, 1.0 / 5}, {{n, 1, 0}, 1.0 / 5}};
         masks.tangent1.clear();
         if (n < 4 || !plain) return masks;
-        masks.lambda2 = Loop::mode_eigenvalue(theta);
         masks.tangent2 = AcrossMask{.vertex = 0, .end = s, .inner = 2 * c - 2}.mask(n);
         return masks;
     }
     if (n > 1 && options.edge_beside_crease == EdgeBesideCrease::brief) return masks;
     AcrossMask across;
-    if (n == 1) {
-        masks.lambda2 = 0.25;
-    } else if (plain) {
-        masks.lambda2 = Loop::mode_eigenvalue(theta);
-        across = AcrossMask::solve(masks.lambda2, Loop::edge_opposite * s, Loop::edge_end / std::tan(theta / 2), 1);
-    } else {
-        masks.lambda2 = 0.5;
+    if (n > 1 && plain)
+        across = AcrossMask::solve(Loop::mode_eigenvalue(theta), Loop::edge_opposite * s,
+                                   Loop::edge_end / std::tan(theta / 2), 1);
+    else if (n > 1)
         across = n == 2 ? AcrossMask{.vertex = -1, .end = 0, .inner = 1}
                         : AcrossMask{.vertex = -2 * (1 - c) * s, .end = -s * c, .inner = 2 * (1 - c)};
-    }
     masks.tangent2 = across.mask(n);
     return masks;
 }

@@ -186,13 +186,8 @@ ClosedMasks butterfly_closed_masks(const FanShape& shape, const RuleOptions& opt
     masks.limit = {{{}, 1}};
     const int n = shape.faces;
     if (shape.corner) return masks;
-    if (shape.boundary) {
-        masks.lambda1 = 0.5;
-        masks.tangent1 = detail::four_point_tangent(0, n);
-        return masks;
-    }
-    if (n != 6 || shape.dart || options.butterfly_w != 0) return masks;
-    masks.lambda1 = masks.lambda2 = 0.5;
+    if (shape.boundary) masks.tangent1 = detail::four_point_tangent(0, n);
+    if (shape.boundary || n != 6 || shape.dart || options.butterfly_w != 0) return masks;
     const struct {
         int a, b;
         double weight, turn;  ///< the turn in sectors
@@ -209,7 +204,7 @@ ClosedMasks butterfly_closed_masks(const FanShape& shape, const RuleOptions& opt
 ClosedMasks modified_butterfly_closed_masks(const FanShape& shape, const RuleOptions& options) {
     ClosedMasks masks = butterfly_closed_masks(shape, options);
     if (shape.boundary || shape.corner || shape.dart || shape.faces == 6 || shape.faces < 3) return masks;
-    ClosedMasks ring = ring_closed_masks(shape.faces, {.vertex = 1}, 0.5);
+    ClosedMasks ring = ring_closed_masks(shape.faces, {.vertex = 1});
     ring.limit = std::move(masks.limit);
     return ring;
 }

@@ -165,8 +165,8 @@ ClosedMasks sqrt3_closed_masks(const FanShape& shape, const RuleOptions&) {
     const int n = shape.faces;
     if (shape.dart || (shape.corner && !shape.boundary)) return {};
     if (shape.corner) return corner_closed_masks(n, false);
-    if (shape.boundary) return crease_closed_masks(n, 1.0 / 3);
-    return ring_closed_masks(n, Sqrt3::limit_mask(n), (2 + 2 * std::cos(2 * pi / n)) / 9);
+    if (shape.boundary) return crease_closed_masks(n);
+    return ring_closed_masks(n, Sqrt3::limit_mask(n));
 }
 
 namespace detail {

@@ -98,8 +98,7 @@ ClosedMasks tuned_loop_closed_masks(const FanShape& shape, const RuleOptions& op
     const int n = shape.faces;
     // Left eigenvector of mode 0: c n beta = 3/8 of the ring's total.
     const double total = 8 * n * vertex_beta(n, options.tuning) / 3;
-    return ring_closed_masks(n, {.vertex = 1 / (1 + total), .edge = total / (1 + total) / n},
-                             mode(n, 1, n < 3 ? 0 : options.tuning));
+    return ring_closed_masks(n, {.vertex = 1 / (1 + total), .edge = total / (1 + total) / n});
 }
 
 }  // namespace
