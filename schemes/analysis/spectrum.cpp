@@ -24,9 +24,7 @@ constexpr double k_same = 1e-6;
 
 /// Number of eigenvalues that are the same as this one.
 int count_same(const std::vector<Complex>& values, Complex value) {
-    int count = 0;
-    for (const Complex& z : values) count += std::abs(z - value) < k_same ? 1 : 0;
-    return count;
+    return static_cast<int>(std::ranges::count_if(values, [&](Complex z) { return std::abs(z - value) < k_same; }));
 }
 
 /// The largest eigenvalue besides one that is 1.

@@ -92,12 +92,8 @@ void RuleMesh::check_fans() const {
     std::vector<int> leaving(vertex_count(), 0);
     for (const int v : origin_) ++leaving[v];
     for (int v = 0; v < vertex_count(); ++v) {
-        if (first_[v] == none) continue;
-        int met = 0, h = first_[v];
-        do {
-            ++met;
-            h = twin_[prev(h)];
-        } while (h != none && h != first_[v]);
+        int met = 0;
+        for_each_leaving(v, [&](int) { ++met; });
         if (met != leaving[v]) refuse("faces that share nothing but the vertex", v);
     }
 }

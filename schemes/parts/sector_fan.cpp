@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 namespace tetrakis {
@@ -25,26 +24,15 @@ FanLabels::FanLabels(FanLattice lattice, const FanShape& shape, int rings)
             for (int s = 0; s < 2 && rings >= 1; ++s) labels_.push_back({s, a, b});
         for (const FanLabel l : {FanLabel{0, 0, 2}, FanLabel{1, 0, 2}, FanLabel{0, 0, 3}})
             if (rings >= 2) labels_.push_back(l);
-        for (int i = 0; i < size(); ++i) number_[labels_[i]] = i;
-        return;
     }
-    struct Place {
-        int ring, a, b;
-    };
-    std::vector<Place> places;
     const int most = rings + (dual && shape.boundary ? 1 : 0);
-    for (int a = dual ? 0 : 1; a <= rings; ++a)
-        for (int b = 0; b <= most; ++b) {
-            const int ring = ring_of({0, a, b});
-            if (ring <= rings) places.push_back({ring, a, b});
-        }
-    std::sort(places.begin(), places.end(), [](const Place& x, const Place& y) {
-        return std::tuple(x.ring, x.b, -x.a) < std::tuple(y.ring, y.b, -y.a);
-    });
-    for (const Place& p : places) {
-        const int sectors = dual ? (shape.boundary ? 2 : n) : shape.boundary && p.b == 0 ? n + 1 : n;
-        for (int s = 0; s < sectors; ++s) labels_.push_back({s, p.a, p.b});
-    }
+    for (int ring = 0; ring <= rings && lattice != FanLattice::pentagons; ++ring)
+        for (int b = 0; b <= most; ++b)
+            for (int a = rings; a >= (dual ? 0 : 1); --a) {
+                if (ring_of({0, a, b}) != ring) continue;
+                const int sectors = dual ? (shape.boundary ? 2 : n) : shape.boundary && b == 0 ? n + 1 : n;
+                for (int s = 0; s < sectors; ++s) labels_.push_back({s, a, b});
+            }
     for (int i = 0; i < size(); ++i) number_[labels_[i]] = i;
 }
 
@@ -80,11 +68,8 @@ FanLabel FanLabels::mirrored(FanLabel label) const {
         return {on_axis ? label.sector : 1 - label.sector, label.a, label.b};
     }
     if (label.a == 0) return label;
-    if (shape_.boundary)
-        return canonical(label.b == 0 ? FanLabel{n - label.sector, label.a, 0}
-                                      : FanLabel{n - 1 - label.sector, label.b, label.a});
     return canonical(label.b == 0 ? FanLabel{n - label.sector, label.a, 0}
-                                  : FanLabel{2 * n - 1 - label.sector, label.b, label.a});
+                                  : FanLabel{n - 1 - label.sector, label.b, label.a});
 }
 
 namespace {
