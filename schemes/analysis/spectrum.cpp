@@ -205,22 +205,21 @@ void analyse_rotation(SpectralAnalysis& analysis) {
     const int places = (s.size() - centre) / n;
     const auto index = [&](int place, int sector) { return centre + place * n + sector; };
 
-    struct Term {
-        int row, column, sector;  ///< places, and how many sectors the column's is ahead
-        double weight;
+    std::vector<Complex> wave(n);
+    for (int t = 0; t < n; ++t) wave[t] = std::polar(1.0, 2 * std::numbers::pi * t / n);
+    // Mode 0 has the centre, too.
+    const auto block = [&](int j) {
+        const int first = j == 0 ? centre : 0;
+        DenseMatrix m(first + places);
+        for (int p = -first; p < places; ++p)
+            for (const auto& [point, weight] : s.row(p < 0 ? 0 : index(p, 0)).terms) {
+                const int q = point < centre ? -1 : (point - centre) / n, ahead = q < 0 ? 0 : (point - centre) % n;
+                if (q >= -first)
+                    m(first + p, first + q) += wave[static_cast<std::size_t>(std::int64_t{j} * ahead % n)] * weight;
+            }
+        return m;
     };
-    std::vector<Term> terms;
-    DenseMatrix zero(centre + places);
-    for (int p = -centre; p < places; ++p) {
-        const auto points = s.rows.points(p < 0 ? 0 : index(p, 0));
-        const auto weights = s.rows.weights(p < 0 ? 0 : index(p, 0));
-        for (std::size_t k = 0; k < points.size(); ++k) {
-            const bool to_centre = points[k] < centre;
-            const int q = to_centre ? -1 : (points[k] - centre) / n;
-            zero(centre + p, centre + q) += weights[k];
-            if (p >= 0 && !to_centre) terms.push_back({p, q, (points[k] - centre) % n, weights[k]});
-        }
-    }
+    const DenseMatrix zero = block(0);
     add(analysis, eigenvalues(zero), 0, 1);
     const std::vector<Complex> limit = left_eigenvector(zero, 1);
     const double total = std::accumulate(limit.begin(), limit.end(), Complex(0)).real();
@@ -229,21 +228,16 @@ void analyse_rotation(SpectralAnalysis& analysis) {
     for (int p = 0; p < places; ++p)
         for (int t = 0; t < n; ++t) analysis.limit[index(p, t)] = limit[centre + p].real() / total / n;
 
-    std::vector<Complex> wave(n);
-    for (int t = 0; t < n; ++t) wave[t] = std::polar(1.0, 2 * std::numbers::pi * t / n);
     for (int j = 1; 2 * j <= n; ++j) {
-        DenseMatrix block(places);
-        for (const Term& term : terms)
-            block(term.row, term.column) +=
-                wave[static_cast<std::size_t>(std::int64_t{j} * term.sector % n)] * term.weight;
-        const std::vector<Complex> values = eigenvalues(block);
+        const DenseMatrix mode = block(j);
+        const std::vector<Complex> values = eigenvalues(mode);
         add(analysis, values, j, 2 * j < n ? 2 : 1);
         if (j == 1 && n == 2) analyse_two_sectors(analysis);
         if (j != 1 || n == 2) continue;
         const Complex lambda = largest(values, false);
         analysis.lambda1 = analysis.lambda2 = real_or_zero(lambda);
         if (count_same(values, lambda) != 1 || analysis.lambda1 <= 0) continue;
-        std::vector<Complex> y = left_eigenvector(block, lambda);
+        std::vector<Complex> y = left_eigenvector(mode, lambda);
         // The first place is on the ray itself (dual: on the face's diagonal): make its weight real.
         int lead = 0;
         while (std::abs(y[lead]) < 1e-6) ++lead;
@@ -332,7 +326,7 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
     if (const std::optional<Rows> inwards = rows_inwards(s)) {
         const auto is_outermost = [&](int i) { return inwards->before[i] < 0; };
         e = Mode(even.only([&](int i) { return !is_outermost(i); }), inwards->differences);
-        // Of a point, not of its difference from the one before it. These come in order: before it is one that is done.
+        // It is of differences: each counts against the point before it, too, which has a lower number.
         for (std::size_t i = 0; i < e.mask.size(); ++i)
             if (!is_outermost(static_cast<int>(i))) e.mask[inwards->before[i]] -= e.mask[i];
         for (const SymmetricPart* part : {&even, &odd})
