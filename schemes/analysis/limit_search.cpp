@@ -159,7 +159,7 @@ class LimitSearch::Finder {
         int rings = 0;
         for (const Mask* mask : {&weights.limit, &weights.tangent1, &weights.tangent2})
             for (const auto& [label, weight] : *mask) rings = std::max(rings, middle.ring_of(label));
-        FanMasks& masks = masks_.try_emplace(shape, FanSearch(FanLabels(lattice, shape, rings))).first->second;
+        FanMasks& masks = masks_.emplace(shape, FanMasks{FanSearch(FanLabels(lattice, shape, rings))}).first->second;
         double sum = 0;
         for (const auto& [label, weight] : weights.limit) sum += weight;
         const auto row = [&](const Mask& mask, double total) {
