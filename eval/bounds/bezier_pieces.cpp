@@ -33,13 +33,7 @@ constexpr auto k_shares = [] {
 }();
 
 /// Weights of a uniform B-spline's control points in its polar form.
-Weights4 polar_weights(const std::array<double, 3>& at) {
-    // De Boor's algorithm, backwards.
-    const auto [u, v, w] = at;
-    const double e0 = 1 - w, e1 = w;
-    const double d0 = e0 * (1 - v) / 2, d1 = e0 * (1 + v) / 2 + e1 * (2 - v) / 2, d2 = e1 * v / 2;
-    return {d0 * (1 - u) / 3, (d0 * (2 + u) + d1 * (2 - u)) / 3, (d1 * (1 + u) + d2 * (3 - u)) / 3, d2 * u / 3};
-}
+Weights4 polar_weights(const std::array<double, 3>& at) { return cubic_polar(at[0], at[1], at[2]); }
 std::array<double, 3> polar_weights(const std::array<double, 2>& at) {
     const auto [u, v] = at;
     return {(1 - u) * (1 - v) / 2, (1 - u) * (1 + v) / 2 + u * (2 - v) / 2, u * v / 2};

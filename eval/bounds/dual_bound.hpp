@@ -14,7 +14,7 @@ namespace tetrakis::detail {
 /// Certified errors of the mesh of a vertex forest's leaves at their limit points. Each face of the mesh stands for the
 /// part of the surface around the point where its leaves meet. Straight lines from vertex to vertex in the cells'
 /// parameters bound that part; a line through the point lies over a quad's diagonal. The error of a triangle is that of
-/// QuadBounder, with the mesh's own sliding (EdgeSliding). Regular cells give polynomials: of degree 4 (Doo-Sabin), or
+/// CellBounder, with the mesh's own sliding (EdgeSliding). Regular cells give polynomials: of degree 4 (Doo-Sabin), or
 /// four of degree 2 (midedge).
 ///
 /// A face of more than four corners lies around an extraordinary point. It is compared as a whole, as a flat convex

@@ -113,8 +113,7 @@ void DualCells::collect(const VertexCell& cell, int levels, std::vector<VertexCe
         const VertexCell first = corner_cell(points_[point_of(cell)].corners[0], cell.level);
         if (!hulls_.contains(first)) wanted.push_back(first);
     } else {
-        for (const std::uint32_t y : {0u, 1u})
-            for (const std::uint32_t x : {0u, 1u}) collect(quarter(cell, x, y), levels - 1, wanted);
+        for (int k = 0; k < 4; ++k) collect(quarter(cell, k), levels - 1, wanted);
     }
 }
 

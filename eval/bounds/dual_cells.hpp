@@ -17,7 +17,7 @@
 namespace tetrakis::detail {
 
 /// A triangle of a cell, in lengths of the cell's sides; edges are those of the mesh's face.
-using DualPiece = LabelledTriangle<Vec2d>;
+using DualPiece = LabelledTriangle;
 
 /// Control points of the limit surface of a quadratic dual scheme, by cells of the vertex quadtrees. A cell is regular
 /// if four cells meet at each of its corners; across boundaries and creases its control points are repeated, as the
@@ -69,7 +69,8 @@ class DualCells {
     std::uint32_t point_of(const VertexCell& cell) const;
     void collect(const VertexCell& cell, int levels, std::vector<VertexCell>& wanted) const;
     std::span<const Vec3d> hull(const VertexCell& cell) const;
-    static VertexCell quarter(const VertexCell& cell, std::uint32_t x, std::uint32_t y) {
+    static VertexCell quarter(const VertexCell& cell, int number) {
+        const std::uint32_t x = number == 1 || number == 2, y = number >= 2;
         return {cell.root, {2 * cell.at.x + x, 2 * cell.at.y + y}, static_cast<std::uint8_t>(cell.level + 1)};
     }
 
@@ -86,12 +87,10 @@ void DualCells::visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on
                       int levels) const {
     if (!irregular(cell)) return on_net(nets_.at(cell), piece);
     if (levels == 0) return on_hull(hull(cell));
-    for (const int x : {0, 1})
-        for (const int y : {0, 1})
-            in_quarter(piece, x, y).for_each_triangle([&](const DualPiece& part) {
-                visit(quarter(cell, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)), part, on_net,
-                      on_hull, levels - 1);
-            });
+    for (int k = 0; k < 4; ++k)
+        in_quarter(piece, k, 4).for_each_triangle([&](const DualPiece& part) {
+            visit(quarter(cell, k), part, on_net, on_hull, levels - 1);
+        });
 }
 
 template <class Take>
@@ -100,7 +99,7 @@ void DualCells::for_each_polynomial(const Net9& net, const DualPiece& piece, boo
     // Between the cell's diagonals.
     for (const int side : {0, 1, 2, 3}) {
         const double up = side >= 2 ? 1 : -1, right = side == 1 || side == 2 ? 1 : -1;
-        LabelledPolygon<Vec2d>(piece)
+        LabelledPolygon(piece)
             .clipped([&](const Vec2d& p) { return up * (p.y - p.x); })
             .clipped([&](const Vec2d& p) { return right * (p.x + p.y - 1); })
             .for_each_triangle([&](const DualPiece& part) { take(four_direction_over(net, side, part.at), part); });

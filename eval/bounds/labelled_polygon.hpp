@@ -1,30 +1,23 @@
 #pragma once
 
-#include "../../hier/base/vec.hpp"
+#include "../patches/cell.hpp"
 
 #include <array>
 #include <cstddef>
 
 namespace tetrakis::detail {
 
-inline Vec2d mix(const Vec2d& a, const Vec2d& b, double t) { return a + t * (b - a); }
-inline std::array<double, 3> mix(const std::array<double, 3>& a, const std::array<double, 3>& b, double t) {
-    return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
-}
-
-template <class Point>
+/// A triangle in a cell, in lengths of its sides.
 struct LabelledTriangle {
-    std::array<Point, 3> at{};
+    std::array<Vec2d, 3> at{};
     std::array<int, 3> edge{-1, -1, -1};  ///< that side k (corner k to k + 1) lies on, or -1
 };
 
 /// A convex polygon cut from a triangle by some lines. It knows which of its sides lie on edges of something else.
-/// @tparam Point  has mix(a, b, t), the point a + t (b - a)
-template <class Point>
 class LabelledPolygon {
   public:
     LabelledPolygon() = default;
-    LabelledPolygon(const LabelledTriangle<Point>& whole) : size_(3) {
+    LabelledPolygon(const LabelledTriangle& whole) : size_(3) {
         for (std::size_t k = 0; k < 3; ++k) corner_[k] = {whole.at[k], whole.edge[k]};
     }
 
@@ -37,7 +30,7 @@ class LabelledPolygon {
             const double va = value(a.at), vb = value(b.at);
             if (va >= 0) out.corner_[out.size_++] = {a.at, va == 0 && vb < 0 ? -1 : a.edge};
             if ((va > 0 && vb < 0) || (va < 0 && vb > 0))
-                out.corner_[out.size_++] = {mix(a.at, b.at, va / (va - vb)), va > 0 ? -1 : a.edge};
+                out.corner_[out.size_++] = {a.at + va / (va - vb) * (b.at - a.at), va > 0 ? -1 : a.edge};
         }
         return out;
     }
@@ -50,21 +43,21 @@ class LabelledPolygon {
     }
     bool empty() const { return size_ < 3; }
     std::size_t size() const { return size_; }
-    const Point& corner(std::size_t i) const { return corner_[i].at; }
+    const Vec2d& corner(std::size_t i) const { return corner_[i].at; }
     /// That the side from corner i to the next one lies on, or -1.
     int edge(std::size_t i) const { return corner_[i].edge; }
     /// Calls take(LabelledTriangle) for triangles that it is made of.
     template <class Take>
     void for_each_triangle(Take&& take) const {
         for (std::size_t i = 1; i + 1 < size_; ++i)
-            take(LabelledTriangle<Point>{
+            take(LabelledTriangle{
                 {corner_[0].at, corner_[i].at, corner_[i + 1].at},
                 {i == 1 ? corner_[0].edge : -1, corner_[i].edge, i + 2 == size_ ? corner_[i + 1].edge : -1}});
     }
 
   private:
     struct Corner {
-        Point at;
+        Vec2d at;
         int edge;
     };
     static constexpr std::size_t k_most = 8;  ///< of a triangle cut by five lines
@@ -73,11 +66,34 @@ class LabelledPolygon {
     std::size_t size_ = 0;
 };
 
-/// What the quarter (x, y) of a quad has of a polygon in it, in lengths of the quarter's sides.
-inline LabelledPolygon<Vec2d> in_quarter(const LabelledPolygon<Vec2d>& whole, int x, int y) {
-    return whole.clipped([&](const Vec2d& p) { return (2 * x - 1) * (p.x - 0.5); })
-        .clipped([&](const Vec2d& p) { return (2 * y - 1) * (p.y - 0.5); })
-        .mapped([&](const Vec2d& p) { return 2.0 * p - Vec2d(x, y); });
+/// What a quarter of a cell with n corners has of a polygon, in lengths of the quarter's sides.
+inline LabelledPolygon in_quarter(LabelledPolygon part, int quarter, int n) {
+    // Lines where x, y and, of triangles, 1 - x - y are 1/2.
+    const auto keep = [&](int k, bool above) {
+        part = part.clipped([&](const Vec2d& p) {
+            return (above ? 1 : -1) * ((k == 0 ? 1 - p.x - p.y : k == 1 ? p.x : p.y) - 0.5);
+        });
+    };
+    if (n == 4) {
+        keep(1, quarter == 1 || quarter == 2);
+        keep(2, quarter >= 2);
+    } else if (quarter < 3) {
+        keep(quarter, true);
+    } else {
+        for (int k = 0; k < 3; ++k) keep(k, false);
+    }
+    return part.mapped([&](const Vec2d& p) { return in_quarter(p, quarter, n); });
+}
+
+/// Calls take(part, is_next) for the parts of a triangle in a corner cell, where x <= 1, and in the next corner's.
+template <class Take>
+void for_each_corner_cell(const LabelledPolygon& whole, Take&& take) {
+    const LabelledPolygon here = whole.clipped([](const Vec2d&p) { return 1 - p.x; }),
+                          next = whole.clipped([](const Vec2d&p) { return p.x - 1; }).mapped([](const Vec2d&p) {
+                              return Vec2d(p.y, 2 - p.x);
+                          });
+    if (!here.empty()) take(here, false);
+    if (!next.empty()) take(next, true);
 }
 
 }  // namespace tetrakis::detail

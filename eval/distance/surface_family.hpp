@@ -2,8 +2,7 @@
 
 #include "../../hier/forest/corner_cell.hpp"
 #include "../../refine/adaptive/hierarchy_view.hpp"
-#include "../bounds/loop_bounder.hpp"
-#include "../bounds/quad_bounder.hpp"
+#include "../bounds/cell_bounder.hpp"
 #include "../patches/quad_patches.hpp"
 #include "../surface/surface_point.hpp"
 

@@ -36,11 +36,9 @@ int rings_of(const SchemeInfo& scheme, const RuleOptions& options) {
 enum class Extension { bilinear, affine, constant };
 
 CellAnchor anchor_at(const Vec2d& p, Extension extension, int corners) {
-    const double x = p.x, y = p.y;
     if (extension == Extension::constant) return {1, 0, 0, 0};
-    if (corners == 3) return {1 - x - y, x, y, 0};
-    if (extension == Extension::affine) return {1 - x - y, x, 0, y};
-    return {(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y};
+    if (corners == 4 && extension == Extension::affine) return {1 - p.x - p.y, p.x, 0, p.y};
+    return corner_weights(p, corners);
 }
 
 /// A cell some levels below, by its points as combinations of those of the first one.
@@ -233,7 +231,7 @@ class CellNormTable::Search {
     /// A corner of a small cell, less where it would be on the large one.
     StencilRow without_hat(const CellBelow& cell, int corner) const {
         StencilRow row = cell.rows.row(corner);
-        const CellAnchor hats = anchor_at(cell.corner[corner], Extension::bilinear, corners_);
+        const CellAnchor hats = corner_weights(cell.corner[corner], corners_);
         for (int k = 0; k < corners_; ++k) row.add(k, -hats[k]);
         row.gather();
         return row;

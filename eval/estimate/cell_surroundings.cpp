@@ -13,7 +13,7 @@ namespace {
 
 // In a key: vertices that are corners follow; then half-edges of sectors with angles, each with the halves of its
 // angle.
-constexpr int k_tagged = std::numeric_limits<int>::min(), k_angled = k_tagged + 1;
+constexpr int k_sharp_vertices = std::numeric_limits<int>::min(), k_angles = k_sharp_vertices + 1;
 
 /// A mesh of these surroundings. Half-edge 0 leaves the cell's first corner, and the first half-edge of every other
 /// face lies beside a face before it.
@@ -22,7 +22,7 @@ RuleMesh surroundings_mesh(const SurroundingsKey& key) {
     RuleMesh::Builder faces;
     int vertices = 0;
     std::size_t i = 0, halfedges = 0;
-    for (; key[i] != k_tagged;) {
+    for (; key[i] != k_sharp_vertices;) {
         const int size = -key[i++];
         for (int c = 0; c < size; ++c, ++i) {
             faces.corner(key[i] / 2, key[i] % 2 != 0 ? std::numeric_limits<float>::infinity() : 0.0f);
@@ -32,7 +32,7 @@ RuleMesh surroundings_mesh(const SurroundingsKey& key) {
         faces.end_face();
     }
     std::vector<float> sharpness(vertices, 0.0f);
-    for (++i; i < key.size() && key[i] != k_angled; ++i) sharpness[key[i]] = std::numeric_limits<float>::infinity();
+    for (++i; i < key.size() && key[i] != k_angles; ++i) sharpness[key[i]] = std::numeric_limits<float>::infinity();
     if (i < key.size()) {
         std::vector<double> angles(halfedges);
         for (++i; i < key.size(); i += 3)
@@ -101,10 +101,10 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
         } while (h != entry[i]);
     }
     if (entry.size() != parts.faces().size()) return std::nullopt;  // in pieces
-    key.push_back(k_tagged);
+    key.push_back(k_sharp_vertices);
     key.insert(key.end(), sharp_corners.begin(), sharp_corners.end());
     if (angles.empty()) return result;
-    key.push_back(k_angled);
+    key.push_back(k_angles);
     key.insert(key.end(), angles.begin(), angles.end());
     return result;
 }

@@ -6,6 +6,7 @@
 #include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../../schemes/parts/sector_fan.hpp"
+#include "../patches/cell.hpp"
 
 #include <array>
 #include <optional>
@@ -25,11 +26,6 @@ inline int face_corner(const RuleMesh& mesh, const CellFrame& frame, int corner,
     int h = frame.halfedge;
     for (int c = frame.corner; c != corner; c = (c + 1) % n) h = mesh.next(h);
     return h;
-}
-
-/// Where a cell with n corners has them, in lengths of its sides.
-inline Vec2d cell_corner(int corner, int n) {
-    return n == 4 ? Vec2d(corner == 1 || corner == 2, corner >= 2) : Vec2d(corner == 1, corner == 2);
 }
 
 /// One of four children of a cell with n corners. That at a corner has the same corner of its own there; the last of a

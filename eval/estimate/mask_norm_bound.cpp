@@ -34,22 +34,7 @@ constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 /// What a cell has of a flat triangle over the surface, in lengths of its sides, with the edges of the triangle that
 /// the part's sides lie over.
-using Part = detail::LabelledPolygon<Vec2d>;
-
-/// What one of a cell's children has of a part, as child_cell() numbers them.
-Part in_child(const Part& part, int child, int cell_corners) {
-    if (cell_corners == 4) return in_quarter(part, child == 1 || child == 2 ? 1 : 0, child >= 2 ? 1 : 0);
-    const auto half = [](int k, double sign) {
-        return [k, sign](const Vec2d& p) { return sign * ((k == 0 ? 1 - p.x - p.y : k == 1 ? p.x : p.y) - 0.5); };
-    };
-    if (child < 3)
-        return part.clipped(half(child, 1)).mapped([&](const Vec2d& p) {
-            return 2.0 * p - detail::cell_corner(child, cell_corners);
-        });
-    return part.clipped(half(0, -1)).clipped(half(1, -1)).clipped(half(2, -1)).mapped([](const Vec2d& p) {
-        return Vec2d(1) - 2.0 * p;
-    });
-}
+using Part = detail::LabelledPolygon;
 
 /// The error of a level's mesh over a part of one of its cells.
 struct PartError {
@@ -65,10 +50,9 @@ PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int c
     Vec2d low(1), high(0);
     for (std::size_t i = 0; i < part.size(); ++i) {
         const Vec2d& at = part.corner(i);
-        const double x = at.x, y = at.y;
-        const Vec3d p = triangle.local(cell_corners == 3 ? (1 - x - y) * corner[0] + x * corner[1] + y * corner[2]
-                                                         : (1 - y) * ((1 - x) * corner[0] + x * corner[1]) +
-                                                               y * ((1 - x) * corner[3] + x * corner[2]));
+        const auto weight = detail::corner_weights(at, cell_corners);
+        const Vec3d p = triangle.local(weight[0] * corner[0] + weight[1] * corner[1] + weight[2] * corner[2] +
+                                       weight[3] * corner[3]);
         double here = triangle.to_face(p);
         for (const int edge : {part.edge(i), part.edge((i + part.size() - 1) % part.size())})
             if (edge >= 0) here = std::max(here, triangle.to_edge(p, static_cast<std::size_t>(edge)));
@@ -267,17 +251,9 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<V
     for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(t.corner[k].x, t.corner[k].y);
     const Part whole({at, {0, 1, 2}});
     const detail::TriangleDistance triangle(corners);
-    if (norms_.corners() == 3 || std::ranges::all_of(at, [](const Vec2d& p) { return p.x <= 1; })) {
-        pieces.push_back({t.root, t.level, whole, triangle});
-        return;
-    }
-    // A half lies in the next corner's cell.
-    const Part here = whole.clipped([](const Vec2d&p) { return 1 - p.x; }),
-               there = whole.clipped([](const Vec2d&p) { return p.x - 1; }).mapped([](const Vec2d&p) {
-                   return Vec2d(p.y, 2 - p.x);
-               });
-    if (!here.empty()) pieces.push_back({t.root, t.level, here, triangle});
-    if (!there.empty()) pieces.push_back({mesh_.next(t.root), t.level, there, triangle});
+    detail::for_each_corner_cell(whole, [&](const Part& part, bool is_next) {
+        pieces.push_back({is_next ? mesh_.next(t.root) : t.root, t.level, part, triangle});
+    });
 }
 
 template <class Family>
@@ -356,7 +332,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
                 continue;
             }
             for (int child = 0; child < 4; ++child) {
-                const Part part = in_child(w.part, child, n);
+                const Part part = in_quarter(w.part, child, n);
                 if (part.empty()) continue;
                 if (w.known == nullptr)
                     walkers.push_back({mesh.child(w, child), w.piece, part});

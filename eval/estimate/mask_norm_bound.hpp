@@ -18,7 +18,7 @@ namespace tetrakis {
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
 
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
-/// triangles and quads. The error of a triangle is that of QuadBounder. It is found on the mesh of a finer level, at
+/// triangles and quads. The error of a triangle is that of CellBounder. It is found on the mesh of a finer level, at
 /// the corners of the parts of its cells that lie over the triangle, and how far the limit is from that mesh is known
 /// by mask norms (CellNormTable): errors change no faster than points move. Levels are made around a triangle until
 /// that does: by the rules, in a part of the mesh, until a cell has norms, and from there on by the rows that come with
@@ -47,8 +47,8 @@ class MaskNormBound final : public SurfaceBound {
     /// What a root's cell has of a flat triangle.
     struct Piece {
         HalfedgeId cell;
-        int level = 0;                          ///< of cells that are as large as the triangle
-        detail::LabelledPolygon<Vec2d> part{};  ///< in lengths of the cell's sides
+        int level = 0;                   ///< of cells that are as large as the triangle
+        detail::LabelledPolygon part{};  ///< in lengths of the cell's sides
         detail::TriangleDistance triangle{};
     };
     /// The mesh of a level, or a part of it.

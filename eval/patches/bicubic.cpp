@@ -1,56 +1,62 @@
 #include "bicubic.hpp"
 
-#include "../../schemes/core/sharpness.hpp"
+#include "bezier_triangle.hpp"
 
 namespace tetrakis::detail {
 
-void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, SideCrease& out_crease) {
-    if (!crease) {
-        out_crease = {};
-        child_net(net, qx, qy, out);
-        return;
-    }
-    const bool across_y = crease.across_y(), far = crease.far();
-    const double weight = std::min(1.0, static_cast<double>(crease.sharpness));
-    const int along = across_y ? 1 : 4, across = across_y ? 4 : 1;
-    const int q_along = across_y ? qx : qy, q_across = across_y ? qy : qx;
-    // The smooth quarter, and the crease's own row blended with the curve along it.
-    child_net(net, qx, qy, out);
-    const int from = (far ? 2 : 1) * across, to = (far ? 3 - q_across : 1 - q_across) * across;
-    for (int k = 0; k < 3; ++k) {
-        double curve[4];
-        half_curve(net.c[k] + from, along, q_along != 0, curve, 1);
-        for (int i = 0; i < 4; ++i) {
-            double& point = out.c[k][to + i * along];
-            point = weight * curve[i] + (1 - weight) * point;
-        }
-    }
-    const bool touches = (q_across != 0) == far;
-    const float next = child_sharpness(crease.sharpness);
-    out_crease = touches && next > 0 ? SideCrease{crease.side, next} : SideCrease{};
+namespace {
+
+using Rows4 = std::array<Weights4, 4>;
+
+/// Weights of a curve's control points in those of its part over [low, high].
+Rows4 rows_over(double low, double high) {
+    const double h = high - low;
+    Rows4 rows;
+    for (int i = 0; i < 4; ++i)
+        rows[static_cast<std::size_t>(i)] = cubic_polar(low + (i - 2) * h, low + (i - 1) * h, low + i * h);
+    return rows;
 }
 
-int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3>& strips) {
-    const bool across_y = crease.across_y(), far = crease.far();
-    const int along = across_y ? 1 : 4, across = across_y ? 4 : 1;
-    const CreasePieces pieces = CreasePieces::make(crease.sharpness);
-    for (int s = 0; s < pieces.count; ++s) {
-        CreaseStrip& strip = strips[static_cast<std::size_t>(s)];
-        strip.begin = pieces.begin[s], strip.end = pieces.end[s];
-        strip.origin = pieces.whole(s) ? 0 : strip.begin;
-        strip.span = pieces.whole(s) ? 1 : strip.end - strip.begin;
-        for (int k = 0; k < 3; ++k)
-            for (int i = 0; i < 4; ++i) {
-                const double* p = net.c[k] + i * along;
-                for (int j = 0; j < 4; ++j) {
-                    const Weights4& w = pieces.control[s][j];
-                    const auto at = [&](int c) { return p[across * (far ? 3 - c : c)]; };
-                    strip.net.c[k][i * along + across * (far ? 3 - j : j)] =
-                        (w[0] * at(0) + w[1] * at(1)) + (w[2] * at(2) + w[3] * at(3));
-                }
-            }
+/// The same across a crease, for a part of one piece.
+/// @param low, high  distances from the crease
+Rows4 rows_over(const CreasePieces::Piece& piece, double low, double high) {
+    const Rows4 own = rows_over((low - piece.origin) / piece.span, (high - piece.origin) / piece.span);
+    Rows4 rows{};
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t k = 0; k < 4; ++k)
+            for (std::size_t j = 0; j < 4; ++j) rows[i][j] += own[i][k] * piece.control[k][j];
+    return rows;
+}
+
+}  // namespace
+
+TETRAKIS_FOR_AVX2_TOO
+Net16 net_over(const Net16& net, SideCrease crease, int piece, const Vec2d& low, const Vec2d& high) {
+    Rows4 by_x = rows_over(low.x, high.x), by_y = rows_over(low.y, high.y);
+    if (crease) {
+        const int axis = crease.across_y() ? 1 : 0;
+        const double from = crease.far() ? 1 - high[axis] : low[axis], to = crease.far() ? 1 - low[axis] : high[axis];
+        Rows4& across = axis == 1 ? by_y : by_x;
+        across = rows_over(crease_pieces(crease.sharpness).piece[static_cast<std::size_t>(piece)], from, to);
+        if (crease.far()) {
+            std::ranges::reverse(across);
+            for (Weights4& row : across) std::ranges::reverse(row);
+        }
     }
-    return pieces.count;
+    Net16 out;
+    for (int k = 0; k < 3; ++k) {
+        double rows[16];
+        for (std::size_t y = 0; y < 4; ++y) {
+            const double* p = net.c[k] + 4 * y;
+            for (std::size_t x = 0; x < 4; ++x)
+                rows[4 * y + x] = by_x[x][0] * p[0] + by_x[x][1] * p[1] + by_x[x][2] * p[2] + by_x[x][3] * p[3];
+        }
+        for (std::size_t y = 0; y < 4; ++y)
+            for (std::size_t x = 0; x < 4; ++x)
+                out.c[k][4 * y + x] = by_y[y][0] * rows[x] + by_y[y][1] * rows[4 + x] + by_y[y][2] * rows[8 + x] +
+                                      by_y[y][3] * rows[12 + x];
+    }
+    return out;
 }
 
 const CreasePieces& crease_pieces(float sharpness) {

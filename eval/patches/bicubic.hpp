@@ -50,22 +50,11 @@ inline Vec3d combine(const Net16& net, const Weights4& wx, const Weights4& wy) {
     return result;
 }
 
-/// One binary refinement of the curve rule: four points give the four of the lower (upper = 0) or upper half.
-inline void half_curve(const double* p, int stride, bool upper, double* q, int out_stride) {
-    const double a = p[0], b = p[stride], c = p[2 * stride], d = p[3 * stride];
-    // At -1/2, 0, 1/2, 1 and 3/2.
-    const double all[5] = {0.5 * (a + b), 0.125 * (a + c) + 0.75 * b, 0.5 * (b + c), 0.125 * (b + d) + 0.75 * c,
-                           0.5 * (c + d)};
-    for (int i = 0; i < 4; ++i) q[i * out_stride] = all[i + (upper ? 1 : 0)];
-}
-
-/// Net of the quarter (qx, qy) in {0, 1}^2 of a smooth patch.
-inline void child_net(const Net16& net, int qx, int qy, Net16& out) {
-    for (int k = 0; k < 3; ++k) {
-        double rows[16];
-        for (int r = 0; r < 16; r += 4) half_curve(net.c[k] + r, 1, qx != 0, rows + r, 1);
-        for (int x = 0; x < 4; ++x) half_curve(rows + x, 4, qy != 0, out.c[k] + x, 4);
-    }
+/// Weights of the control points in the polar form of the cubic over [0, 1]: de Boor's algorithm, backwards.
+inline Weights4 cubic_polar(double u, double v, double w) {
+    const double e0 = 1 - w, e1 = w;
+    const double d0 = e0 * (1 - v) / 2, d1 = e0 * (1 + v) / 2 + e1 * (2 - v) / 2, d2 = e1 * v / 2;
+    return {d0 * (1 - u) / 3, (d0 * (2 + u) + d1 * (2 - u)) / 3, (d1 * (1 + u) + d2 * (3 - u)) / 3, d2 * u / 3};
 }
 
 /// A crease of finite sharpness along one side of an otherwise regular cell (a single-crease patch): the net then holds
@@ -79,13 +68,17 @@ struct SideCrease {
     bool far() const { return side == 1 || side == 2; }
 };
 
-/// Where the across-crease curve is one cubic: break points, ascending, and the weights of each piece's control points.
+/// Where the across-crease curve is one cubic: pieces, ascending, with the weights of their control points.
 /// t = 0 is the crease; p_-1 lies beyond it. With s = floor + fraction: [2^-floor, 1] follows the infinitely sharp
 /// rule; [0, 2^-floor] the smooth rule after one blended step, if there is a fraction.
 struct CreasePieces {
+    struct Piece {
+        double begin, end;
+        double origin, span;              ///< the piece's own parameter is (t - origin) / span
+        std::array<Weights4, 4> control;  ///< by control point i - 1: weights of p_-1, p_0, p_1, p_2
+    };
     int count = 0;
-    double begin[3], end[3];
-    Weights4 control[3][4];  ///< control[piece][i]: weights of p_-1, p_0, p_1, p_2 for the piece's control point i - 1
+    std::array<Piece, 3> piece;
 
     static CreasePieces make(float sharpness) {
         CreasePieces out;
@@ -94,22 +87,18 @@ struct CreasePieces {
         const double h = std::exp2(-floor);
         // Points at level `floor` of the infinitely sharp curve (natural end: p_-1 = 2 p_0 - p_1 on either side), by
         // blossoming.
-        const Weights4 level[4] = {{h, 1 - h, 0, 0},
-                                   {0, 1, 0, 0},
-                                   {0, 1 - h, h, 0},
-                                   {0, 1 - 2 * h + h * h * h, 2 * h - 2 * h * h * h, h * h * h}};
-        const auto add = [&](double b, double e, const Weights4* control) {
-            out.begin[out.count] = b, out.end[out.count] = e;
-            for (int i = 0; i < 4; ++i) out.control[out.count][i] = control[i];
-            ++out.count;
-        };
+        const std::array<Weights4, 4> level{{{h, 1 - h, 0, 0},
+                                             {0, 1, 0, 0},
+                                             {0, 1 - h, h, 0},
+                                             {0, 1 - 2 * h + h * h * h, 2 * h - 2 * h * h * h, h * h * h}}};
+        const auto add = [&](const Piece& piece) { out.piece[static_cast<std::size_t>(out.count++)] = piece; };
         const auto mix = [](double a, const Weights4& x, double b, const Weights4& y, double c, const Weights4& z) {
             Weights4 w;
             for (int i = 0; i < 4; ++i) w[i] = a * x[i] + b * y[i] + c * z[i];
             return w;
         };
         if (fraction == 0) {
-            add(0, h, level);
+            add({0, h, 0, h, level});
         } else {
             const Weights4 zero{};
             const Weights4 centre = mix((1 - fraction) / 8, level[0], fraction + 0.75 * (1 - fraction), level[1],
@@ -118,25 +107,17 @@ struct CreasePieces {
             const Weights4 middle = mix(0.5, level[1], 0.5, level[2], 0, zero);
             const Weights4 one = mix(0.125, level[1], 0.75, level[2], 0.125, level[3]);
             const Weights4 beyond = mix(0.5, level[2], 0.5, level[3], 0, zero);
-            const Weights4 low[4] = {before, centre, middle, one}, high[4] = {centre, middle, one, beyond};
-            add(0, h / 2, low);
-            add(h / 2, h, high);
+            add({0, h / 2, 0, h / 2, {before, centre, middle, one}});
+            add({h / 2, h, h / 2, h / 2, {centre, middle, one, beyond}});
         }
-        if (h < 1) {
-            // One cubic on [h, 1]: the control points of the sharp curve's own unit patch.
-            const Weights4 sharp[4] = {{0, 2, -1, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
-            add(h, 1, sharp);
-            out.last_is_whole = true;
-        }
+        // The control points of the sharp curve's own unit patch.
+        if (h < 1) add({h, 1, 0, 1, {{{0, 2, -1, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}});
         return out;
     }
-    /// The last piece's control points belong to [0, 1], not to [begin, end].
-    bool whole(int piece) const { return last_is_whole && piece == count - 1; }
-    bool last_is_whole = false;
-    int find(double t) const {
-        int i = 0;
-        while (i + 1 < count && t >= end[i]) ++i;
-        return i;
+    const Piece& at(double t) const {
+        std::size_t i = 0;
+        while (i + 1 < static_cast<std::size_t>(count) && t >= piece[i].end) ++i;
+        return piece[i];
     }
 };
 
@@ -145,33 +126,21 @@ const CreasePieces& crease_pieces(float sharpness);
 
 /// Basis of the across-crease curve at t, or its first or second derivative: weights of p_-1, p_0, p_1, p_2.
 inline Weights4 crease_basis(const CreasePieces& pieces, double t, int derivative = 0) {
-    const int i = pieces.find(t);
-    const bool whole = pieces.whole(i);
-    const double scale = whole ? 1 : 1 / (pieces.end[i] - pieces.begin[i]);
-    const double local = whole ? t : (t - pieces.begin[i]) * scale;
+    const CreasePieces::Piece& piece = pieces.at(t);
+    const double scale = 1 / piece.span, local = (t - piece.origin) * scale;
     const Weights4 basis = derivative == 0   ? cubic_basis(local)
                            : derivative == 1 ? cubic_basis_d1(local)
                                              : cubic_basis_d2(local);
     const double factor = derivative == 0 ? 1 : derivative == 1 ? scale : scale * scale;
     Weights4 weights{};
-    for (int k = 0; k < 4; ++k)
-        for (int j = 0; j < 4; ++j) weights[j] += factor * basis[k] * pieces.control[i][k][j];
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t j = 0; j < 4; ++j) weights[j] += factor * basis[k] * piece.control[k][j];
     return weights;
 }
 
-/// Quarter of a single-crease cell: quarters at the crease get sharpness max(s - 1, 0) on the same side, the others are
-/// smooth.
-void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, SideCrease& out_crease);
-
-/// A part of a single-crease cell, between two lines along the crease, that is one bicubic patch.
-struct CreaseStrip {
-    double begin, end;    ///< distance from the crease, as a share of the cell
-    double origin, span;  ///< the net's own parameter across the crease is (distance - origin) / span
-    Net16 net;            ///< oriented as the cell: across the crease its parameter runs as the cell's
-};
-
-/// The strips of a single-crease cell, from the crease on; @return how many (at most 3).
-int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3>& strips);
+/// The net of the part of a cell over [low.x, high.x] x [low.y, high.y] that follows one piece of the curve across its
+/// crease, if it has one: that is one bicubic patch.
+Net16 net_over(const Net16& net, SideCrease crease, int piece, const Vec2d& low, const Vec2d& high);
 
 /// Bases of a regular or single-crease cell at (x, y): [0] values, [1] first and [2] second derivatives.
 void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]);

@@ -9,6 +9,7 @@ namespace tetrakis::detail {
 
 /// Barycentric coordinates in a triangle; they sum to one.
 using Bary = std::array<double, 3>;
+inline Bary bary(const Vec2d& p) { return {1 - p.x - p.y, p.x, p.y}; }
 
 /// The 12 control points around a regular triangle of a Loop mesh (quartic box spline, directions each twice). With the
 /// triangle's corners at (0,0) (1,0) (0,1) of the triangular lattice:

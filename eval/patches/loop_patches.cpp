@@ -43,9 +43,9 @@ std::optional<std::array<Vec3d, 6>> regular_neighbours(const CornerRing& ring) {
 
 }  // namespace
 
-SurfacePoint LoopShape::evaluate(const Net12& net, const Bary& at, bool second) {
-    const BezierTriangle<2> p = box_spline_triangle(net).around<2>(at);
-    const BezierTriangle<1> q = p.around<1>(at);
+SurfacePoint LoopShape::evaluate(const Net12& net, const Vec2d& at, bool second) {
+    const BezierTriangle<2> p = box_spline_triangle(net).around<2>(bary(at));
+    const BezierTriangle<1> q = p.around<1>(bary(at));
     SurfacePoint point{position(net, at), 4.0 * (q(1, 0) - q(0, 0)), 4.0 * (q(0, 1) - q(0, 0))};
     if (!second) return point;
     point.duu = 12.0 * (p(2, 0) - 2.0 * p(1, 0) + p(0, 0));

@@ -4,7 +4,6 @@
 #include "patch_tree.hpp"
 #include "star.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -13,45 +12,21 @@ namespace tetrakis {
 
 namespace detail {
 
-/// Which quarter of its cell a point is in: 0, 1, 2 at the corners, 3 the centre.
-inline int quarter_of(const Bary& b) { return b[1] >= 0.5 ? 1 : b[2] >= 0.5 ? 2 : b[0] > 0.5 ? 0 : 3; }
-
-/// Coordinates in a quarter from those in its cell; exact for lattice points.
-inline Bary in_quarter(const Bary& b, int quarter) {
-    if (quarter == 3) return {1 - 2 * b[0], 1 - 2 * b[1], 1 - 2 * b[2]};
-    Bary out{2 * b[0], 2 * b[1], 2 * b[2]};
-    out[static_cast<std::size_t>(quarter)] -= 1;
-    return out;
-}
-
 /// Cells of Loop, with corners (0, 0), (1, 0), (0, 1). Leaves are quartic box splines, at regular boundaries and
 /// creases too. Quarters: [0..2] at the corners, [3] the centre, whose corners lie opposite the cell's.
 struct LoopShape {
     static constexpr std::size_t k_corners = 3;
     using Patch = Net12;
     using Star = LoopStar;
-    using Point = Bary;
-
-    static Bary point(double x, double y) { return {1 - x - y, x, y}; }
-    static bool is_corner(const Bary& b) { return b[0] == 1 || b[1] == 1 || b[2] == 1; }
-    static int nearest_corner(const Bary& b) { return static_cast<int>(std::ranges::max_element(b) - b.begin()); }
-    /// Which quarter a point is in; the point gets the coordinates there.
-    static int to_quarter(Bary& b) {
-        const int quarter = quarter_of(b);
-        b = in_quarter(b, quarter);
-        return quarter;
-    }
-    /// How derivatives by a quarter's parameters grow to those by its parent's.
-    static double scale(int quarter) { return quarter == 3 ? -2 : 2; }
 
     static const Vec3d& corner_point(const Net12& net, int k) { return net[static_cast<std::size_t>(k)]; }
     static void set_corner_point(Net12& net, int k, const Vec3d& p) { net[static_cast<std::size_t>(k)] = p; }
     static Vec3d patch_corner(const Net12& net, int k) { return box_spline_corner(net, k); }
-    static Vec3d position(const Net12& net, const Bary& at) {
-        return is_corner(at) ? box_spline_corner(net, nearest_corner(at)) : box_spline_position(net, at);
+    static Vec3d position(const Net12& net, const Vec2d& at) {
+        return is_cell_corner(at) ? box_spline_corner(net, quarter_of(at, 3)) : box_spline_position(net, bary(at));
     }
     /// Without the normal.
-    static SurfacePoint evaluate(const Net12& net, const Bary& at, bool second);
+    static SurfacePoint evaluate(const Net12& net, const Vec2d& at, bool second);
 
     /// Whether rings are those of a regular cell, or of one that can be made so.
     static bool find_patch(const CellRings<3>& rings, Net12& net);

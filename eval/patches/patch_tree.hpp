@@ -5,6 +5,7 @@
 #include "../../hier/forest/site.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../surface/surface_point.hpp"
+#include "cell.hpp"
 #include "corner_ring.hpp"
 
 #include <algorithm>
@@ -36,7 +37,6 @@ struct PatchNode : PoolNew {
     };
     using Rings = CellRings<Shape::k_corners>;
     using Star = typename Shape::Star;
-    using Point = typename Shape::Point;
     static constexpr int k_corners = static_cast<int>(Shape::k_corners);
 
     Kind kind = Kind::regular;
@@ -63,9 +63,9 @@ struct PatchNode : PoolNew {
     /// Which corner of its star a corner of the cell is.
     int in_star(int corner) const { return (corner - turn + k_corners) % k_corners; }
     /// The corner of an irregular cell that a point is, or is as good as; -1: none.
-    int corner_at(const Point& at) const {
+    int corner_at(const Vec2d& at) const {
         constexpr int k_deepest = 52;  // below this a cell is a point: parameters have no more bits
-        return Shape::is_corner(at) || depth > k_deepest ? Shape::nearest_corner(at) : -1;
+        return is_cell_corner(at) || depth > k_deepest ? quarter_of(at, k_corners) % k_corners : -1;
     }
     /// Becomes a star cell. @param corner  of the cell: (0, 0) of the star
     void become(std::unique_ptr<Star> of, int corner) {
@@ -136,8 +136,6 @@ template <class Shape>
 class PatchTree {
   public:
     using Node = detail::PatchNode<Shape>;
-    using Point = typename Shape::Point;
-
     PatchTree(const PatchTree&) = delete;
     PatchTree& operator=(const PatchTree&) = delete;
 
@@ -148,7 +146,7 @@ class PatchTree {
     /// The same without second derivatives: cheaper, and the same bits.
     SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
     /// The position alone, with the same bits: about the cost of one patch.
-    Vec3d position(HalfedgeId root, double x, double y) const { return position(root_node(root), Shape::point(x, y)); }
+    Vec3d position(HalfedgeId root, double x, double y) const { return position(root_node(root), {x, y}); }
     /// The same at a lattice point of the root, level <= k_max_level.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const {
         const double step = std::ldexp(1.0, -level);
@@ -172,24 +170,22 @@ class PatchTree {
             static_cast<std::uint32_t>(roots_.size()),
             [&](std::uint32_t root) { delete roots_[root].exchange(nullptr, std::memory_order_acquire); }, 1024);
         tree_bytes_.store(0, std::memory_order_relaxed);
-        times_forgotten_.fetch_add(1, std::memory_order_relaxed);
     }
     /// Forgets the tree of one root, which nobody else may be reading.
     void forget_tree(HalfedgeId root) const {
         const std::unique_ptr<Node> tree(roots_[root.value].exchange(nullptr, std::memory_order_acquire));
         if (!tree) return;
         tree_bytes_.fetch_sub(sizeof(Node) + tree->grown_bytes(), std::memory_order_relaxed);
-        times_forgotten_.fetch_add(1, std::memory_order_relaxed);
     }
-    /// How often something has been forgotten.
-    std::uint64_t times_forgotten() const { return times_forgotten_.load(std::memory_order_relaxed); }
 
     /// The limit position at a point of a cell.
-    static Vec3d position(const Node& cell, Point at) {
+    static Vec3d position(const Node& cell, Vec2d at) {
         const Node* node = &cell;
         while (node->kind != Node::Kind::regular) {
             if (const int corner = node->corner_at(at); corner >= 0) return node->corner(corner);
-            node = node->grown() + Shape::to_quarter(at);
+            const int quarter = detail::quarter_of(at, Node::k_corners);
+            at = detail::in_quarter(at, quarter, Node::k_corners);
+            node = node->grown() + quarter;
         }
         return Shape::position(node->patch, at);
     }
@@ -212,7 +208,7 @@ class PatchTree {
   private:
     SurfacePoint evaluate(HalfedgeId root, double x, double y, bool second) const {
         const Node* node = &root_node(root);
-        Point at = Shape::point(x, y);
+        Vec2d at(x, y);
         std::optional<Vec3d> kept;  // the same bits as position()
         double scale = 1;
         while (node->kind != Node::Kind::regular) {
@@ -224,8 +220,9 @@ class PatchTree {
                     return point;
                 }
             }
-            const int quarter = Shape::to_quarter(at);
-            scale *= Shape::scale(quarter);
+            const int quarter = detail::quarter_of(at, Node::k_corners);
+            at = detail::in_quarter(at, quarter, Node::k_corners);
+            scale *= quarter < Node::k_corners ? 2 : -2;
             node = node->grown() + quarter;
         }
         SurfacePoint point = Shape::evaluate(node->patch, at, second);
@@ -249,7 +246,6 @@ class PatchTree {
 
     mutable detail::PoolVector<std::atomic<Node*>> roots_;  ///< null until asked for
     mutable std::atomic<std::uint64_t> tree_bytes_{0};
-    mutable std::atomic<std::uint64_t> times_forgotten_{0};
 };
 
 namespace detail {

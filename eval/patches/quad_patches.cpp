@@ -44,7 +44,7 @@ std::optional<std::array<Vec3d, 3>> points_beyond(const CornerRing& ring) {
 
 }  // namespace
 
-SurfacePoint QuadShape::evaluate(const Patch& patch, const Point& at, bool second) {
+SurfacePoint QuadShape::evaluate(const Patch& patch, const Vec2d& at, bool second) {
     Weights4 wx[3], wy[3];
     regular_basis(patch.crease, at.x, at.y, wx, wy);
     const auto derivative = [&](int by_x, int by_y) { return combine(patch.net, wx[by_x], wy[by_y]); };

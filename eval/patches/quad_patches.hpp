@@ -14,13 +14,6 @@ namespace tetrakis {
 
 namespace detail {
 
-/// Corner k of a cell: (0, 0), (1, 0), (1, 1), (0, 1).
-constexpr int k_corner_x[4] = {0, 1, 1, 0};
-constexpr int k_corner_y[4] = {0, 0, 1, 1};
-
-/// Quarters are numbered as the corners they are at.
-constexpr int quad_quarter(int x, int y) { return y == 0 ? x : 3 - x; }
-
 /// Cells of Catmull-Clark. Leaves are bicubic patches, single-crease patches included (Niessner et al. 2012).
 struct QuadShape {
     static constexpr std::size_t k_corners = 4;
@@ -29,30 +22,15 @@ struct QuadShape {
         SideCrease crease;
     };
     using Star = QuadStar;
-    using Point = Vec2d;
 
-    static Point point(double x, double y) { return {x, y}; }
-    static bool is_corner(const Point& p) { return (p.x == 0 || p.x == 1) && (p.y == 0 || p.y == 1); }
-    static int nearest_corner(const Point& p) { return quad_quarter(p.x >= 0.5, p.y >= 0.5); }
-    /// Which quarter a point is in; the point gets that one's parameters.
-    static int to_quarter(Point& p) {
-        const int x = p.x >= 0.5, y = p.y >= 0.5;
-        p = {2 * p.x - x, 2 * p.y - y};
-        return quad_quarter(x, y);
-    }
-    /// How derivatives by a quarter's parameters grow to those by its parent's.
-    static double scale(int) { return 2; }
-
-    static Vec3d corner_point(const Patch& patch, int k) { return patch.net.at(k_corner_x[k], k_corner_y[k]); }
-    static void set_corner_point(Patch& patch, int k, const Vec3d& p) {
-        patch.net.set(k_corner_x[k], k_corner_y[k], p);
-    }
-    static Vec3d patch_corner(const Patch& patch, int k) { return position(patch, {k_corner_x[k], k_corner_y[k]}); }
-    static Vec3d position(const Patch& patch, const Point& at) {
+    static Vec3d corner_point(const Patch& patch, int k) { return patch.net.at(k == 1 || k == 2, k >= 2); }
+    static void set_corner_point(Patch& patch, int k, const Vec3d& p) { patch.net.set(k == 1 || k == 2, k >= 2, p); }
+    static Vec3d patch_corner(const Patch& patch, int k) { return position(patch, cell_corner(k, 4)); }
+    static Vec3d position(const Patch& patch, const Vec2d& at) {
         return regular_position(patch.net, patch.crease, at.x, at.y);
     }
     /// Without the normal.
-    static SurfacePoint evaluate(const Patch& patch, const Point& at, bool second);
+    static SurfacePoint evaluate(const Patch& patch, const Vec2d& at, bool second);
 
     /// Whether rings are those of a regular cell.
     static bool find_patch(const CellRings<4>& rings, Patch& patch);

@@ -1,4 +1,4 @@
-#include "../../eval/bounds/quad_bounder.hpp"
+#include "../../eval/bounds/cell_bounder.hpp"
 #include "../../eval/triangles/point_triangle.hpp"
 
 #include "../kit/patch_meshes.hpp"
@@ -18,7 +18,7 @@ using namespace tetrakis;
 
 namespace {
 
-/// The error of a leaf (see QuadBounder) at the points of a lattice; and the largest distance from a lattice point of
+/// The error of a leaf (see CellBounder) at the points of a lattice; and the largest distance from a lattice point of
 /// the triangle to the samples, less what lies between these.
 struct SampledError {
     double error = 0, back = 0;

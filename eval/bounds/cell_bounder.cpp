@@ -1,0 +1,208 @@
+#include "cell_bounder.hpp"
+
+#include "../surface/local_frame.hpp"
+#include "star_norms.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetrakis {
+
+namespace {
+
+/// Cells are quartered at most this many levels below the leaf; those that are still irregular then are bounded by
+/// their hull.
+constexpr int k_most_quarterings = 40;
+
+/// Size of a triangle whose sides are parallel to those of a triangular cell, relative to it; 0 for any other one.
+double relative_size(const std::array<Vec2d, 3>& at) {
+    const auto along_side = [&](const auto& coordinate) {
+        const double a = coordinate(at[0]), b = coordinate(at[1]), c = coordinate(at[2]);
+        return a == b || b == c || c == a;
+    };
+    const bool parallel = along_side([](const Vec2d& p) { return p.x; }) &&
+                          along_side([](const Vec2d& p) { return p.y; }) &&
+                          along_side([](const Vec2d& p) { return p.x + p.y; });
+    return parallel ? std::max(std::abs(at[1].x - at[0].x), std::abs(at[2].x - at[0].x)) : 0;
+}
+
+}  // namespace
+
+template <class Shape>
+CellBounder<Shape>::CellBounder(const PatchTree<Shape>& patches)
+    : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches) {}
+
+template <class Shape>
+LeafError CellBounder<Shape>::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding,
+                                         bool may_reject) {
+    start(decide_at, may_reject);
+    const double unit = std::ldexp(1.0, -leaf.level);
+    Corners at;
+    for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(leaf.corner[k].x, leaf.corner[k].y);
+    return error_over(leaf.root, at, nullptr, sliding);
+}
+
+template <class Shape>
+LeafError CellBounder<Shape>::part_error(HalfedgeId root, const Corners& corners, double decide_at) {
+    start(decide_at, false);
+    return error_over(root, corners, nullptr, {});
+}
+
+template <class Shape>
+LeafError CellBounder<Shape>::root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject) {
+    start(decide_at, may_reject);
+    return error_over(root, {Vec2d(0, 0), Vec2d(2, 0), Vec2d(1, 1)}, &centre, {});
+}
+
+template <class Shape>
+LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, const Vec3d* apex,
+                                         const EdgeSliding& sliding) {
+    const auto next = [&] { return patches_.mesh().next(root); };
+    const auto position = [&](const Vec2d& p) {
+        return p.x > 1 ? patches_.position(next(), p.y, 2 - p.x) : patches_.position(root, p.x, p.y);
+    };
+    const bool in_one = std::ranges::all_of(at, [](const Vec2d& p) { return p.x <= 1; });
+    Piece piece{at, {0, 1, 2}};
+    const Node* const cell = in_one ? &locate(root, piece.at) : nullptr;
+    if constexpr (k_corners == 3) {
+        // |S - L| first: it is never smaller than the distance, and known for all triangles of a cell.
+        const double size = cell->kind == Node::Kind::regular ? relative_size(piece.at) : 0;
+        if (size > 0 && settled(size * size * detail::linear_deviation(cell->patch) + pad_)) return finish();
+    }
+    const Vec3d last = position(at[2]);
+    set_face(detail::TriangleDistance({position(at[0]), position(at[1]), apex ? *apex : last}, sliding));
+    if (apex && !attain(glm::length(last - *apex))) return finish();
+    // The middle of the base decides most leaves that must be split.
+    if (k_corners == 4 && !attain(node_error(face_.local(position(0.5 * (at[0] + at[1]))), 0))) return finish();
+    if (in_one)
+        bound_cell(*cell, piece, k_most_quarterings);
+    else
+        for_each_corner_cell(piece, [&](const detail::LabelledPolygon& part, bool is_next) {
+            part.for_each_triangle([&](const Piece& of) {
+                bound_cell(patches_.root_node(is_next ? next() : root), of, k_most_quarterings);
+            });
+        });
+    return finish();
+}
+
+template <class Shape>
+auto CellBounder<Shape>::locate(HalfedgeId root, Corners& at) const -> const Node& {
+    const Node* cell = &patches_.root_node(root);
+    while (cell->kind != Node::Kind::regular) {
+        const int quarter = detail::quarter_of((at[0] + at[1] + at[2]) / 3.0, k_corners);
+        Corners below;
+        for (std::size_t k = 0; k < 3; ++k) below[k] = detail::in_quarter(at[k], quarter, k_corners);
+        if (!std::ranges::all_of(below, [](const Vec2d& p) { return detail::is_in_cell(p, k_corners); })) break;
+        at = below;
+        cell = cell->grown() + quarter;
+    }
+    return *cell;
+}
+
+template <class Shape>
+void CellBounder<Shape>::bound_cell(const Node& cell, const Piece& piece, int depth) {
+    if (rejected_) return;
+    if (cell.kind == Node::Kind::regular) return bound_regular(cell, piece);
+    std::array<Vec3d, 3> corner;
+    for (std::size_t k = 0; k < 3; ++k) corner[k] = face_.local(patches_.position(cell, piece.at[k]));
+    if (!attain(corner_error(corner, piece.edge))) return;
+    if (!needs_split(depth, [&](bool may_split) { return irregular_error(cell, piece, may_split); })) return;
+    for (int quarter = 3; quarter >= 0; --quarter)
+        in_quarter(piece, quarter, k_corners).for_each_triangle([&](const Piece& part) {
+            bound_cell(cell.grown()[quarter], part, depth - 1);
+        });
+}
+
+template <class Shape>
+void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece) {
+    if constexpr (k_corners == 3) {
+        if (settled(detail::linear_deviation(cell.patch) + corner_error_in(cell, piece) + pad_)) return;
+        const std::array<detail::Bary, 3> at{detail::bary(piece.at[0]), detail::bary(piece.at[1]),
+                                             detail::bary(piece.at[2])};
+        bound_surface(detail::box_spline_triangle(cell.patch).over(at), piece.edge);
+    } else if (!cell.patch.crease) {
+        bound_bicubic(cell.patch, 0, piece);
+    } else {
+        // Strips along the crease, each one bicubic patch.
+        const detail::SideCrease crease = cell.patch.crease;
+        const auto distance = [&](const Vec2d& p) {
+            const double t = crease.across_y() ? p.y : p.x;
+            return crease.far() ? 1 - t : t;
+        };
+        const detail::CreasePieces strips = detail::crease_pieces(crease.sharpness);
+        for (int s = 0; s < strips.count; ++s) {
+            const detail::CreasePieces::Piece& strip = strips.piece[static_cast<std::size_t>(s)];
+            detail::LabelledPolygon(piece)
+                .clipped([&](const Vec2d& p) { return distance(p) - strip.begin; })
+                .clipped([&](const Vec2d& p) { return strip.end - distance(p); })
+                .for_each_triangle([&](const Piece& part) {
+                    if (!rejected_) bound_bicubic(cell.patch, s, part);
+                });
+        }
+    }
+}
+
+template <class Shape>
+double CellBounder<Shape>::irregular_error(const Node& cell, const Piece& piece, bool may_split) const {
+    if (cell.kind != Node::Kind::star) return hull_error(cell.rings->points(), piece.edge, may_split);
+    const detail::StarNorms* norms = detail::StarNorms::of(*cell.star);
+    if (!norms) return hull_error(cell.star->points, piece.edge, may_split);
+    return norms->deviation(cell.star->points) + corner_error_in(cell, piece);
+}
+
+template <class Shape>
+double CellBounder<Shape>::corner_error_in(const Node& cell, const Piece& piece) const {
+    std::array<Vec3d, 4> of_cell{};
+    for (int k = 0; k < k_corners; ++k) of_cell[static_cast<std::size_t>(k)] = cell.corner(k);
+    // A bilinear function is off the one linear between its values at the piece's corners by its twist times what x y
+    // is: a quarter of |dx dy| along a side at most.
+    std::array<Vec3d, 3> corner;
+    double bend = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2d &p = piece.at[k], side = piece.at[(k + 1) % 3] - p;
+        const auto weight = detail::corner_weights(p, k_corners);
+        corner[k] = face_.local(weight[0] * of_cell[0] + weight[1] * of_cell[1] + weight[2] * of_cell[2] +
+                                weight[3] * of_cell[3]);
+        bend = std::max(bend, 0.25 * std::abs(side.x * side.y));
+    }
+    const double twist = k_corners == 4 ? glm::length(of_cell[0] - of_cell[1] + of_cell[2] - of_cell[3]) : 0;
+    return bend * twist + corner_error(corner, piece.edge);
+}
+
+template <class Shape>
+const detail::SexticWeights& CellBounder<Shape>::weights_over(const Corners& at) {
+    constexpr std::size_t k_most = 8;  // halves and quarters of a cell
+    const auto known = std::ranges::find(weights_, at, [](const auto& entry) { return entry.first; });
+    if (known != weights_.end()) return known->second;
+    if (weights_.size() == k_most) weights_.clear();
+    return weights_.emplace_back(at, detail::sextic_weights(at)).second;
+}
+
+template <class Shape>
+void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece) {
+    // The longest side first: it is bisected.
+    auto& [at, edge] = piece;
+    const std::array length{glm::distance(at[0], at[1]), glm::distance(at[1], at[2]), glm::distance(at[2], at[0])};
+    const auto longest = std::ranges::max_element(length) - length.begin();
+    std::ranges::rotate(at, at.begin() + longest);
+    std::ranges::rotate(edge, edge.begin() + longest);
+    // The net of no more than the piece.
+    const Vec2d low = glm::min(glm::min(at[0], at[1]), at[2]), high = glm::max(glm::max(at[0], at[1]), at[2]);
+    const bool whole = !cell.crease && low == Vec2d(0) && high == Vec2d(1);
+    const detail::Net16 net = whole ? cell.net : net_over(cell.net, cell.crease, strip, low, high);
+    for (Vec2d& p : at)
+        for (int k = 0; k < 2; ++k) p[k] = high[k] > low[k] ? (p[k] - low[k]) / (high[k] - low[k]) : 0;
+    std::array<Vec3d, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k) corners[k] = face_.local(regular_position(net, {}, at[k].x, at[k].y));
+    // Most pieces need no more.
+    if (settled(detail::bicubic_deviation(net, at) + corner_error(corners, edge) + pad_)) return;
+    detail::Net16 local;
+    for (int y = -1; y <= 2; ++y)
+        for (int x = -1; x <= 2; ++x) local.set(x, y, face_.local(net.at(x, y)));
+    bound_patch(detail::bicubic_over(local, weights_over(at)), edge);
+}
+
+template class CellBounder<detail::QuadShape>;
+template class CellBounder<detail::LoopShape>;
+
+}  // namespace tetrakis
