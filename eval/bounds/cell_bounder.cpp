@@ -74,7 +74,9 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
     if (apex && !attain(glm::length(last - *apex))) return finish();
     // The middle of the base decides most leaves that must be split.
     if (k_corners == 4 && !attain(node_error(face_.local(position(0.5 * (at[0] + at[1]))), 0))) return finish();
-    if (in_one)
+    if (in_one && cell->kind == Node::Kind::regular)
+        bound_regular(*cell, piece, true);
+    else if (in_one)
         bound_cell(*cell, piece, k_most_quarterings);
     else
         for_each_corner_cell(piece, [&](const detail::LabelledPolygon& part, bool is_next) {
@@ -102,31 +104,33 @@ auto CellBounder<Shape>::locate(HalfedgeId root, Corners& at) const -> const Nod
 template <class Shape>
 void CellBounder<Shape>::bound_cell(const Node& cell, const Piece& piece, int depth) {
     if (rejected_) return;
-    if (cell.kind == Node::Kind::regular) return bound_regular(cell, piece);
+    if (cell.kind == Node::Kind::regular) return bound_regular(cell, piece, false);
     std::array<Vec3d, 3> corner;
     for (std::size_t k = 0; k < 3; ++k) corner[k] = face_.local(patches_.position(cell, piece.at[k]));
     if (!attain(corner_error(corner, piece.edge))) return;
     if (!needs_split(depth, [&](bool may_split) { return irregular_error(cell, piece, may_split); })) return;
-    for (int quarter = 3; quarter >= 0; --quarter)
+    for (int k = 0; k < 4; ++k) {
+        const int quarter = k_corners == 4 ? k : 3 - k;  // a triangle's irregular one last
         in_quarter(piece, quarter, k_corners).for_each_triangle([&](const Piece& part) {
             bound_cell(cell.grown()[quarter], part, depth - 1);
         });
+    }
 }
 
 template <class Shape>
-void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece) {
+void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece, [[maybe_unused]] bool is_leaf) {
     if constexpr (k_corners == 3) {
         if (settled(detail::linear_deviation(cell.patch) + corner_error_in(cell, piece) + pad_)) return;
         const std::array<detail::Bary, 3> at{detail::bary(piece.at[0]), detail::bary(piece.at[1]),
                                              detail::bary(piece.at[2])};
         bound_surface(detail::box_spline_triangle(cell.patch).over(at), piece.edge);
     } else if (!cell.patch.crease) {
-        bound_bicubic(cell.patch, 0, piece);
+        bound_bicubic(cell.patch, 0, piece, is_leaf);
     } else {
         // Strips along the crease, each one bicubic patch.
         const detail::SideCrease crease = cell.patch.crease;
         const auto distance = [&](const Vec2d& p) {
-            const double t = crease.across_y() ? p.y : p.x;
+            const double t = p[crease.axis()];
             return crease.far() ? 1 - t : t;
         };
         const detail::CreasePieces strips = detail::crease_pieces(crease.sharpness);
@@ -136,7 +140,7 @@ void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece) {
                 .clipped([&](const Vec2d& p) { return distance(p) - strip.begin; })
                 .clipped([&](const Vec2d& p) { return strip.end - distance(p); })
                 .for_each_triangle([&](const Piece& part) {
-                    if (!rejected_) bound_bicubic(cell.patch, s, part);
+                    if (!rejected_) bound_bicubic(cell.patch, s, part, false);
                 });
         }
     }
@@ -179,7 +183,7 @@ const detail::SexticWeights& CellBounder<Shape>::weights_over(const Corners& at)
 }
 
 template <class Shape>
-void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece) {
+void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece, bool is_leaf) {
     // The longest side first: it is bisected.
     auto& [at, edge] = piece;
     const std::array length{glm::distance(at[0], at[1]), glm::distance(at[1], at[2]), glm::distance(at[2], at[0])};
@@ -192,10 +196,14 @@ void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int
     const detail::Net16 net = whole ? cell.net : net_over(cell.net, cell.crease, strip, low, high);
     for (Vec2d& p : at)
         for (int k = 0; k < 2; ++k) p[k] = high[k] > low[k] ? (p[k] - low[k]) / (high[k] - low[k]) : 0;
-    std::array<Vec3d, 3> corners;
-    for (std::size_t k = 0; k < 3; ++k) corners[k] = face_.local(regular_position(net, {}, at[k].x, at[k].y));
+    double off = 0;  // of its corners; a leaf's are the triangle's
+    if (!is_leaf) {
+        std::array<Vec3d, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k) corners[k] = face_.local(regular_position(net, {}, at[k].x, at[k].y));
+        off = corner_error(corners, edge);
+    }
     // Most pieces need no more.
-    if (settled(detail::bicubic_deviation(net, at) + corner_error(corners, edge) + pad_)) return;
+    if (settled(detail::bicubic_deviation(net, at) + off + pad_)) return;
     detail::Net16 local;
     for (int y = -1; y <= 2; ++y)
         for (int x = -1; x <= 2; ++x) local.set(x, y, face_.local(net.at(x, y)));

@@ -64,9 +64,10 @@ class CellBounder : private detail::PatchBounder<> {
     /// The cell that a triangle lies in, as far down as it is irregular. @param at  its corners in the root, then in it
     const Node& locate(HalfedgeId root, Corners& at) const;
     void bound_cell(const Node& cell, const Piece& piece, int depth);
-    void bound_regular(const Node& cell, const Piece& piece);
+    /// @param is_leaf  the piece is all of the leaf
+    void bound_regular(const Node& cell, const Piece& piece, bool is_leaf);
     /// @param strip  of a cell with a crease of finite sharpness: the piece of the curve across it that `piece` is in
-    void bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece);
+    void bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece, bool is_leaf);
     const detail::SexticWeights& weights_over(const Corners& at);
 
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.

@@ -20,17 +20,9 @@ constexpr double k_unbounded = std::numeric_limits<double>::infinity();
 constexpr int k_deepest_leaf = k_max_level - DualCells::k_hull_levels - 1;
 
 /// Counter-clockwise.
-Vec2d turned(const Vec2d& v, int quarters) {
-    switch (quarters & 3) {
-        case 0:
-            return v;
-        case 1:
-            return {-v.y, v.x};
-        case 2:
-            return -v;
-        default:
-            return {v.y, -v.x};
-    }
+Vec2d turned(Vec2d v, int quarters) {
+    for (quarters &= 3; quarters > 0; --quarters) v = {-v.y, v.x};
+    return v;
 }
 
 /// A leaf of a face, and places in lengths of its cell's sides.

@@ -84,8 +84,6 @@ std::vector<Vec2d> reference_star(int valence) {
 
 void set_valence(QuadStar& star, int valence) { star.resize(valence); }
 void set_valence(LoopStar& star, int valence) { star.resize({valence, 6, 6}); }
-void find_limit(QuadStar& star) { star.find_limit(); }
-void find_limit(LoopStar&) {}
 
 }  // namespace
 
@@ -96,7 +94,6 @@ StarNorms::StarNorms(Star star, int valence)
     set_valence(star, valence);
     const auto for_each_deviation = [&](const auto& take) {
         constexpr int n = k_corners<Star>;
-        find_limit(star);
         const Vec3d c0 = star.corner_limit(0), by_x = star.corner_limit(1) - c0, by_y = star.corner_limit(n - 1) - c0,
                     twist = n == 4 ? star.corner_limit(2) - c0 - by_x - by_y : Vec3d(0);
         const Corners at = n == 4 ? Corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}} : Corners{{{0, 0}, {1, 0}, {0, 1}, {}}};

@@ -17,15 +17,39 @@ Rows4 rows_over(double low, double high) {
     return rows;
 }
 
-/// The same across a crease, for a part of one piece.
-/// @param low, high  distances from the crease
-Rows4 rows_over(const CreasePieces::Piece& piece, double low, double high) {
-    const Rows4 own = rows_over((low - piece.origin) / piece.span, (high - piece.origin) / piece.span);
+/// Rows by those of other rows.
+Rows4 product(const Rows4& a, const Rows4& b) {
     Rows4 rows{};
     for (std::size_t i = 0; i < 4; ++i)
         for (std::size_t k = 0; k < 4; ++k)
-            for (std::size_t j = 0; j < 4; ++j) rows[i][j] += own[i][k] * piece.control[k][j];
+            for (std::size_t j = 0; j < 4; ++j) rows[i][j] += a[i][k] * b[k][j];
     return rows;
+}
+
+CreasePieces pieces_of(float sharpness) {
+    // The infinitely sharp curve ends naturally: p_-1 = 2 p_0 - p_1 on either side.
+    constexpr Rows4 k_sharp{{{0, 2, -1, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
+    const double floor = std::floor(static_cast<double>(sharpness)), fraction = sharpness - floor;
+    const double h = std::exp2(-floor);
+    CreasePieces out;
+    const auto add = [&](const CreasePieces::Piece& piece) {
+        out.piece[static_cast<std::size_t>(out.count++)] = piece;
+    };
+    // Its points at level `floor`, with the real one beyond the crease.
+    Rows4 level = product(rows_over(0, h), k_sharp);
+    level[0] = {h, 1 - h, 0, 0};
+    if (fraction == 0) {
+        add({0, h, 0, h, level});
+    } else {
+        // The smooth rule's halves, but for the point on the crease.
+        Rows4 low = product(rows_over(0, 0.5), level), high = product(rows_over(0.5, 1), level);
+        for (std::size_t j = 0; j < 4; ++j)
+            low[1][j] = high[0][j] = fraction * level[1][j] + (1 - fraction) * low[1][j];
+        add({0, h / 2, 0, h / 2, low});
+        add({h / 2, h, h / 2, h / 2, high});
+    }
+    if (h < 1) add({h, 1, 0, 1, k_sharp});
+    return out;
 }
 
 }  // namespace
@@ -34,10 +58,12 @@ TETRAKIS_FOR_AVX2_TOO
 Net16 net_over(const Net16& net, SideCrease crease, int piece, const Vec2d& low, const Vec2d& high) {
     Rows4 by_x = rows_over(low.x, high.x), by_y = rows_over(low.y, high.y);
     if (crease) {
-        const int axis = crease.across_y() ? 1 : 0;
+        const int axis = crease.axis();
         const double from = crease.far() ? 1 - high[axis] : low[axis], to = crease.far() ? 1 - low[axis] : high[axis];
         Rows4& across = axis == 1 ? by_y : by_x;
-        across = rows_over(crease_pieces(crease.sharpness).piece[static_cast<std::size_t>(piece)], from, to);
+        const CreasePieces::Piece& strip = crease_pieces(crease.sharpness).piece[static_cast<std::size_t>(piece)];
+        across =
+            product(rows_over((from - strip.origin) / strip.span, (to - strip.origin) / strip.span), strip.control);
         if (crease.far()) {
             std::ranges::reverse(across);
             for (Weights4& row : across) std::ranges::reverse(row);
@@ -62,27 +88,25 @@ Net16 net_over(const Net16& net, SideCrease crease, int piece, const Vec2d& low,
 const CreasePieces& crease_pieces(float sharpness) {
     // Most models have creases of one sharpness, or of a few.
     thread_local float known = 0;
-    thread_local CreasePieces pieces = CreasePieces::make(known);
+    thread_local CreasePieces pieces = pieces_of(known);
     if (sharpness != known) {
-        pieces = CreasePieces::make(sharpness);
+        pieces = pieces_of(sharpness);
         known = sharpness;
     }
     return pieces;
 }
 
-void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]) {
-    wx[0] = cubic_basis(x), wx[1] = cubic_basis_d1(x), wx[2] = cubic_basis_d2(x);
-    wy[0] = cubic_basis(y), wy[1] = cubic_basis_d1(y), wy[2] = cubic_basis_d2(y);
-    if (!crease) return;
-    const bool across_y = crease.across_y(), far = crease.far();
-    Weights4(&w)[3] = across_y ? wy : wx;
-    const double t = across_y ? y : x;
-    for (int d = 0; d < 3; ++d) {
-        w[d] = crease_basis(crease_pieces(crease.sharpness), far ? 1 - t : t, d);
-        if (far) std::reverse(w[d].begin(), w[d].end());
-    }
-    if (!far) return;
-    for (double& d : w[1]) d = -d;
+Weights4 crease_basis(SideCrease crease, double t, int derivative) {
+    const double distance = crease.far() ? 1 - t : t;
+    const CreasePieces::Piece& piece = crease_pieces(crease.sharpness).at(distance);
+    const double scale = (crease.far() ? -1 : 1) / piece.span;
+    const Weights4 basis = cubic_basis((distance - piece.origin) / piece.span, derivative);
+    const double factor = derivative == 0 ? 1 : derivative == 1 ? scale : scale * scale;
+    Weights4 weights{};
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t j = 0; j < 4; ++j)
+            weights[crease.far() ? 3 - j : j] += factor * basis[k] * piece.control[k][j];
+    return weights;
 }
 
 }  // namespace tetrakis::detail

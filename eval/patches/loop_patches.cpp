@@ -15,14 +15,13 @@ namespace {
 /// Six neighbours, counter-clockwise from the cell's next corner, with which the regular rules give what this ring's
 /// rules give, at this level and below, on the cell's side; empty if there are none. Across a boundary or crease with
 /// three triangles on the cell's side the missing neighbours are reflected: c + p_0 - p_1; at a corner with a single
-/// triangle, through the centre too.
-std::optional<std::array<Vec3d, 6>> regular_neighbours(const CornerRing& ring) {
+/// triangle, through the centre too. Or as many as there are, at a smooth corner.
+std::vector<Vec3d> neighbours(const CornerRing& ring) {
     const int cell = ring.cell;
     const Vec3d& centre = ring.centre;
-    std::array<Vec3d, 6> out;
+    std::vector<Vec3d> out;
     if (ring.is_smooth()) {
-        if (ring.size() != 6) return {};
-        for (int i = 0; i < 6; ++i) out[i] = ring.spoke(cell + i).point;
+        for (int i = 0; i < ring.size(); ++i) out.push_back(ring.spoke(cell + i).point);
         return out;
     }
     const auto sector = ring.sector();
@@ -32,12 +31,11 @@ std::optional<std::array<Vec3d, 6>> regular_neighbours(const CornerRing& ring) {
     const auto p = [&ring, first = first](int i) { return ring.spoke(first + i).point; };
     if (!corner && faces == 3) {
         const std::array<Vec3d, 6> around{p(0), p(1), p(2), p(3), centre + p(3) - p(2), centre + p(0) - p(1)};
-        for (int i = 0; i < 6; ++i) out[i] = around[(i + offset) % 6];
+        for (int i = 0; i < 6; ++i) out.push_back(around[(i + offset) % 6]);
         return out;
     }
     if (corner && faces == 1)
-        return std::array<Vec3d, 6>{
-            p(0), p(1), centre + p(1) - p(0), 2.0 * centre - p(0), 2.0 * centre - p(1), centre + p(0) - p(1)};
+        return {p(0), p(1), centre + p(1) - p(0), 2.0 * centre - p(0), 2.0 * centre - p(1), centre + p(0) - p(1)};
     return {};
 }
 
@@ -54,48 +52,26 @@ SurfacePoint LoopShape::evaluate(const Net12& net, const Vec2d& at, bool second)
     return point;
 }
 
-bool LoopShape::find_patch(const CellRings<3>& rings, Net12& net) {
-    std::array<std::array<Vec3d, 6>, 3> around;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const auto found = regular_neighbours(rings.corner[k]);
-        if (!found) return false;
-        around[k] = *found;
-        net[k] = rings.corner[k].centre;
+bool LoopShape::find_simpler(const CellRings<3>& rings, LoopNode& node) {
+    std::array<std::vector<Vec3d>, 3> around;
+    int corner = 0;
+    for (int k = 0; k < 3; ++k) {
+        auto& here = around[static_cast<std::size_t>(k)];
+        here = neighbours(rings.corner[static_cast<std::size_t>(k)]);
+        if (here.size() < 3) return false;
+        if (here.size() != 6) corner = k;
     }
-    const auto& [a, b, c] = around;
-    std::ranges::copy(std::array{a[2], a[3], a[4], a[5], b[3], b[4], b[5], c[3], c[4]}, net.begin() + 3);
+    const auto turned = [&](int k) { return static_cast<std::size_t>((corner + k) % 3); };
+    const auto valence = [&](int k) { return static_cast<int>(around[turned(k)].size()); };
+    LoopStar star;
+    star.resize({valence(0), valence(1), valence(2)});
+    for (int k = 0; k < 3; ++k) {
+        star.points[static_cast<std::size_t>(k)] = rings.corner[turned(k)].centre;
+        for (int i = 0; i < valence(k); ++i)
+            star.points[star.ring_place(k, i)] = around[turned(k)][static_cast<std::size_t>(i)];
+    }
+    node.become(std::move(star), corner);
     return true;
-}
-
-std::unique_ptr<LoopStar> LoopShape::find_star(const CellRings<3>& rings, int& corner) {
-    const auto irregular =
-        std::ranges::find_if(rings.corner, [](const CornerRing& r) { return r.is_smooth() && r.size() != 6; });
-    if (irregular == rings.corner.end()) return nullptr;
-    corner = static_cast<int>(irregular - rings.corner.begin());
-    const auto a = regular_neighbours(rings.corner[static_cast<std::size_t>((corner + 1) % 3)]);
-    const auto b = regular_neighbours(rings.corner[static_cast<std::size_t>((corner + 2) % 3)]);
-    if (!a || !b) return nullptr;
-    auto star = std::make_unique_for_overwrite<LoopStar>();
-    star->resize({irregular->size(), 6, 6});
-    Vec3d* out = star->points.data();
-    *out++ = irregular->centre;
-    for (int i = 0; i < irregular->size(); ++i) *out++ = irregular->spoke(irregular->cell + i).point;
-    std::ranges::copy(std::array{(*a)[3], (*a)[4], (*a)[5], (*b)[3], (*b)[4]}, out);
-    return star;
-}
-
-void LoopShape::grow_star(const LoopStar& star, int turn, std::array<LoopNode, 4>& quarters) {
-    std::array<LoopStar, 4> grown;
-    subdivide(star, grown);
-    for (int k = 0; k < 4; ++k) {
-        LoopStar& part = grown[static_cast<std::size_t>(k)];
-        const int corner = k == 3 ? turn : (k + turn) % 3;
-        LoopNode& quarter = quarters[static_cast<std::size_t>(k == 3 ? 3 : corner)];
-        if (part.regular())
-            quarter.patch = part.net(corner);
-        else
-            quarter.become(std::make_unique<LoopStar>(std::move(part)), corner);
-    }
 }
 
 }  // namespace detail
@@ -136,22 +112,22 @@ CornerRing LoopPatches::root_ring(HalfedgeId root, std::uint32_t corner) const {
     return detail::control_ring(mesh_, SchemeKind::loop, HalfedgeId(root.value + corner));
 }
 
-std::unique_ptr<detail::LoopStar> LoopPatches::root_star(HalfedgeId root, int& turn) const {
+std::optional<detail::LoopStar> LoopPatches::root_star(HalfedgeId root, int& turn) const {
     std::array<HalfedgeId, 3> at;
     std::array<int, 3> valence;
     turn = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         at[k] = HalfedgeId(root.value + static_cast<std::uint32_t>(k));
         const VertexId v = mesh_.origin(at[k]);
-        if (smooth_[v.value] == 0) return nullptr;
+        if (smooth_[v.value] == 0) return std::nullopt;
         valence[k] = static_cast<int>(mesh_.face_valence(v));
         if (valence[k] != 6) turn = static_cast<int>(k);
     }
     std::ranges::rotate(at, at.begin() + turn);
     std::ranges::rotate(valence, valence.begin() + turn);
-    auto star = std::make_unique_for_overwrite<detail::LoopStar>();
-    star->resize(valence);
-    Vec3d *out = star->points.data(), *const end = out + star->points.size();
+    detail::LoopStar star;
+    star.resize(valence);
+    Vec3d *out = star.points.data(), *const end = out + star.points.size();
     for (const HalfedgeId h : at) *out++ = mesh_.position(mesh_.origin(h));
     for (std::size_t k = 0; k < 3; ++k) {
         HalfedgeId o = at[k];
@@ -164,13 +140,10 @@ std::unique_ptr<detail::LoopStar> LoopPatches::root_star(HalfedgeId root, int& t
 
 void LoopPatches::build_root(HalfedgeId root, detail::LoopNode& node) const {
     int turn = 0;
-    auto star = root_star(root, turn);
-    if (!star)
-        node.become(detail::CellRings<3>{{root_ring(root, 0), root_ring(root, 1), root_ring(root, 2)}});
-    else if (star->regular())
-        node.patch = star->net(0);
+    if (auto star = root_star(root, turn))
+        node.become(std::move(*star), turn);
     else
-        node.become(std::move(star), turn);
+        node.become(detail::CellRings<3>{{root_ring(root, 0), root_ring(root, 1), root_ring(root, 2)}});
 }
 
 SurfacePoint LoopPatches::vertex(HalfedgeId root, LatticePoint at, int level) const {

@@ -5,7 +5,7 @@
 #include "star.hpp"
 
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <vector>
 
 namespace tetrakis {
@@ -28,11 +28,8 @@ struct LoopShape {
     /// Without the normal.
     static SurfacePoint evaluate(const Net12& net, const Vec2d& at, bool second);
 
-    /// Whether rings are those of a regular cell, or of one that can be made so.
-    static bool find_patch(const CellRings<3>& rings, Net12& net);
-    /// The star that rings are, with its extraordinary corner; null if they are none.
-    static std::unique_ptr<LoopStar> find_star(const CellRings<3>& rings, int& corner);
-    static void grow_star(const LoopStar& star, int turn, std::array<PatchNode<LoopShape>, 4>& quarters);
+    /// Makes a node the regular cell or star that rings are, or can be made; false if they are neither.
+    static bool find_simpler(const CellRings<3>& rings, PatchNode<LoopShape>& node);
 };
 
 using LoopNode = PatchNode<LoopShape>;
@@ -59,9 +56,9 @@ class LoopPatches final : public PatchTree<detail::LoopShape> {
 
   private:
     void build_root(HalfedgeId root, detail::LoopNode& node) const override;
-    /// Of a root with smooth corners, from one that is extraordinary on; null: it is none.
+    /// Of a root with smooth corners, from one that is extraordinary on; nothing: it is none.
     /// @param turn  receives the root's corner that is the star's first one
-    std::unique_ptr<detail::LoopStar> root_star(HalfedgeId root, int& turn) const;
+    std::optional<detail::LoopStar> root_star(HalfedgeId root, int& turn) const;
     /// Around a corner of a root.
     detail::CornerRing root_ring(HalfedgeId root, std::uint32_t corner) const;
 

@@ -67,18 +67,20 @@ struct PatchNode : PoolNew {
         constexpr int k_deepest = 52;  // below this a cell is a point: parameters have no more bits
         return is_cell_corner(at) || depth > k_deepest ? quarter_of(at, k_corners) % k_corners : -1;
     }
-    /// Becomes a star cell. @param corner  of the cell: (0, 0) of the star
-    void become(std::unique_ptr<Star> of, int corner) {
+    /// Becomes the cell of a star, whose corner (0, 0) is one of the cell's.
+    void become(Star of, int corner) {
+        if (of.regular()) {
+            patch = typename Shape::Patch{of.net(corner)};
+            return;
+        }
         kind = Kind::star;
         turn = static_cast<std::uint8_t>(corner);
-        star = std::move(of);
+        star = std::make_unique<const Star>(std::move(of));
         for (int k = 0; k < k_corners; ++k) Shape::set_corner_point(patch, k, star->corner_limit(in_star(k)));
     }
     /// Becomes the cell of these rings, as simple as represents it exactly.
     void become(Rings of) {
-        if (Shape::find_patch(of, patch)) return;
-        int corner = 0;
-        if (auto found = Shape::find_star(of, corner)) return become(std::move(found), corner);
+        if (Shape::find_simpler(of, *this)) return;
         kind = Kind::generic;
         rings = std::make_unique<Rings>(std::move(of));
         for (int k = 0; k < k_corners; ++k)
@@ -113,7 +115,13 @@ const PatchNode<Shape>* PatchNode<Shape>::grown() const {
         child.bytes = bytes;
     }
     if (kind == Kind::star) {
-        Shape::grow_star(*star, turn, fresh->cell);
+        std::array<Star, 4> grown;
+        subdivide(*star, grown);
+        for (int k = 0; k < 4; ++k) {
+            const int corner = k < k_corners ? (k + turn) % k_corners : turn;
+            fresh->cell[static_cast<std::size_t>(k < k_corners ? corner : k)].become(
+                std::move(grown[static_cast<std::size_t>(k)]), corner);
+        }
     } else {
         auto children = rings->children();
         for (std::size_t k = 0; k < 4; ++k) fresh->cell[k].become(std::move(children[k]));

@@ -42,18 +42,8 @@ std::optional<std::array<Vec3d, 3>> points_beyond(const CornerRing& ring) {
     return std::array{2.0 * c - e(0), e(-1), 2.0 * e(-1) - f(-1)};
 }
 
-}  // namespace
-
-SurfacePoint QuadShape::evaluate(const Patch& patch, const Vec2d& at, bool second) {
-    Weights4 wx[3], wy[3];
-    regular_basis(patch.crease, at.x, at.y, wx, wy);
-    const auto derivative = [&](int by_x, int by_y) { return combine(patch.net, wx[by_x], wy[by_y]); };
-    SurfacePoint point{derivative(0, 0), derivative(1, 0), derivative(0, 1)};
-    if (second) point.duu = derivative(2, 0), point.duv = derivative(1, 1), point.dvv = derivative(0, 2);
-    return point;
-}
-
-bool QuadShape::find_patch(const CellRings<4>& rings, Patch& patch) {
+/// Whether rings are those of a regular cell.
+bool find_patch(const CellRings<4>& rings, QuadShape::Patch& patch) {
     patch.crease = {};
     for (int k = 0; k < 4; ++k) {
         const CornerRing& ring = rings.corner[static_cast<std::size_t>(k)];
@@ -75,48 +65,39 @@ bool QuadShape::find_patch(const CellRings<4>& rings, Patch& patch) {
     return true;
 }
 
-std::unique_ptr<QuadStar> QuadShape::find_star(const CellRings<4>& rings, int& corner) {
-    corner = -1;
-    for (int k = 0; k < 4; ++k) {
-        const CornerRing& ring = rings.corner[static_cast<std::size_t>(k)];
-        if (!ring.is_smooth() || (ring.size() != 4 && corner >= 0)) return nullptr;
-        if (ring.size() != 4) corner = k;
-    }
-    if (corner < 0 || rings.corner[static_cast<std::size_t>(corner)].size() < 3) return nullptr;
-    const auto around = [&](int k, int i) -> const CornerRing::Spoke& {
-        const CornerRing& ring = rings.corner[static_cast<std::size_t>((corner + k) & 3)];
-        return ring.spoke(ring.cell + i);
+}  // namespace
+
+SurfacePoint QuadShape::evaluate(const Patch& patch, const Vec2d& at, bool second) {
+    const auto derivative = [&](int by_x, int by_y) {
+        return combine(patch.net, regular_basis(patch.crease, 0, at.x, by_x),
+                       regular_basis(patch.crease, 1, at.y, by_y));
     };
-    const int n = rings.corner[static_cast<std::size_t>(corner)].size();
-    auto star = std::make_unique_for_overwrite<QuadStar>();
-    star->resize(n);
-    Vec3d* out = star->points.data();
-    *out++ = rings.corner[static_cast<std::size_t>(corner)].centre;
-    for (int i = 0; i < n; ++i) *out++ = around(0, i).point, *out++ = around(0, i).face;
-    // Seen from corner k + 1 at (1, 0): its axes are turned by a quarter; the outer points by its ring, and so on.
-    *out++ = around(1, 2).face;   // (2, -1)
-    *out++ = around(1, 3).point;  // (2, 0)
-    *out++ = around(1, 3).face;   // (2, 1)
-    *out++ = around(2, 2).face;   // (2, 2)
-    *out++ = around(2, 3).point;  // (1, 2)
-    *out++ = around(3, 2).point;  // (0, 2)
-    *out++ = around(3, 2).face;   // (-1, 2)
-    star->find_limit();
-    return star;
+    SurfacePoint point{derivative(0, 0), derivative(1, 0), derivative(0, 1)};
+    if (second) point.duu = derivative(2, 0), point.duv = derivative(1, 1), point.dvv = derivative(0, 2);
+    return point;
 }
 
-void QuadShape::grow_star(const QuadStar& star, int turn, std::array<QuadNode, 4>& quarters) {
-    std::array<QuadStar, 4> grown;
-    subdivide(star, grown);
+bool QuadShape::find_simpler(const CellRings<4>& rings, QuadNode& node) {
+    if (find_patch(rings, node.patch)) return true;
+    int corner = -1;
     for (int k = 0; k < 4; ++k) {
-        QuadStar& part = grown[static_cast<std::size_t>(k)];
-        const int corner = (k + turn) & 3;
-        QuadNode& quarter = quarters[static_cast<std::size_t>(corner)];
-        if (part.regular())
-            quarter.patch.net = part.net(corner);
-        else
-            quarter.become(std::make_unique<QuadStar>(std::move(part)), corner);
+        const CornerRing& ring = rings.corner[static_cast<std::size_t>(k)];
+        if (!ring.is_smooth() || ring.size() < 3 || (ring.size() != 4 && corner >= 0)) return false;
+        if (ring.size() != 4) corner = k;
     }
+    QuadStar star;
+    star.resize(rings.corner[static_cast<std::size_t>(corner)].size());
+    for (int k = 0; k < 4; ++k) {
+        const CornerRing& ring = rings.corner[static_cast<std::size_t>((corner + k) & 3)];
+        star.points[static_cast<std::size_t>(k)] = ring.centre;
+        for (int i = 0; i < ring.size(); ++i) {
+            const CornerRing::Spoke& spoke = ring.spoke(ring.cell + i);
+            star.points[star.ring_place(k, 2 * i)] = spoke.point;
+            star.points[star.ring_place(k, 2 * i + 1)] = spoke.face;
+        }
+    }
+    node.become(std::move(star), corner);
+    return true;
 }
 
 }  // namespace detail
@@ -182,20 +163,11 @@ void QuadPatches::first_step() {
         first_[i] = ring.vertex_point();
         smooth_[i] = !ring.boundary && child_sharpness(ring.sharpness) == 0 &&
                      std::ranges::all_of(ring.spokes, [](const CornerRing::Spoke& s) { return s.near_half == 0; });
-    });
-
-    for_each_index(edges, [&](std::uint32_t e) {
-        const HalfedgeId h = m.edge_halfedge(EdgeId(e)), t = m.twin(h);
-        const Vec3d a = m.position(m.origin(h)), b = m.position(m.target(h));
-        const Vec3d crease = 0.5 * (a + b);
-        const float s = m.sharpness(EdgeId(e));
-        if (!t.valid() || s == k_sharpness_infinity) {
-            edge_points[e] = crease;
-            return;
-        }
-        const Vec3d smooth = 0.25 * (a + b + face_point(h) + face_point(t));
-        const double w = s == 0 ? 0 : edge_crease_weight(s, detail::half_sharpness(m, h), detail::half_sharpness(m, t));
-        edge_points[e] = w == 0 ? smooth : w * crease + (1 - w) * smooth;
+        int spoke = 0;
+        for_each_outgoing(m, v, [&](HalfedgeId h) {
+            if (m.edge_halfedge(m.edge(h)) == h) edge_points[m.edge(h).value] = ring.edge_point(spoke);
+            ++spoke;
+        });
     });
 }
 
@@ -221,13 +193,8 @@ void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
                         m.twin(before).valid() && detail::half_sharpness(m, t) == 0 &&
                         detail::half_sharpness(m, before) == 0;
     if (!smooth) return node.become(root_rings(h));
-    auto star = std::make_unique_for_overwrite<detail::QuadStar>();
-    gather_star(h, *star);
-    if (star->regular()) {
-        node.patch.net = star->net(0);
-        return;
-    }
-    star->find_limit();
+    detail::QuadStar star;
+    gather_star(h, star);
     node.become(std::move(star), 0);
 }
 

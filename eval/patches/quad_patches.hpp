@@ -19,7 +19,7 @@ struct QuadShape {
     static constexpr std::size_t k_corners = 4;
     struct Patch {
         Net16 net;
-        SideCrease crease;
+        SideCrease crease{};
     };
     using Star = QuadStar;
 
@@ -32,11 +32,8 @@ struct QuadShape {
     /// Without the normal.
     static SurfacePoint evaluate(const Patch& patch, const Vec2d& at, bool second);
 
-    /// Whether rings are those of a regular cell.
-    static bool find_patch(const CellRings<4>& rings, Patch& patch);
-    /// The star that rings are, with its extraordinary corner; null if they are none.
-    static std::unique_ptr<QuadStar> find_star(const CellRings<4>& rings, int& corner);
-    static void grow_star(const QuadStar& star, int turn, std::array<PatchNode<QuadShape>, 4>& quarters);
+    /// Makes a node the regular cell or star that rings are; false if they are neither.
+    static bool find_simpler(const CellRings<4>& rings, PatchNode<QuadShape>& node);
 };
 
 using QuadNode = PatchNode<QuadShape>;

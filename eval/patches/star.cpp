@@ -8,17 +8,17 @@
 
 namespace tetrakis::detail {
 
-const Vec3d& QuadStar::ring(int corner, int i) const {
-    if (i < 3) return points[static_cast<std::size_t>((corner + 1 + i) & 3)];
+std::size_t QuadStar::ring_place(int corner, int i) const {
+    if (i < 3) return static_cast<std::size_t>((corner + 1 + i) & 3);
     // Two neighbours of each corner are the next one's, too.
     constexpr int k_regular = 3;
     const int around[4] = {0, 2 * valence - 5, 2 * valence - 5 + k_regular,
                            2 * (valence + far_valence) - 10 + k_regular};
     const auto outer = static_cast<std::size_t>(around[corner] + i - 3), count = points.size() - 4;
-    return points[4 + (outer < count ? outer : outer - count)];
+    return 4 + (outer < count ? outer : outer - count);
 }
 
-Vec3d QuadStar::ring_limit(int corner) const {
+Vec3d QuadStar::corner_limit(int corner) const {
     Vec3d edges(0), faces(0);
     for (int i = 0; i < valence_of(corner); ++i) edges += ring(corner, 2 * i), faces += ring(corner, 2 * i + 1);
     const double n = valence_of(corner);
@@ -64,7 +64,6 @@ void subdivide(const QuadStar& star, std::array<QuadStar, 4>& quarters) {
             new_edge[2 * i] = 0.25 * (corner + edge(i) + new_face[2 * i] + new_face[2 * (i > 0 ? i - 1 : n - 1)]);
         const double inv = 1.0 / n;
         quarter.points[0] = (n - 2) * inv * corner + (inv * inv) * (edges + faces);
-        if (!quarter.regular()) quarter.limit = star.corner_limit(k);
     }
     for (int k = 0; k < 4; ++k) {
         const auto point = [&](int corner, int i) -> const Vec3d& {

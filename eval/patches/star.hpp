@@ -12,16 +12,9 @@ namespace tetrakis::detail {
 
 /// Where (x, y), as seen from corner k with x along the side that leaves it counter-clockwise, lies in the cell.
 inline std::array<int, 2> from_corner(int k, int x, int y) {
-    switch (k) {
-        case 0:
-            return {x, y};
-        case 1:
-            return {1 - y, x};
-        case 2:
-            return {1 - x, 1 - y};
-        default:
-            return {y, 1 - x};
-    }
+    std::array<int, 2> at{x, y};
+    for (; k > 0; --k) at = {1 - at[1], at[0]};
+    return at;
 }
 
 /// The 2 (n + k) points around a cell whose corners are smooth and interior: (0, 0) of valence n, (1, 1) of valence k,
@@ -32,7 +25,6 @@ inline std::array<int, 2> from_corner(int k, int x, int y) {
 struct QuadStar : PoolNew {
     int valence = 0;
     int far_valence = 4;
-    Vec3d limit{0};  ///< limit position of the corner (0, 0), the same at every level
     PoolVector<Vec3d> points;
 
     static std::size_t point_count(int valence, int far_valence = 4) {
@@ -52,15 +44,12 @@ struct QuadStar : PoolNew {
     std::size_t memory_bytes() const { return sizeof(QuadStar) + points.capacity() * sizeof(Vec3d); }
     /// Neighbour i of a corner, counter-clockwise: 0 the next corner, 1 the one opposite, and so on to 2 n - 1; edges'
     /// ends are even.
-    const Vec3d& ring(int corner, int i) const;
+    const Vec3d& ring(int corner, int i) const { return points[ring_place(corner, i)]; }
+    /// Its number.
+    std::size_t ring_place(int corner, int i) const;
     CornerRing corner_ring(int corner) const;
-    /// Sets the limit from the points.
-    void find_limit() { limit = ring_limit(0); }
     /// Limit position of a corner, (0, 0) (1, 0) (1, 1) (0, 1).
-    Vec3d corner_limit(int corner) const { return corner == 0 ? limit : ring_limit(corner); }
-
-  private:
-    Vec3d ring_limit(int corner) const;
+    Vec3d corner_limit(int corner) const;
 };
 
 /// One Catmull-Clark step: the quarters at the corners, each from its corner of the star on.
@@ -85,11 +74,13 @@ struct LoopStar : PoolNew {
     Net12 net(int corner) const;
     std::size_t memory_bytes() const { return sizeof(LoopStar) + points.capacity() * sizeof(Vec3d); }
     /// Neighbour i of a corner, counter-clockwise from the next corner on.
-    const Vec3d& ring(int corner, int i) const {
-        if (i < 2) return points[static_cast<std::size_t>((corner + 1 + i) % 3)];
+    const Vec3d& ring(int corner, int i) const { return points[ring_place(corner, i)]; }
+    /// Its number.
+    std::size_t ring_place(int corner, int i) const {
+        if (i < 2) return static_cast<std::size_t>((corner + 1 + i) % 3);
         const int before = corner == 0 ? 0 : corner == 1 ? valence[0] - 3 : valence[0] + valence[1] - 6;
         const auto outer = static_cast<std::size_t>(before + i - 2);
-        return points[3 + (outer < outer_count() ? outer : 0)];
+        return 3 + (outer < outer_count() ? outer : 0);
     }
     CornerRing corner_ring(int corner) const;
     Vec3d corner_limit(int corner) const;

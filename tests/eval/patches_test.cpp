@@ -156,8 +156,11 @@ TEST_CASE("single-crease patches: the closed form is what repeated subdivision t
                 const double near = sample == 0 ? 0 : std::exp2(-random.uniform(0, 9)) * random.uniform();
                 (side == 0 || side == 2 ? y : x) = side == 0 || side == 3 ? near : 1 - near;
                 const Vec3d closed = regular_position(net, crease, x, y);
-                Weights4 wx[3], wy[3];
-                regular_basis(crease, x, y, wx, wy);
+                const auto basis = [&](int axis, double at) {
+                    return std::array{regular_basis(crease, axis, at), regular_basis(crease, axis, at, 1),
+                                      regular_basis(crease, axis, at, 2)};
+                };
+                const std::array<Weights4, 3> wx = basis(0, x), wy = basis(1, y);
                 double sum_d1 = 0, sum = 0;
                 for (int i = 0; i < 4; ++i) sum += wx[0][i] + wy[0][i], sum_d1 += wx[1][i] + wy[1][i];
                 CHECK(std::abs(sum - 2) < 1e-13);
@@ -171,8 +174,7 @@ TEST_CASE("single-crease patches: the closed form is what repeated subdivision t
                 CHECK(glm::length(value(wx[0], wy[0]) - closed) < 1e-13);
                 // Derivatives: by steps into the cell.
                 const double step_x = x < 0.5 ? 1e-7 : -1e-7, step_y = y < 0.5 ? 1e-7 : -1e-7;
-                Weights4 next_x[3], next_y[3];
-                regular_basis(crease, x + step_x, y + step_y, next_x, next_y);
+                const std::array<Weights4, 3> next_x = basis(0, x + step_x), next_y = basis(1, y + step_y);
                 for (int d = 1; d <= 2; ++d) {
                     CAPTURE(d);
                     const Vec3d by_x = (value(next_x[d - 1], wy[0]) - value(wx[d - 1], wy[0])) / step_x,
@@ -181,7 +183,7 @@ TEST_CASE("single-crease patches: the closed form is what repeated subdivision t
                     CHECK(glm::length(by_y - value(wx[0], wy[d])) < 1e-2 * (1 + glm::length(by_y)));
                 }
                 // Ten steps of the curve across make every crease smooth; then it is an ordinary one.
-                const bool across_y = crease.across_y(), far = crease.far();
+                const bool across_y = crease.axis() == 1, far = crease.far();
                 double t = far ? 1 - (across_y ? y : x) : (across_y ? y : x), left = sharpness;
                 std::array<Weights4, 4> points{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
                 for (int step = 0; step < 10; ++step) {
