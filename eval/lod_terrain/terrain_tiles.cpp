@@ -50,28 +50,17 @@ struct Block {
     const Record& at(std::int32_t px, std::int32_t py) const { return records[index(px, py)]; }
 };
 
-double cross(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
-
-/// How far two triangles over an edge are from the four that they are split into at a point `middle`, vertically.
-double split_error(const std::array<Vec3d, 2>& ends, std::array<Vec3d, 2> apexes, const Vec3d& middle) {
-    const Vec2d a(ends[0]), along = Vec2d(ends[1]) - a, to_middle = Vec2d(middle) - a;
-    const double aside = cross(along, to_middle);
-    // The height of the edge at its point t.
-    const auto edge = [&](double t) { return ends[0].z + t * (ends[1].z - ends[0].z); };
-    if (aside == 0) return std::abs(middle.z - edge(glm::dot(to_middle, along) / glm::dot(along, along)));
-    // Both are linear but at the middle, on the edge, and on the lines from the middle: the difference is largest at
-    // the middle, or where the line to the apex on the other side crosses the edge.
-    if (aside * cross(along, Vec2d(apexes[0]) - a) < 0) std::swap(apexes[0], apexes[1]);
-    const Vec2d to_apex = Vec2d(apexes[0]) - a, to_other = Vec2d(apexes[1]) - a;
-    const double w = aside / cross(along, to_apex);
-    const double t = cross(to_middle, to_apex) / cross(along, to_apex);
-    const double at_middle = std::abs(middle.z - (edge(t) + w * (apexes[0].z - ends[0].z)));
-    const double part = aside / (aside - cross(along, to_other));
-    const Vec2d crossing = to_middle + part * (to_other - to_middle);
-    const double at_crossing =
-        std::abs(middle.z + part * (apexes[1].z - middle.z) - edge(glm::dot(crossing, along) / glm::dot(along, along)));
-    return std::max(at_middle, at_crossing);
-}
+/// Heights over the ground that are linear.
+struct Plane {
+    Plane() = default;
+    Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : at_a(a) {
+        const Vec3d across = glm::cross(b - a, c - a);
+        slopes = Vec2d(across) / -across.z;
+    }
+    double above(const Vec3d& p) const { return p.z - at_a.z - glm::dot(slopes, Vec2d(p - at_a)); }
+    Vec3d at_a{};
+    Vec2d slopes{};
+};
 
 /// How far the full-resolution surface is from the two triangles over an edge, by the points and errors of a finer
 /// level.
@@ -85,18 +74,13 @@ class DiamondGap {
     /// @param diamond    of a coarser one
     DiamondGap(const TerrainLattice& lattice, const Block<TilePoint>& points, int level, const LatticeDiamond& diamond)
         : lattice_(lattice), points_(points), level_(level), diamond_(diamond) {
-        const Vec3d a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]) - a;
         for (const LatticePlace apex : diamond.apexes) {
             if (!lattice.has(apex)) continue;
-            const Vec3d c = vertex(apex) - a;
-            const double area = cross(Vec2d(b), Vec2d(c));
-            const Vec2d slopes((b.z * c.y - c.z * b.y) / area, (c.z * b.x - b.z * c.x) / area);
             apexes_[count_] = apex;
-            planes_[count_++] = {slopes, a.z - glm::dot(slopes, Vec2d(a))};
+            planes_[count_++] = {vertex(diamond.ends[0]), vertex(diamond.ends[1]), vertex(apex)};
         }
         if (count_ == 1) planes_[1] = planes_[0];
-        const Vec3d last = vertex(apexes_[count_ - 1]);
-        if (last.z < planes_[0].at(last)) sign_ = -1;
+        if (planes_[0].above(vertex(apexes_[count_ - 1])) < 0) sign_ = -1;
     }
 
     /// @param halvings  of the edge, until it is one of the points' level
@@ -108,11 +92,6 @@ class DiamondGap {
     }
 
   private:
-    struct Plane {
-        Vec2d slopes;
-        double constant;
-        double at(const Vec3d& p) const { return slopes.x * p.x + slopes.y * p.y + constant; }
-    };
     /// A point, and how far it is above the two planes; upside down where the lower one counts.
     struct Corner {
         LatticePlace place;
@@ -124,7 +103,7 @@ class DiamondGap {
     }
     Corner corner(LatticePlace p) const {
         const Vec3d v = vertex(p);
-        return {p, {sign_ * (v.z - planes_[0].at(v)), sign_ * (v.z - planes_[1].at(v))}};
+        return {p, {sign_ * planes_[0].above(v), sign_ * planes_[1].above(v)}};
     }
     double over(const Corner& a, const Corner& b, const Corner& apex, int bisections) const {
         const LatticePlace middle{(a.place.x + b.place.x) / 2, (a.place.y + b.place.y) / 2};
@@ -209,39 +188,34 @@ class Writer {
             for_each_index(
                 static_cast<std::uint32_t>(level.across),
                 [&](std::uint32_t column) {
-                    write_finest({layout_, 0, static_cast<std::int32_t>(column), row}, band, first, last);
+                    write_finest({layout_, 0, static_cast<std::int32_t>(column), row}, band);
                 },
                 1);
         }
     }
 
-    /// @param band  samples for the lattice's rows from first_y to last_y
-    void write_finest(Work work, const HeightGrid& band, std::int32_t first_y, std::int32_t last_y) {
+    /// @param band  samples for the tile's rows and those of the cells around
+    void write_finest(Work work, const HeightGrid& band) {
         const TileLayout::Level& level = layout_.levels()[0];
-        const auto in_band = [&](std::int32_t x, std::int32_t y) {
-            return std::array{lattice_.column(x), lattice_.row(y) - first_row_ * k_grid_unit};
+        const auto vertex = [&](std::int32_t x, std::int32_t y) {
+            return detail::sampled(band, lattice_.column(x), lattice_.row(y) - first_row_ * k_grid_unit);
         };
-        Block<float> heights(std::max(work.x - k_cell, 0), first_y, std::min(work.last_x + k_cell, level.last_x),
-                             last_y);
-        for (std::int32_t y = first_y; y <= last_y; ++y)
-            for (std::int32_t x = heights.x; x < heights.x + heights.width; ++x) {
-                const auto [east, south] = in_band(x, y);
-                heights.at(x, y) = detail::sampled(band, east, south).z;
-            }
         for (std::int32_t y = work.y; y <= work.last_y; ++y)
             for (std::int32_t x = work.x; x <= work.last_x; ++x) {
-                const auto [east, south] = in_band(x, y);
+                const detail::GridVertex v = vertex(x, y);
                 TilePoint& p = point(work, x, y);
-                p.height = heights.at(x, y);
-                p.set_normal(detail::sample_normal(band, static_cast<std::uint32_t>(east / k_grid_unit),
-                                                   static_cast<std::uint32_t>(south / k_grid_unit)));
+                p.height = v.z;
+                p.set_normal(detail::sample_normal(band, static_cast<std::uint32_t>(v.x / k_grid_unit),
+                                                   static_cast<std::uint32_t>(v.y / k_grid_unit)));
             }
         set_errors(work, nullptr, [](std::int32_t, std::int32_t) { return 0.0; });
         set_cells(work, [&](std::int32_t cx, std::int32_t cy) {
             HeightRange range;
             for (std::int32_t y = cy * k_cell; y <= std::min((cy + 1) * k_cell, level.last_y); ++y)
-                for (std::int32_t x = cx * k_cell; x <= std::min((cx + 1) * k_cell, level.last_x); ++x)
-                    range.add({heights.at(x, y), heights.at(x, y)});
+                for (std::int32_t x = cx * k_cell; x <= std::min((cx + 1) * k_cell, level.last_x); ++x) {
+                    const float height = vertex(x, y).z;
+                    range.add({height, height});
+                }
             return range;
         });
         write(work);
@@ -360,23 +334,26 @@ class Writer {
     template <class WorstCentre>
     void set_errors(Work& work, const Block<TilePoint>* fine, const WorstCentre& worst_centre) const {
         const auto k = static_cast<int>(work.level);
+        const double beyond = share_beyond(std::size_t{1} << k);
         const auto set_error = [&](std::int32_t x, std::int32_t y, double worst) {
             const LatticeDiamond diamond({x << k, y << k});
             const auto vertex = [&](LatticePlace p) {
                 return Vec3d(lattice_.column(p.x), lattice_.row(p.y), double{point(work, p.x >> k, p.y >> k).height});
             };
-            const std::array ends{vertex(diamond.ends[0]), vertex(diamond.ends[1])};
-            // The middle of a side is on it, whatever the apexes are.
-            const std::array apexes =
-                diamond.is_centre ? std::array{vertex(diamond.apexes[0]), vertex(diamond.apexes[1])} : ends;
-            const double own = split_error(ends, apexes, vertex(diamond.middle));
+            const Vec3d a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]), middle = vertex(diamond.middle);
+            double own = 0;
+            for (const LatticePlace apex : diamond.apexes) {
+                // The middle of a side is on it, whatever the apexes are.
+                const Vec3d c = diamond.is_centre ? vertex(apex) : a + Vec3d(a.y - b.y, b.x - a.x, 0);
+                own = std::max(own, std::abs(Plane(a, b, c).above(middle)));
+            }
             // A split moves the surface by its own error, and each of the four triangles then lies under one of the
             // diamonds that become possible: the full-resolution surface is no farther away than the sum.
             double error = own + worst;
             if (fine != nullptr)
                 error = std::min(
                     error, std::max(DiamondGap(lattice_, *fine, k - halvings(work), diamond).largest(halvings(work)),
-                                    worst + own * share_beyond(diamond)));
+                                    worst + own * (diamond.is_centre ? 0 : beyond)));
             point(work, x, y).set_error(std::max(error, k_error_ratio * worst));
         };
         for (std::int32_t y = work.y; y <= work.last_y; ++y)
@@ -412,31 +389,24 @@ class Writer {
     /// Where lines are not evenly spaced, points that halve a diamond's diagonal sides are beside these, so that
     /// samples under it can belong to a neighbour's triangles. There the error of the diamond over that side counts,
     /// and the split's own error as far as it reaches: as a part of it.
-    double share_beyond(const LatticeDiamond& diamond) const {
-        if (diamond.is_centre || is_even_) return 0;
-        // Half a sample along both axes, and half as much for each of the finer sides.
-        constexpr double k_beyond = 2 * std::numbers::sqrt2 / 2;
-        const auto gap = [](const std::vector<std::int32_t>& lines, std::int32_t at, std::int32_t step) {
-            const auto line = [&](std::int32_t i) { return lines[static_cast<std::size_t>(i)]; };
-            const auto last = static_cast<std::int32_t>(lines.size()) - 1;
-            return std::min(at >= step ? line(at) - line(at - step) : std::numeric_limits<std::int32_t>::max(),
-                            at + step <= last ? line(at + step) - line(at) : std::numeric_limits<std::int32_t>::max());
-        };
-        const double nearest = std::min(gap(lattice_.xs, diamond.middle.x, diamond.step),
-                                        gap(lattice_.ys, diamond.middle.y, diamond.step));
-        return std::min(1.0, k_beyond * std::numbers::sqrt2 * k_grid_unit / nearest);
-    }
-    static bool is_even(const std::vector<std::int32_t>& lines) {
-        for (std::size_t i = 2; i < lines.size(); ++i)
-            if (lines[i] - lines[i - 1] != lines[1] - lines[0]) return false;
-        return true;
+    double share_beyond(std::size_t step) const {
+        // Half a sample along both axes, and half as much for each of the finer sides, which are diagonal.
+        constexpr double k_beyond = 2 * std::numbers::sqrt2 / 2 * std::numbers::sqrt2 * k_grid_unit;
+        bool is_even = true;
+        std::int32_t nearest = std::numeric_limits<std::int32_t>::max();
+        for (const auto* const axis : {&lattice_.xs, &lattice_.ys}) {
+            const std::span<const std::int32_t> lines = *axis;
+            for (std::size_t i = 1; i < lines.size(); ++i) is_even &= lines[i] - lines[i - 1] == lines[1] - lines[0];
+            for (std::size_t i = step; i < lines.size(); i += step)
+                nearest = std::min(nearest, lines[i] - lines[i - step]);
+        }
+        return is_even ? 0 : std::min(1.0, k_beyond / nearest);
     }
 
     HeightSource& source_;
     const TileOptions& options_;
     HeightGrid frame_;
     TerrainLattice lattice_;
-    bool is_even_ = is_even(lattice_.xs) && is_even(lattice_.ys);
     TileLayout layout_;
     TileFile file_;
     std::int32_t first_row_ = 0;  // of the band
