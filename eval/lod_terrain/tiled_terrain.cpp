@@ -11,7 +11,6 @@
 #include <mutex>
 #include <stop_token>
 #include <thread>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -207,7 +206,6 @@ class TiledTerrain::Impl {
     /// A tile that was asked for.
     struct Want {
         std::uint64_t use = 0;
-        std::uint32_t count = 0;  ///< in that use
         int failures = 0;
         Clock::time_point not_before{};
     };
@@ -223,31 +221,23 @@ class TiledTerrain::Impl {
             return &slot.tile;
         }
         const auto [want, is_new] = wants_.try_emplace(tile);
-        Want& w = want->second;
-        if (std::exchange(w.use, last_use_) != last_use_) w.count = 0;
-        ++w.count;
+        want->second.use = last_use_;
         if (is_new) changed_.notify_all();
         return nullptr;
     }
 
-    /// The tile to be loaded next: one of those asked for last, of the coarsest level, that most diamonds wait for.
+    /// The tile to be loaded next: the last one, which no other one is coarser than, of those asked for last.
     std::uint64_t next_want(Clock::time_point& earliest) const {
-        std::uint64_t best = k_none;
-        std::tuple<std::uint64_t, std::uint64_t, std::uint32_t> best_rank{};
+        std::uint64_t best = k_none, best_use = 0;
         const auto now = Clock::now();
         earliest = Clock::time_point::max();
         for (const auto& [tile, want] : wants_) {
             if (want.not_before > now) {
                 earliest = std::min(earliest, want.not_before);
-                continue;
+            } else if (best == k_none || std::pair(want.use, tile) > std::pair(best_use, best)) {
+                best = tile;
+                best_use = want.use;
             }
-            const auto& levels = layout_.levels();
-            const auto level = std::partition_point(levels.begin(), levels.end(),
-                                                    [tile = tile](const auto& l) { return l.first_tile <= tile; });
-            const std::tuple rank{want.use, static_cast<std::uint64_t>(level - levels.begin()), want.count};
-            if (best != k_none && rank <= best_rank) continue;
-            best = tile;
-            best_rank = rank;
         }
         return best;
     }
