@@ -12,7 +12,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace tetrakis::lod {
@@ -32,25 +31,6 @@ void raise(std::uint8_t& code, std::uint8_t to) {
 
 double twice_area(const LatticePlace& a, const LatticePlace& b, const LatticePlace& c) {
     return double(b.x - a.x) * (c.y - a.y) - double(b.y - a.y) * (c.x - a.x);
-}
-
-/// Calls visit(y, first x, last x) for the rows of a triangle of the lattice, whose sides run along its lines and
-/// diagonals.
-template <class Visit>
-void for_each_row(const std::array<LatticePlace, 3>& t, Visit&& visit) {
-    const auto [y0, y1] = std::minmax({t[0].y, t[1].y, t[2].y});
-    for (std::int32_t y = y0; y <= y1; ++y) {
-        std::int32_t first = std::numeric_limits<std::int32_t>::max(), last = -1;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const LatticePlace &a = t[k], &b = t[(k + 1) % 3];
-            if (y < std::min(a.y, b.y) || y > std::max(a.y, b.y)) continue;
-            const bool level = a.y == b.y;
-            const std::int32_t x = level ? a.x : a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y);
-            first = std::min({first, x, level ? b.x : x});
-            last = std::max({last, x, level ? b.x : x});
-        }
-        visit(y, first, last);
-    }
 }
 
 }  // namespace
@@ -174,28 +154,25 @@ void SampledSurface::measure_cell(HalfedgeId cell) {
                 const std::array<LatticePlace, 3> corners{diamond.ends[0], diamond.ends[1], apex};
                 const Vec3d &a = point(corners[0]), &b = point(corners[1]), &c = point(corners[2]);
                 double error = 0, reach = 0;
-                // Where a point's parameters are in the triangle is never nearer to it than the triangle is.
-                const auto at_parameters = [&](std::int32_t px, std::int32_t py) {
-                    const double area = twice_area(corners[0], corners[1], apex),
-                                 u = twice_area(corners[0], {px, py}, apex) / area,
-                                 v = twice_area(corners[0], corners[1], {px, py}) / area;
-                    return a + u * (b - a) + v * (c - a);
-                };
                 const Vec3d base = b - a, off_base = middle - a - detail::nearest_on_segment(base, middle - a) * base;
                 error = glm::length(off_base) + double{around[number(x, y)]};
-                const Vec3d step = at_parameters(1, 0) - at_parameters(0, 0);
-                for_each_row(corners, [&](std::int32_t row, std::int32_t first, std::int32_t last) {
-                    Vec3d same = at_parameters(first, row);
-                    std::size_t i = number(first, row);
-                    for (std::int32_t column = first; column <= last; ++column, ++i, same += step) {
+                const double area = twice_area(corners[0], corners[1], apex);
+                const auto [x0, x1] = std::minmax({corners[0].x, corners[1].x, apex.x});
+                const auto [y0, y1] = std::minmax({corners[0].y, corners[1].y, apex.y});
+                for (std::int32_t py = y0; py <= y1; ++py)
+                    for (std::int32_t px = x0; px <= x1; ++px) {
+                        const double u = twice_area(corners[0], {px, py}, apex) / area,
+                                     v = twice_area(corners[0], corners[1], {px, py}) / area;
+                        if (u < 0 || v < 0 || u + v > 1) continue;
+                        // Where a point's parameters are in the triangle is never nearer to it than the triangle is.
+                        const std::size_t i = number(px, py);
                         const double left = error - double{around[i]};
-                        const Vec3d off = points[i] - same;
+                        const Vec3d off = points[i] - a - u * base - v * (c - a);
                         if (left >= 0 && glm::dot(off, off) <= left * left) continue;
                         error = std::max(error,
                                          std::sqrt(detail::nearest_on_triangle(points[i], a, b, c).squared_distance) +
                                              double{around[i]});
                     }
-                });
                 if (diamond.step == 1 && !diamond.is_centre) {
                     for (const Vec3d& corner : {a, b, c}) reach = std::max(reach, glm::length(corner - middle));
                     reach += error;
