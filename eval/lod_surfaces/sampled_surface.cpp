@@ -102,12 +102,7 @@ void SampledSurface::set_bounds(const RunContext& context) {
     radii_.assign(point_count(), 0);
     const auto cells = static_cast<std::uint32_t>(cells_.size());
     with_threads(context, [&] {
-        constexpr std::uint32_t k_together = 8;
-        for (std::uint32_t first = 0; first < cells; first += k_together) {
-            context.report("errors", static_cast<double>(first) / cells);
-            for_each_index(
-                std::min(k_together, cells - first), [&](std::uint32_t i) { measure_cell(cells_[first + i]); }, 1);
-        }
+        for_each_reported(cells, 1, context, "errors", 0, 1, [&](std::uint32_t i) { measure_cell(cells_[i]); });
         // Where there are many cells, one alone is little work.
         const std::uint32_t grain = std::max(1u, 4096u >> (2 * level_));
         for (std::int32_t step = 1; step <= 1 << level_; step *= 2) {

@@ -56,7 +56,7 @@ class PrimalLimits final : public detail::LatticeLimits {
 
   public:
     PrimalLimits(const ControlMesh& mesh, const SchemeChoice& scheme, const SubdivisionSurfaceOptions& options)
-        : mesh_(mesh), rules_(options.rules) {
+        : mesh_(mesh) {
         const SchemeInfo& info = scheme.info();
         if (scheme_support(mesh, scheme, options.rules).patches) patches_.emplace(mesh, options.context);
         points_.emplace(make_hierarchy(mesh, info, {.rules = options.rules, .context = options.context}));
@@ -65,9 +65,9 @@ class PrimalLimits final : public detail::LatticeLimits {
                                                             "midedge, and Loop by its plain rules, not {}",
                                                             scheme.name()));
         if (info.is_linear())
-            linear_.emplace(mesh, info);
+            bound_ = std::make_unique<LinearBound>(mesh, info);
         else if (!patches_ && MaskNormBound<Family>::has(info, options.rules, mesh))
-            norms_.emplace(*points_, info, rules_, 0, k_tight);
+            bound_ = std::make_unique<MaskNormBound<Family>>(*points_, info, options.rules, 0, k_tight);
         else if (!patches_)
             throw Error(ErrorCode::unsupported,
                         fmt::format("{} has no certified bound over this mesh, whose semi-sharp tags last too long or "
@@ -92,20 +92,15 @@ class PrimalLimits final : public detail::LatticeLimits {
     }
 
     void bound(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
-        if (linear_) {
-            linear_->estimate(triangles, errors);
-        } else if (patches_) {
-            typename Family::Bounder bounder(*patches_);
-            const double decide_at = k_no_error * mesh_.bounding_box().diagonal();
-            for (std::size_t i = 0; i < triangles.size(); ++i)
-                if constexpr (k_quads)
-                    errors[i] = bounder.certified_error(triangles[i], decide_at);
-                else
-                    errors[i] =
-                        bounder.part_error(first_halfedge(triangles[i].root), corners(triangles[i]), decide_at).upper;
-        } else {
-            norms_->estimate(triangles, errors);
-        }
+        if (bound_) return bound_->estimate(triangles, errors);
+        typename Family::Bounder bounder(*patches_);
+        const double decide_at = k_no_error * mesh_.bounding_box().diagonal();
+        for (std::size_t i = 0; i < triangles.size(); ++i)
+            if constexpr (k_quads)
+                errors[i] = bounder.certified_error(triangles[i], decide_at);
+            else
+                errors[i] =
+                    bounder.part_error(first_halfedge(triangles[i].root), corners(triangles[i]), decide_at).upper;
     }
 
   private:
@@ -121,11 +116,9 @@ class PrimalLimits final : public detail::LatticeLimits {
     }
 
     const ControlMesh& mesh_;
-    RuleOptions rules_;
     std::optional<typename Family::Patches> patches_;
     std::optional<Hierarchy> points_;
-    std::optional<LinearBound> linear_;
-    std::optional<MaskNormBound<Family>> norms_;
+    std::unique_ptr<SurfaceBound> bound_;  // or by the patches
 };
 
 bool is_dual(const SchemeChoice& scheme) { return detail::DualBound::has(scheme.info()); }
@@ -149,7 +142,6 @@ SubdivisionSurface::SubdivisionSurface(const ControlMesh& mesh, const SchemeChoi
     positions_.resize(point_count());
     normals_.resize(point_count());
     with_threads(options.context, [&] {
-        const auto count = static_cast<std::uint32_t>(cells().size());
         const auto make = [&](std::uint32_t i) {
             std::vector<Site> own;
             for (const Site& site : sites_of(cells()[i]))
@@ -170,12 +162,7 @@ SubdivisionSurface::SubdivisionSurface(const ControlMesh& mesh, const SchemeChoi
                 normals_[index(own[k])] = normals[k];
             }
         };
-        constexpr std::uint32_t k_together = 16;
-        for (std::uint32_t first = 0; first < count; first += k_together) {
-            options.context.report("points", static_cast<double>(first) / count);
-            for_each_index(
-                std::min(k_together, count - first), [&](std::uint32_t i) { make(first + i); }, 1);
-        }
+        for_each_reported(static_cast<std::uint32_t>(cells().size()), 1, options.context, "points", 0, 1, make);
     });
     if (options.displacement) limits_ = nullptr;  // the finest triangles are the surface
     set_bounds(options.context);
