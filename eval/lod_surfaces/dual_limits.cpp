@@ -1,6 +1,5 @@
 #include "dual_limits.hpp"
 
-#include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../refine/points/level_source.hpp"
 #include "../../refine/points/row_points.hpp"
@@ -23,25 +22,6 @@ namespace {
 /// half in each.
 constexpr int k_to_an_end = 12;
 
-/// The next of a root's corners counter-clockwise.
-std::uint32_t next_corner(std::uint32_t corner) { return corner / 4 * 4 + (corner + 1) % 4; }
-
-/// Per corner of each root the number of the vertex that it is, and how many vertices there are.
-std::pair<std::vector<std::uint32_t>, std::uint32_t> corner_vertices(const VertexRoots& roots) {
-    DisjointSets corners(roots.link.size());
-    for (std::uint32_t side = 0; side < roots.link.size(); ++side) {
-        const std::uint32_t other = roots.link[side];
-        if (other == VertexRoots::outside) continue;
-        corners.unite(side, next_corner(other));
-        corners.unite(next_corner(side), other);
-    }
-    std::vector<std::uint32_t> vertex(roots.link.size());
-    std::uint32_t count = 0;
-    for (std::uint32_t c = 0; c < vertex.size(); ++c)
-        vertex[c] = corners.find(c) == c ? count++ : vertex[corners.find(c)];
-    return {std::move(vertex), count};
-}
-
 }  // namespace
 
 ControlMesh dual_roots(const ControlMesh& control, const SchemeInfo& scheme, const RuleOptions& rules) {
@@ -51,11 +31,7 @@ ControlMesh dual_roots(const ControlMesh& control, const SchemeInfo& scheme, con
                     "LOD takes dual schemes by their certified bound, and there is none where the mesh has holes "
                     "(remove their faces instead)",
                     control.data().source);
-    ControlMeshData data;
-    const auto [vertices, count] = corner_vertices(roots);
-    data.face_vertices = vertices;
-    for (std::uint32_t r = 0; r <= roots.count(); ++r) data.face_offsets.push_back(4 * r);
-    data.positions.resize(count);
+    ControlMeshData data = cell_mesh(roots);
     if (control.has_uvs()) {
         data.uvs.resize(data.face_vertices.size());
         data.face_uvs.resize(data.uvs.size());
@@ -82,24 +58,22 @@ ControlMesh dual_roots(const ControlMesh& control, const SchemeInfo& scheme, con
     // The others have a side in common with one that is known before; only at a corner of the boundary two that have.
     std::vector<std::uint8_t> known(roots.count(), 0);
     std::fill_n(known.begin(), cells, std::uint8_t{1});
-    for (bool more = true; more;) {
-        more = false;
+    for (int pass = 0; pass < 2; ++pass)
         for (std::uint32_t r = cells; r < roots.count(); ++r)
             for (std::uint32_t side = 4 * r; known[r] == 0 && side < 4 * r + 4; ++side) {
                 const std::uint32_t other = roots.link[side];
                 if (other == VertexRoots::outside || known[other / 4] == 0) continue;
                 if ((roots.crease[r] >> side % 4 & 1) != 0) continue;
                 known[r] = 1;
-                more = true;
                 // Beyond the common side it is as on it.
-                const std::array<std::uint32_t, 4> from{next_corner(other), other, other, next_corner(other)};
+                const std::uint32_t behind = other / 4 * 4 + (other + 1) % 4;
+                const std::array<std::uint32_t, 4> from{behind, other, other, behind};
                 for (std::uint32_t k = 0; k < 4; ++k) {
                     const std::uint32_t c = 4 * r + (side + k) % 4;
                     if (k > 1) data.positions[data.face_vertices[c]] = data.positions[data.face_vertices[from[k]]];
                     if (control.has_uvs()) data.uvs[c] = data.uvs[from[k]];
                 }
             }
-    }
     try {
         return ControlMesh::build(std::move(data));
     } catch (const Error& error) {

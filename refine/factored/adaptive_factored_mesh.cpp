@@ -1,6 +1,5 @@
 #include "adaptive_factored_mesh.hpp"
 
-#include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/nearest_point.hpp"
@@ -31,28 +30,6 @@ ControlMesh without_corner_angles(const ControlMesh& mesh) {
     return ControlMesh::build(std::move(data));
 }
 
-/// The cells of a dual scheme's level 1 (VertexRoots) as the faces of a mesh: root r is face r. Positions are zero.
-/// Cells at the boundary reach beyond the surface: the vertices there are no points of the 4-8 mesh.
-ControlMesh cell_mesh(const VertexRoots& roots) {
-    const std::uint32_t count = 4 * roots.count();
-    detail::DisjointSets corners(count);  // those that linked sides share
-    const auto next = [](std::uint32_t c) { return c / 4 * 4 + (c + 1) % 4; };
-    for (std::uint32_t side = 0; side < count; ++side)
-        if (const std::uint32_t other = roots.link[side]; other != VertexRoots::outside) {
-            corners.unite(side, next(other));
-            corners.unite(next(side), other);
-        }
-    ControlMeshData data;
-    data.face_offsets.push_back(0);
-    for (std::uint32_t c = 0; c < count; ++c) {
-        if (corners.find(c) == c) data.positions.emplace_back(0);
-        data.face_vertices.push_back(corners.find(c) == c ? static_cast<std::uint32_t>(data.positions.size() - 1)
-                                                          : data.face_vertices[corners.find(c)]);
-        if (c % 4 == 3) data.face_offsets.push_back(c + 1);
-    }
-    return ControlMesh::build(std::move(data));
-}
-
 }  // namespace
 
 struct AdaptiveFactoredMesh::State {
@@ -69,7 +46,7 @@ struct AdaptiveFactoredMesh::State {
                         "half-steps of dual schemes do not adapt on a mesh with creases; refine it by the same number "
                         "of half-steps everywhere");
             roots = vertex_roots(control, info);
-            cells = cell_mesh(roots);
+            cells = ControlMesh::build(cell_mesh(roots));
         }
         const RuleOptions rules = detail::with_crease_method(control, info, {});
         points = detail::row_points(control, info, rules, dual ? &roots : nullptr, run, false);

@@ -1,5 +1,6 @@
 #include "vertex_links.hpp"
 
+#include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/error.hpp"
 #include "../lattices/root_lattices.hpp"
 #include "../rules/rule_refiner.hpp"
@@ -100,6 +101,23 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
         roots.hole[number[r]] = control.is_hole(FaceId(net.control_face(r))) ? 1 : 0;
     }
     return roots;
+}
+
+ControlMeshData cell_mesh(const VertexRoots& roots) {
+    const std::uint32_t count = 4 * roots.count();
+    detail::DisjointSets corners(count);  // those that linked sides share
+    const auto next = [](std::uint32_t c) { return c / 4 * 4 + (c + 1) % 4; };
+    for (std::uint32_t side = 0; side < count; ++side)
+        if (roots.link[side] != VertexRoots::outside) corners.unite(next(side), roots.link[side]);
+    ControlMeshData data;
+    data.face_offsets.push_back(0);
+    for (std::uint32_t c = 0; c < count; ++c) {
+        if (corners.find(c) == c) data.positions.emplace_back(0);
+        data.face_vertices.push_back(corners.find(c) == c ? static_cast<std::uint32_t>(data.positions.size() - 1)
+                                                          : data.face_vertices[corners.find(c)]);
+        if (c % 4 == 3) data.face_offsets.push_back(c + 1);
+    }
+    return data;
 }
 
 }  // namespace tetrakis

@@ -12,4 +12,8 @@ namespace tetrakis {
 ///                that does not have four children on each side of its creases, a boundary that recedes
 VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, const RuleOptions& rules = {});
 
+/// The cells of level 1 as the faces of a mesh: root r is face r, from its corner 0 on. Positions are zero. Cells share
+/// vertices along creases, too; at the boundary they reach beyond the surface.
+ControlMeshData cell_mesh(const VertexRoots& roots);
+
 }  // namespace tetrakis
