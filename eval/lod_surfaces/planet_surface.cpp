@@ -44,25 +44,17 @@ int level_of(const std::vector<HeightGrid>& grids, const PlanetOptions& options)
     return std::clamp(static_cast<int>(std::ceil(-std::log2(step) - 1e-9)), 1, k_finest_level);
 }
 
-double mixed(const HeightGrid& grid, std::uint32_t west, std::uint32_t east, std::uint32_t north, std::uint32_t south,
-             double x, double y) {
-    const auto at = [&](std::uint32_t column, std::uint32_t row) { return double{grid.at(column, row)}; };
-    return std::lerp(std::lerp(at(west, north), at(east, north), x), std::lerp(at(west, south), at(east, south), x), y);
-}
-
-/// @param x, y  in samples; the last column is beside the first one
-double around_the_globe(const HeightGrid& grid, double x, double y) {
-    x -= grid.columns * std::floor(x / grid.columns);
+/// @param x, y       in samples
+/// @param is_closed  whether the last column is beside the first one
+double between_samples(const HeightGrid& grid, double x, double y, bool is_closed) {
+    x = is_closed ? x - grid.columns * std::floor(x / grid.columns) : std::clamp(x, 0.0, grid.columns - 1.0);
     y = std::clamp(y, 0.0, grid.rows - 1.0);
-    const auto column = static_cast<std::uint32_t>(x) % grid.columns,
-               row = std::min(static_cast<std::uint32_t>(y), grid.rows - 2);
-    return mixed(grid, column, (column + 1) % grid.columns, row, row + 1, x - std::floor(x), y - row);
-}
-
-double within(const HeightGrid& grid, double x, double y) {
-    const auto column = std::min(static_cast<std::uint32_t>(std::max(x, 0.0)), grid.columns - 2),
-               row = std::min(static_cast<std::uint32_t>(std::max(y, 0.0)), grid.rows - 2);
-    return mixed(grid, column, column + 1, row, row + 1, x - column, y - row);
+    const auto west = std::min(static_cast<std::uint32_t>(x), grid.columns - (is_closed ? 1u : 2u)),
+               north = std::min(static_cast<std::uint32_t>(y), grid.rows - 2), east = (west + 1) % grid.columns;
+    const auto along = [&](std::uint32_t row) {
+        return std::lerp(double{grid.at(west, row)}, double{grid.at(east, row)}, x - west);
+    };
+    return std::lerp(along(north), along(north + 1), y - north);
 }
 
 std::vector<HeightGrid> list(std::span<HeightGrid> grids) {
@@ -98,27 +90,17 @@ std::uint64_t PlanetSurface::memory_bytes() const {
 double PlanetSurface::height(const Vec3d& direction) const {
     if (grids_.size() == 1) {
         const Vec2d at = detail::longitude_latitude(direction);
-        return around_the_globe(grids_[0], at.x * grids_[0].columns - 0.5, at.y * grids_[0].rows - 0.5);
+        return between_samples(grids_[0], at.x * grids_[0].columns - 0.5, at.y * grids_[0].rows - 0.5, true);
     }
     const Vec3d size = glm::abs(direction);
-    std::size_t face;
-    Vec2d at;
-    double ahead;
-    if (size.x >= size.y && size.x >= size.z) {
-        face = direction.x > 0 ? 0 : 1;
-        at = {direction.x > 0 ? -direction.z : direction.z, -direction.y};
-        ahead = size.x;
-    } else if (size.y >= size.z) {
-        face = direction.y > 0 ? 2 : 3;
-        at = {direction.x, direction.y > 0 ? direction.z : -direction.z};
-        ahead = size.y;
-    } else {
-        face = direction.z > 0 ? 4 : 5;
-        at = {direction.z > 0 ? direction.x : -direction.x, -direction.y};
-        ahead = size.z;
-    }
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const double ahead = size[axis], sign = direction[axis] > 0 ? 1 : -1;
+    const auto face = static_cast<std::size_t>(2 * axis + (sign > 0 ? 0 : 1));
+    const Vec2d at = axis == 0   ? Vec2d(-sign * direction.z, -direction.y)
+                     : axis == 1 ? Vec2d(direction.x, sign * direction.z)
+                                 : Vec2d(sign * direction.x, -direction.y);
     const double last = grids_[face].columns - 1.0;
-    return within(grids_[face], (at.x / ahead + 1) / 2 * last, (at.y / ahead + 1) / 2 * last);
+    return between_samples(grids_[face], (at.x / ahead + 1) / 2 * last, (at.y / ahead + 1) / 2 * last, false);
 }
 
 Vec3d PlanetSurface::normal(const Vec3d& direction) const {
