@@ -116,7 +116,6 @@ class Tile {
   public:
     explicit Tile(const TileLayout& layout) : bytes_(layout.tile_bytes() / sizeof(std::uint64_t)) {}
 
-    bool is_empty() const { return bytes_.empty(); }  ///< moved from
     std::span<std::byte> bytes() { return std::as_writable_bytes(std::span(bytes_)); }
     template <class T>
     T* records(const TileLayout::Array& array) {

@@ -30,7 +30,7 @@ using Clock = std::chrono::steady_clock;
 // A tile stays for so many uses after the last one that asked for it: what has just been loaded is there when the views
 // that wait for it look, however small the cache is.
 constexpr std::uint64_t k_uses_kept = 4;
-constexpr std::uint64_t k_least_slots = 4;  // of tiles that come and go
+constexpr std::uint64_t k_least_cached = 4;  // of tiles that come and go
 
 }  // namespace
 
@@ -61,12 +61,12 @@ class TiledTerrain::Impl {
         while (k > 0 && levels[k - 1].across == 1 && levels[k - 1].down == 1) --k;
         first_kept_ = levels[k].first_tile;
         const std::uint64_t kept = layout_.tile_count() - first_kept_;
-        const std::uint64_t least = (kept + std::min(k_least_slots, first_kept_) + 1) * layout_.tile_bytes();
+        const std::uint64_t least = (kept + std::min(k_least_cached, first_kept_) + 1) * layout_.tile_bytes();
         if (options_.cache_bytes < least)
             refuse(ErrorCode::memory_limit,
                    fmt::format("a cache of {} bytes is too small; it needs {} at least", options_.cache_bytes, least));
         // One more is being read.
-        most_slots_ = std::min(options_.cache_bytes / layout_.tile_bytes() - 1 - kept, first_kept_);
+        most_cached_ = std::min(options_.cache_bytes / layout_.tile_bytes() - 1 - kept, first_kept_);
         for (std::uint64_t i = first_kept_; i < layout_.tile_count(); ++i) {
             file_.read(layout_.offset(i), kept_.emplace_back(layout_).bytes());
             if (!kept_.back().is_sealed())
@@ -149,7 +149,7 @@ class TiledTerrain::Impl {
         const std::lock_guard lock(mutex_);
         TileStatistics result = statistics_;
         result.wanted = wants_.size();
-        result.cached_bytes = (kept_.size() + slots_.size() + 1) * layout_.tile_bytes();
+        result.cached_bytes = (kept_.size() + cached_.size() + 1) * layout_.tile_bytes();
         return result;
     }
     void wait(std::uint64_t revision, std::chrono::milliseconds longest) {
@@ -198,9 +198,8 @@ class TiledTerrain::Impl {
         std::int32_t column, row;
         std::uint64_t tile;
     };
-    struct Slot {
+    struct Cached {
         Tile tile;
-        std::uint64_t number;
         std::uint64_t use;  ///< the last one begun when it was asked for
     };
     /// A tile that was asked for.
@@ -215,10 +214,9 @@ class TiledTerrain::Impl {
     /// nullptr: it is to be loaded.
     const Tile* find(std::uint64_t tile) {
         if (tile >= first_kept_) return &kept_[tile - first_kept_];
-        if (const auto there = table_.find(tile); there != table_.end()) {
-            Slot& slot = slots_[there->second];
-            slot.use = last_use_;
-            return &slot.tile;
+        if (const auto there = cached_.find(tile); there != cached_.end()) {
+            there->second.use = last_use_;
+            return &there->second.tile;
         }
         const auto [want, is_new] = wants_.try_emplace(tile);
         want->second.use = last_use_;
@@ -242,30 +240,22 @@ class TiledTerrain::Impl {
         return best;
     }
 
-    /// Whether another tile has room: a new slot, where slot == slots_.size(), or one that is not in use.
-    bool find_slot(std::size_t& slot) {
-        slot = slots_.size();
+    /// Whether another tile has room, if need be in place of one that is not in use.
+    bool make_room() {
         waits_for_use_ = false;
-        if (slot < most_slots_) return true;
-        const auto latest =
-            std::min_element(slots_.begin(), slots_.end(), [](const Slot& a, const Slot& b) { return a.use < b.use; });
-        const std::uint64_t oldest_use = uses_.empty() ? last_use_ + 1 : *std::min_element(uses_.begin(), uses_.end());
-        slot = static_cast<std::size_t>(latest - slots_.begin());
-        waits_for_use_ = latest->use + k_uses_kept > oldest_use;
-        if (waits_for_use_) arrived_.notify_all();
+        if (cached_.size() < most_cached_) return true;
+        const auto latest = std::ranges::min_element(cached_, {}, [](const auto& entry) { return entry.second.use; });
+        const std::uint64_t oldest_use = uses_.empty() ? last_use_ + 1 : *std::ranges::min_element(uses_);
+        waits_for_use_ = latest->second.use + k_uses_kept > oldest_use;
+        if (waits_for_use_)
+            arrived_.notify_all();
+        else
+            cached_.erase(latest);
         return !waits_for_use_;
     }
 
-    void put(std::uint64_t number, Tile& tile, std::size_t slot) {
-        if (slot == slots_.size()) {
-            slots_.push_back({std::move(tile), number, last_use_});
-        } else {
-            table_.erase(slots_[slot].number);
-            std::swap(slots_[slot].tile, tile);
-            slots_[slot].number = number;
-            slots_[slot].use = last_use_;
-        }
-        table_[number] = slot;
+    void put(std::uint64_t number, Tile tile) {
+        cached_.insert({number, {std::move(tile), last_use_}});
         wants_.erase(number);
         ++statistics_.loads;
         ++revision_;
@@ -278,7 +268,6 @@ class TiledTerrain::Impl {
     }
 
     void load_tiles(const std::stop_token& stop) {
-        Tile tile(layout_);
         std::unique_lock lock(mutex_);
         while (!stop.stop_requested()) {
             Clock::time_point earliest;
@@ -293,6 +282,7 @@ class TiledTerrain::Impl {
                 continue;
             }
             lock.unlock();
+            Tile tile(layout_);
             const std::string error = read(number, tile);
             lock.lock();
             Want& want = wants_[number];
@@ -303,13 +293,8 @@ class TiledTerrain::Impl {
                 ++want.failures;
                 continue;
             }
-            std::size_t slot = 0;
-            if (!changed_.wait(lock, stop, [&] { return find_slot(slot); })) return;
-            put(number, tile, slot);
-            if (!tile.is_empty()) continue;
-            lock.unlock();
-            tile = Tile(layout_);
-            lock.lock();
+            if (!changed_.wait(lock, stop, [&] { return make_room(); })) return;
+            put(number, std::move(tile));
         }
     }
 
@@ -337,12 +322,11 @@ class TiledTerrain::Impl {
     HeightRange heights_;
     std::uint64_t first_kept_ = 0;  // of the tiles that always stay
     std::vector<Tile> kept_;
-    std::size_t most_slots_ = 0;
+    std::size_t most_cached_ = 0;
 
     mutable std::mutex mutex_;                       // of all that follows; held for short
     std::condition_variable_any changed_, arrived_;  // for the loader; for those who wait
-    std::vector<Slot> slots_;
-    std::unordered_map<std::uint64_t, std::size_t> table_;  // slots by tiles
+    std::unordered_map<std::uint64_t, Cached> cached_;
     std::unordered_map<std::uint64_t, Want> wants_;
     std::vector<std::uint64_t> uses_;  // that go on
     std::uint64_t last_use_ = 0, revision_ = 0;
