@@ -2,7 +2,6 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
-#include "../../hier/base/parallel.hpp"
 #include "../surface/picture.hpp"
 #include "height_files.hpp"
 #include "height_source.hpp"
@@ -188,23 +187,17 @@ void detail::check_surface(const HeightGrid& grid) {
     if (grid.heights.size() != std::size_t{grid.columns} * grid.rows)
         refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows with {} heights",
                                                      grid.columns, grid.rows, grid.heights.size()));
-    std::vector<std::uint8_t> finite(grid.rows);
-    for_each_index(
-        grid.rows,
-        [&](std::uint32_t r) {
-            bool all = true;
-            for (std::uint32_t c = 0; c < grid.columns; ++c) all &= std::isfinite(grid.at(c, r));
-            finite[r] = all;
-        },
-        16);
-    for (std::uint32_t r = 0; r < grid.rows; ++r)
-        for (std::uint32_t c = 0; finite[r] == 0 && c < grid.columns; ++c)
+    for (std::uint32_t r = 0; r < grid.rows; ++r) {
+        bool finite = true;
+        for (std::uint32_t c = 0; c < grid.columns; ++c) finite &= std::isfinite(grid.at(c, r));
+        for (std::uint32_t c = 0; !finite && c < grid.columns; ++c)
             if (!std::isfinite(grid.at(c, r)))
                 refuse(ErrorCode::invalid_input,
                        fmt::format("the height at column {}, row {} is {}", c, r,
                                    std::isnan(grid.at(c, r)) ? "missing; fill_missing_heights() gives it one"
                                                              : "larger than single precision holds; take a smaller "
                                                                "scale"));
+    }
 }
 
 }  // namespace tetrakis
