@@ -10,7 +10,9 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,9 +30,9 @@ class RawSource final : public HeightSource {
           number_bytes_(format == HeightFormat::raw_float ? 4 : 2),
           is_big_endian_(format == HeightFormat::hgt || options.big_endian) {
         // Pipes are read at once; and what cannot be read is told why.
-        if (std::filesystem::is_regular_file(path)) file_.open(path, std::ios::binary);
-        if (!file_.is_open()) bytes_ = read_file(path, options.context);
-        const std::uint64_t size = file_.is_open() ? std::filesystem::file_size(path) : bytes_.size();
+        if (std::filesystem::is_regular_file(path)) bytes_ = std::make_unique<std::ifstream>(path, std::ios::binary);
+        if (!bytes_ || !*bytes_) bytes_ = std::make_unique<std::istringstream>(read_file(path, options.context));
+        const auto size = static_cast<std::uint64_t>(bytes_->seekg(0, std::ios::end).tellg());
         if (size == 0) refuse("the file is empty");
         if (size % number_bytes_ != 0)
             refuse(
@@ -46,17 +48,12 @@ class RawSource final : public HeightSource {
 
     void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
         const std::size_t row_bytes = frame_.columns * number_bytes_;
-        const unsigned char* next = nullptr;
-        if (file_.is_open()) {
-            buffer_.resize(count * row_bytes);
-            file_.clear();
-            file_.seekg(static_cast<std::streamoff>(first_row * row_bytes));
-            if (!file_.read(buffer_.data(), static_cast<std::streamsize>(buffer_.size())))
-                throw Error(ErrorCode::io, fmt::format("rows from {} on cannot be read", first_row), path_);
-            next = reinterpret_cast<const unsigned char*>(buffer_.data());
-        } else {
-            next = reinterpret_cast<const unsigned char*>(bytes_.data()) + first_row * row_bytes;
-        }
+        buffer_.resize(count * row_bytes);
+        bytes_->clear();
+        bytes_->seekg(static_cast<std::streamoff>(first_row * row_bytes));
+        if (!bytes_->read(buffer_.data(), static_cast<std::streamsize>(buffer_.size())))
+            throw Error(ErrorCode::io, fmt::format("rows from {} on cannot be read", first_row), path_);
+        const auto* next = reinterpret_cast<const unsigned char*>(buffer_.data());
         for (float& height : heights.first(std::size_t{count} * frame_.columns)) {
             std::uint32_t bits = 0;
             for (std::size_t i = 0; i < number_bytes_; ++i)
@@ -111,8 +108,7 @@ class RawSource final : public HeightSource {
     std::size_t number_bytes_;
     bool is_big_endian_;
     HeightGrid frame_;
-    std::ifstream file_;
-    std::string bytes_;  // of what is no regular file
+    std::unique_ptr<std::istream> bytes_;
     std::vector<char> buffer_;
 };
 
