@@ -53,20 +53,11 @@ struct Roots {
     std::vector<std::array<std::int32_t, 2>> places;  ///< of its vertices, then of its faces' centres
 };
 
-/// Where an axis is cut: at the borders of the tiles, and inside each tile, which is halved until it has `parts` parts.
-/// @param parts  a power of two
+/// Where an axis is cut: at the borders of the tiles, and inside each tile into some parts.
 std::vector<std::int32_t> cuts_of(std::uint32_t length, std::uint32_t tiles, std::uint32_t parts) {
     std::vector<std::int32_t> cuts;
-    for (std::uint32_t t = 0; t <= tiles; ++t)
-        cuts.push_back(static_cast<std::int32_t>(std::uint64_t{t} * length / tiles));
-    for (; parts > 1; parts /= 2) {
-        std::vector<std::int32_t> finer{cuts[0]};
-        for (std::size_t i = 1; i < cuts.size(); ++i) {
-            finer.push_back((cuts[i - 1] + cuts[i]) / 2);
-            finer.push_back(cuts[i]);
-        }
-        cuts = std::move(finer);
-    }
+    for (std::uint64_t i = 0; i <= std::uint64_t{tiles} * parts; ++i)
+        cuts.push_back(static_cast<std::int32_t>(i * length / (std::uint64_t{tiles} * parts)));
     return cuts;
 }
 
