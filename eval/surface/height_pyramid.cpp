@@ -138,25 +138,11 @@ HeightPyramid::Departure HeightPyramid::departure(const std::array<Vec2d, 3>& uv
         copies[axis][1] = std::min(static_cast<std::int64_t>(std::floor(static_cast<double>(search.last[axis]) / size)),
                                    copies[axis][0] + 1);
     }
-    // Blocks of the level at which about one in each direction holds them all.
-    const std::int64_t extent = std::max(search.last[0] - search.first[0], search.last[1] - search.first[1]) + 1;
-    std::size_t level = 0;
-    while (level < levels_.size() && (std::int64_t{1} << level) < extent) ++level;
     for (std::int64_t j = copies[1][0]; j <= copies[1][1]; ++j)
-        for (std::int64_t i = copies[0][0]; i <= copies[0][1]; ++i) {
+        for (std::int64_t i = copies[0][0]; i <= copies[0][1] && !search.done(); ++i) {
             search.offset[0] = i * width_;
             search.offset[1] = j * height_;
-            const auto range = [&](int axis, std::uint32_t size) {
-                const std::int64_t begin = std::max<std::int64_t>(search.first[axis] - search.offset[axis], 0);
-                const std::int64_t end = std::min<std::int64_t>(search.last[axis] - search.offset[axis], size - 1);
-                return std::array{static_cast<std::uint32_t>(begin >> level), static_cast<std::uint32_t>(end >> level)};
-            };
-            const auto columns = range(0, width_), rows = range(1, height_);
-            for (std::uint32_t r = rows[0]; r <= rows[1]; ++r)
-                for (std::uint32_t c = columns[0]; c <= columns[1]; ++c) {
-                    if (search.done()) return search.found;
-                    visit(search, level, c, r);
-                }
+            visit(search, levels_.size(), 0, 0);
         }
     return search.found;
 }
