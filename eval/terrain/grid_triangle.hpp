@@ -109,11 +109,6 @@ class GridTriangle {
             const float* const heights = row(y) + begin;
             const double first = corner.at(begin, y), lowest = sign * plane_at(begin, y) - limit,
                          slope = sign * slope_x_;
-            const double raised = lowest + reach * first, raised_slope = slope + reach * corner.dx;
-            double room = 0;
-            for (std::int32_t i = 0; i < end - begin; ++i)
-                room = std::min(room, sign * double{heights[i]} - (raised + raised_slope * i));
-            if (room == 0) return true;
             for (std::int32_t i = 0; i < end - begin; ++i) {
                 const double weight = first + corner.dx * i, above = sign * double{heights[i]} - (lowest + slope * i);
                 if (weight > k_least_weight && above < reach * weight) reach = std::max(0.0, above / weight);

@@ -108,7 +108,7 @@ class TerrainRefinement {
                 static_cast<std::uint32_t>(fresh.size()),
                 [&](std::uint32_t i) {
                     prefetch(fresh, i);
-                    too_far[i] = is_too_far(forest_.leaf(fresh[i]).vertex);
+                    too_far[i] = triangle(forest_.leaf(fresh[i]).vertex).error(limit_) > limit_;
                 },
                 16);
             touched.clear();
@@ -199,15 +199,6 @@ class TerrainRefinement {
             for (const PointId p : forest_.leaf(leaves[i + 2 * k_ahead]).vertex)
                 __builtin_prefetch(&vertices_[p.value]);
         if (i + k_ahead < leaves.size()) triangle(forest_.leaf(leaves[i + k_ahead]).vertex).prefetch();
-    }
-    /// Whether a sample under a triangle is farther from it than the limit.
-    bool is_too_far(const Corners& points) const {
-        // Where one is, the one in the middle of the base mostly is: it saves looking at the others.
-        const GridVertex &a = vertices_[points[0].value], &b = vertices_[points[1].value];
-        const std::int32_t x = middle(a.x, b.x), y = middle(a.y, b.y);
-        const bool halves = 2 * x == a.x + b.x && 2 * y == a.y + b.y && (x | y) % k_grid_unit == 0;
-        if (halves && std::abs(double{sampled(grid_, x, y).z} - (double{a.z} + double{b.z}) / 2) > limit_) return true;
-        return triangle(points).error(limit_) > limit_;
     }
     /// @throws Error  memory_limit
     void check_memory() const {
