@@ -131,23 +131,20 @@ void DualLimits::points(std::span<const Corner> corners, std::span<Vec3d> positi
         }
         begin.push_back(around.size());
     }
-    std::vector<VertexCell> cells = around;
-    std::ranges::sort(cells);
-    cells.erase(std::ranges::unique(cells).begin(), cells.end());
+    const std::vector<Site> cells = cell_sites(around);
     std::vector<Vec3d> found(cells.size());
     // Calls set(number of the corner, sum of what was found in the cells around it).
     const auto for_each_sum = [&](const auto& set) {
         for (std::size_t i = 0; i < corners.size(); ++i) {
             Vec3d sum(0);
-            for (std::size_t k = begin[i]; k < begin[i + 1]; ++k)
-                sum += found[static_cast<std::size_t>(std::ranges::lower_bound(cells, around[k]) - cells.begin())];
+            for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) sum += found[k];
             set(i, sum);
         }
     };
-    written_positions(*source_, cell_sites(cells), found);
+    written_positions(*source_, cells, found);
     for_each_sum([&](std::size_t i, const Vec3d& sum) { positions[i] = sum / double(begin[i + 1] - begin[i]); });
     if (normals.empty()) return;
-    source_->normals(cell_sites(cells), found);
+    source_->normals(cells, found);
     for_each_sum([&](std::size_t i, const Vec3d& sum) { normals[i] = unit_or_zero(sum); });
 }
 
