@@ -112,6 +112,17 @@ class CellTessellator : public TessellationRun {
     /// Three a triangle; none where they are left out.
     virtual std::vector<Vec2d> corner_uvs() = 0;
 
+    /// Measures against the mesh of limit points of the leaves of another one.
+    void measure_against(const typename Family::Hierarchy& finer) {
+        context_.report("measure", 0);
+        ExportedTriangles leaves = finer.forest().exported();
+        TriangleMesh reference;
+        reference.triangles = std::move(leaves.triangles);
+        reference.positions.resize(leaves.sites.size());
+        place(leaves.sites, reference.positions, {}, "measure", 0.5);
+        measure_triangles(reference, result_, options_.measure_samples / 2, context_);
+    }
+
     /// Of a triangle, as its leaf or fan was estimated.
     double estimated_error(std::uint32_t t) const {
         if constexpr (std::is_same_v<Family, QuadFamily>)

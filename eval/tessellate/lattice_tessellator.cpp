@@ -26,7 +26,7 @@ class LatticeTessellator final : public CellTessellator<Family> {
 
   private:
     using Base = CellTessellator<Family>;
-    using Base::hierarchy_, Base::refinement_, Base::fans_, Base::corners_, Base::exported_, Base::part_, Base::origin;
+    using Base::hierarchy_, Base::refinement_, Base::fans_, Base::corners_, Base::exported_, Base::origin;
     using Base::mesh_, Base::options_, Base::context_, Base::result_, Base::aim_, Base::certified;
 
     void prepare() override {
@@ -67,24 +67,35 @@ class LatticeTessellator final : public CellTessellator<Family> {
         return errors;
     }
 
-    /// Against a denser mesh of limit points over the same leaves. Those that fans hide are leaves like others.
+    /// Against limit points of all leaves, those that fans hide, too, each cut in four some times.
     void measure() override {
-        std::vector<CellTriangle> pieces;
-        int deepest = 0;
-        for (std::uint32_t t = 0; t < result_.mesh.triangles.size(); ++t) {
-            const OutputTriangle from = origin(t);
-            if (!from.fan.valid()) {
-                pieces.push_back(from.cell);
-                deepest = std::max<int>(deepest, from.cell.level);
-            } else if (part_[t] == 0) {
-                const std::uint32_t h0 = mesh_.face_halfedge(from.fan).value;
-                for (std::uint32_t r = 0; r < mesh_.face_size(from.fan); ++r)
-                    pieces.push_back(root_triangle(HalfedgeId(h0 + r)));
+        const auto& forest = hierarchy_->forest();
+        const std::uint64_t count = forest.leaf_count();
+        const int bits = reference_bits(count, result_.deepest_level);
+        check_reference_memory(count << (2 * bits), context_);
+        typename Family::Hierarchy finer = *hierarchy_;
+        std::vector<LeafId> marked, fresh;
+        if constexpr (std::is_same_v<Family, LoopFamily>) {
+            for (int i = 0; i < bits; ++i) finer.refine(finer.forest().ordered_leaves(), fresh);
+        } else {
+            // Two bisections of all leaves halve each edge once, so nothing else has to be split. But one leaf is split
+            // with another, before its turn: what is deep enough is passed over. Leaves stand in the order of the
+            // larger ones that they are parts of.
+            const std::vector<LeafId> leaves = forest.ordered_leaves();
+            for (marked = leaves; !marked.empty();) {
+                finer.refine(marked, fresh);
+                marked.clear();
+                auto whole = leaves.begin();
+                double rest = 1;
+                for (const LeafId part : finer.forest().ordered_leaves()) {
+                    const int deeper = finer.forest().depth(part) - forest.depth(*whole);
+                    if (deeper < 2 * bits) marked.push_back(part);
+                    rest -= std::ldexp(1.0, -deeper);
+                    if (rest == 0) ++whole, rest = 1;
+                }
             }
         }
-        measure_triangles(
-            limit_reference<Family>(points_, pieces, reference_bits(pieces.size(), deepest), context_, 0.5), result_,
-            options_.measure_samples / 2, context_);
+        this->measure_against(finer);
     }
 
     /// Nothing where a face's fan has no bound.
@@ -124,9 +135,6 @@ class LatticeTessellator final : public CellTessellator<Family> {
             points_.normals(sites, normals);
         };
         try {
-            // The deepest first: where it cannot be had, no time goes into others.
-            const auto deepest = std::ranges::max_element(exported_.sites, {}, &Site::level);
-            if (deepest != exported_.sites.end()) limit_normals({&*deepest, 1}, std::span(mesh.normals).first(1));
             constexpr std::size_t k_block = 1u << 16;
             for (std::size_t begin = 0; begin < mesh.normals.size(); begin += k_block) {
                 context_.report("attributes",

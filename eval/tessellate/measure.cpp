@@ -5,7 +5,6 @@
 #include "../distance/limit_samples.hpp"
 #include "../distance/local_maximum.hpp"
 #include "../distance/triangle_bvh.hpp"
-#include "../surface/site_limits.hpp"
 #include "../triangles/point_triangle.hpp"
 
 #include <algorithm>
@@ -42,40 +41,6 @@ void check_reference_memory(std::uint64_t triangles, const RunContext& context) 
     detail::check_memory("measuring the result against a mesh of " + std::to_string(triangles) + " triangles needs",
                          triangles * k_reference_bytes, context.max_memory_bytes, "allow more, or do not measure");
 }
-
-template <class Family>
-TriangleMesh limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces, int bits,
-                             const RunContext& context, double share) {
-    const int n = 1 << bits;
-    const auto per_piece = static_cast<std::size_t>(lattice_points(n));
-    check_reference_memory(std::uint64_t{pieces.size()} << (2 * bits), context);
-    std::vector<Site> sites(pieces.size() * per_piece);
-    for_each_index(
-        static_cast<std::uint32_t>(pieces.size()),
-        [&](std::uint32_t p) { put_lattice_sites<Family>(points.mesh(), pieces[p], bits, &sites[p * per_piece]); }, 64);
-    const DistinctSites once(sites);
-    TriangleMesh reference;
-    reference.positions.resize(once.distinct().size());
-    limit_positions(points, once.distinct(), reference.positions,
-                    [&](double done) { context.report("measure", share * done); });
-    for (std::uint32_t p = 0; p < pieces.size(); ++p) {
-        const auto vertex = [&](int row, int i) {
-            return once.number()[p * per_piece + static_cast<std::size_t>(lattice_index(row, i))];
-        };
-        for (int row = 0; row < n; ++row)
-            for (int i = 0; i <= row; ++i) {
-                reference.triangles.push_back({vertex(row, i), vertex(row + 1, i), vertex(row + 1, i + 1)});
-                if (i == row) continue;
-                reference.triangles.push_back({vertex(row, i), vertex(row + 1, i + 1), vertex(row, i + 1)});
-            }
-    }
-    return reference;
-}
-
-template TriangleMesh limit_reference<QuadFamily>(const Hierarchy&, std::span<const CellTriangle>, int,
-                                                  const RunContext&, double);
-template TriangleMesh limit_reference<LoopFamily>(const Hierarchy&, std::span<const CellTriangle>, int,
-                                                  const RunContext&, double);
 
 void measure_triangles(const TriangleMesh& reference, Tessellation& result, std::uint64_t samples,
                        const RunContext& context) {
@@ -142,82 +107,6 @@ DirectedDistance measure_from_target(const TriangleMesh& target, const TriangleB
 /// Barycentrics from weights of the second and third corner.
 std::array<double, 3> barycentrics(const Vec2d& uv) { return {std::max(1 - uv.x - uv.y, 0.0), uv.x, uv.y}; }
 
-/// What triangles are measured with, and how closely.
-template <class Family>
-struct Measurer {
-    const TriangleMesh& mesh;
-    const std::function<OutputTriangle(std::uint32_t)>& origin;
-    const SurfaceMap<Family>& map;
-    TriangleBvh bvh;
-    double own = 0;  ///< no point of the surface was found farther from the triangle that stands for it
-    /// Distances from the surface above this are exact, and those to it that are above this are searched for.
-    double exact_from = 0, search_from = 0;
-};
-
-/// One triangle of the mesh beside the part of the surface that it stands for.
-template <class Family>
-class MeasuredTriangle {
-  public:
-    MeasuredTriangle(const Measurer<Family>& by, std::uint32_t t)
-        : by_(by),
-          from_(by.origin(t)),
-          a_(by.mesh.positions[by.mesh.triangles[t][0]]),
-          b_(by.mesh.positions[by.mesh.triangles[t][1]]),
-          c_(by.mesh.positions[by.mesh.triangles[t][2]]) {}
-
-    const OutputTriangle& from() const { return from_; }
-    double area() const { return 0.5 * glm::length(glm::cross(b_ - a_, c_ - a_)); }
-
-    /// What is not above `exact_from` may be stated too large: as the distance of a point of the surface to this very
-    /// triangle, which is one of a point of the triangle to the surface, too.
-    Found at(const Vec2d& uv) const {
-        const auto b = barycentrics(uv);
-        const SurfaceParameter at = parameter(from_, uv);
-        const Vec3d s = by_.map(at), q = b[0] * a_ + b[1] * b_ + b[2] * c_;
-        const double own = std::sqrt(detail::nearest_on_triangle(s, a_, b_, c_).squared_distance);
-        Found result{.forward = own, .backward = own, .own = own};
-        if (own > by_.exact_from) result.forward = std::min(own, by_.bvh.closest(s, own * (1 + 1e-9)).distance);
-        if (by_.map.target) {
-            result.backward = by_.map.target->closest(q).distance;
-        } else if (glm::length(s - q) > by_.exact_from) {
-            result.backward = by_.map.nearby_distance(q, at);
-            if (result.backward > by_.search_from) result.backward = searched(q, result.backward);
-        }
-        return result;
-    }
-
-  private:
-    SurfaceParameter parameter(const OutputTriangle& of, const Vec2d& uv) const {
-        const auto b = barycentrics(uv);
-        return of.template parameter<Family>(by_.map.patches->mesh(), b[0], b[1], b[2]);
-    }
-    /// The least distance that Newton's method finds from the feet on all triangles that may stand for a nearer point.
-    double searched(const Vec3d& q, double best) const {
-        struct Foot {
-            double distance;
-            std::uint32_t triangle;
-            Vec2d uv;
-        };
-        std::vector<Foot> feet;
-        for (const std::uint32_t t : by_.bvh.within(q, best + by_.own)) {
-            const auto& [a, b, c] = by_.mesh.triangles[t];
-            const auto& p = by_.mesh.positions;
-            const detail::TrianglePoint foot = detail::nearest_on_triangle(q, p[a], p[b], p[c]);
-            feet.push_back({std::sqrt(foot.squared_distance), t, {foot.u, foot.v}});
-        }
-        std::ranges::sort(feet, {}, [](const Foot& foot) { return std::pair(foot.distance, foot.triangle); });
-        for (const Foot& foot : feet) {
-            if (foot.distance - by_.own > best) break;
-            best = std::min(best, by_.map.nearby_distance(q, parameter(by_.origin(foot.triangle), foot.uv)));
-        }
-        return best;
-    }
-
-    const Measurer<Family>& by_;
-    OutputTriangle from_;
-    Vec3d a_, b_, c_;
-};
-
 }  // namespace
 
 template <class Family>
@@ -228,23 +117,74 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     triangle_error.clear();
     if (count == 0) return {};
     constexpr double k_none = std::numeric_limits<double>::infinity();
-    Measurer<Family> by{mesh, origin, map, TriangleBvh(mesh, context)};
+    const TriangleBvh bvh(mesh, context);
     const ControlMesh& control = map.patches->mesh();
+    const auto corners_of = [&](std::uint32_t t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        return std::array{mesh.positions[a], mesh.positions[b], mesh.positions[c]};
+    };
+    const auto parameter = [&](const OutputTriangle& of, const Vec2d& uv) {
+        const auto b = barycentrics(uv);
+        return of.template parameter<Family>(control, b[0], b[1], b[2]);
+    };
+    double most_own = 0;  // no point of the surface was found farther from the triangle that stands for it
+    // Distances from the surface above this are exact, and those to it that are above this are searched for.
+    double exact_from = 0, search_from = 0;
+    // The least distance that Newton's method finds from the feet on all triangles that may stand for a nearer point.
+    const auto searched = [&](const Vec3d& q, double best) {
+        struct Foot {
+            double distance;
+            std::uint32_t triangle;
+            Vec2d uv;
+        };
+        std::vector<Foot> feet;
+        for (const std::uint32_t t : bvh.within(q, best + most_own)) {
+            const auto [a, b, c] = corners_of(t);
+            const detail::TrianglePoint foot = detail::nearest_on_triangle(q, a, b, c);
+            feet.push_back({std::sqrt(foot.squared_distance), t, {foot.u, foot.v}});
+        }
+        std::ranges::sort(feet, {}, [](const Foot& foot) { return std::pair(foot.distance, foot.triangle); });
+        for (const Foot& foot : feet) {
+            if (foot.distance - most_own > best) break;
+            best = std::min(best, map.nearby_distance(q, parameter(origin(foot.triangle), foot.uv)));
+        }
+        return best;
+    };
+    // A triangle beside the part of the surface that it stands for. What is not above `exact_from` may be stated too
+    // large: as the distance of a point of the surface to this very triangle, which is one of a point of the triangle
+    // to the surface, too.
+    const auto distances = [&](const OutputTriangle& from, const std::array<Vec3d, 3>& corner, const Vec2d& uv) {
+        const auto b = barycentrics(uv);
+        const SurfaceParameter at = parameter(from, uv);
+        const Vec3d s = map(at), q = b[0] * corner[0] + b[1] * corner[1] + b[2] * corner[2];
+        const double own = std::sqrt(detail::nearest_on_triangle(s, corner[0], corner[1], corner[2]).squared_distance);
+        Found result{.forward = own, .backward = own, .own = own};
+        if (own > exact_from) result.forward = std::min(own, bvh.closest(s, own * (1 + 1e-9)).distance);
+        if (map.target) {
+            result.backward = map.target->closest(q).distance;
+        } else if (glm::length(s - q) > exact_from) {
+            result.backward = map.nearby_distance(q, at);
+            if (result.backward > search_from) result.backward = searched(q, result.backward);
+        }
+        return result;
+    };
     const int n = lattice_intervals(samples, count, k_least_intervals);
     std::vector<Found> each(count);
     std::atomic<std::uint64_t> taken = 0;
-    const auto pass = [&](std::span<const std::uint32_t> triangles, std::uint32_t per_block, double search_from) {
-        by.search_from = search_from;
+    const auto pass = [&](std::span<const std::uint32_t> triangles, std::uint32_t per_block, double search_above) {
+        search_from = search_above;
         const auto size = static_cast<std::uint32_t>(triangles.size());
         const std::uint32_t blocks = (size + per_block - 1) / per_block;
         detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
             std::uint64_t samples_here = 0;
             for (std::uint32_t i = block * per_block; i < std::min(size, (block + 1) * per_block); ++i) {
-                const MeasuredTriangle<Family> triangle(by, triangles[i]);
-                const double weight = triangle.area() / (n * n);
+                const OutputTriangle from = origin(triangles[i]);
+                const std::array<Vec3d, 3> corner = corners_of(triangles[i]);
+                const double area = 0.5 * glm::length(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
+                const double weight = area / (n * n);
                 Found& found = each[triangles[i]] = {};
                 const auto measured = [&](const Vec2d& uv) {
-                    const Found d = triangle.at(uv);
+                    const Found d = distances(from, corner, uv);
                     found += d;
                     ++samples_here;
                     return d;
@@ -269,7 +209,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     found.weight += 2 * weight;
                 });
                 // Towards creases of finite sharpness.
-                if (const OutputTriangle& from = triangle.from(); !from.fan.valid())
+                if (!from.fan.valid())
                     detail::for_each_strip_point<Family>(control, from.cell, [&](double b0, double b1, double b2) {
                         double step = 1;
                         for (const double b : {b0, b1, b2})
@@ -278,7 +218,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     });
                 if (!map.plain()) continue;
                 for (const Top& top : tops)
-                    if (top.at.value > by.exact_from)
+                    if (top.at.value > exact_from)
                         detail::local_maximum([&](const Vec2d& uv) { return measured(uv).*top.way; }, top.at, top.step);
             }
             taken += samples_here;
@@ -295,7 +235,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     // searched for. The largest first: what is found settles those that can be no larger.
     const auto search = [&](const Found& total) {
         constexpr double k_between = 1.25;  // samples
-        by.own = k_between * total.own;
+        most_own = k_between * total.own;
         std::vector<std::uint32_t> order = all;
         std::ranges::stable_sort(order, std::greater{}, [&](std::uint32_t t) { return each[t].backward; });
         double largest = total.forward;
@@ -309,10 +249,10 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             largest = std::max(largest, total_of(next).backward);
         }
     };
-    by.exact_from = map.plain() ? detail::k_climb_from * tolerance : 0;
+    exact_from = map.plain() ? detail::k_climb_from * tolerance : 0;
     Found total;
     // The largest error has to come from exact samples.
-    for (bool exact = false; !exact; by.exact_from = k_exact * total.largest()) {
+    for (bool exact = false; !exact; exact_from = k_exact * total.largest()) {
         taken = 0;
         pass(all, k_block, k_none);
         total = total_of(all);
@@ -320,12 +260,12 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             search(total);
             total = total_of(all);
         }
-        exact = !map.plain() || total.largest() == 0 || total.largest() > by.exact_from;
+        exact = !map.plain() || total.largest() == 0 || total.largest() > exact_from;
     }
     MeasuredError result;
     result.forward_samples = result.backward_samples = taken;
     if (map.target) {
-        const DirectedDistance target = measure_from_target(*map.target_mesh, by.bvh, samples, context);
+        const DirectedDistance target = measure_from_target(*map.target_mesh, bvh, samples, context);
         total += {.forward = target.max,
                   .weighted = target.mean * target.area,
                   .squared = target.rms * target.rms * target.area,

@@ -1,9 +1,7 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "../../refine/adaptive/hierarchy.hpp"
 #include "../distance/hausdorff.hpp"
-#include "../distance/limit_samples.hpp"
 #include "../distance/surface_family.hpp"
 #include "surface_map.hpp"
 #include "tessellate.hpp"
@@ -25,12 +23,6 @@ int reference_bits(std::size_t pieces, int deepest_lattice_level);
 
 /// @throws Error  memory_limit: a reference of so many triangles does not fit
 void check_reference_memory(std::uint64_t triangles, const RunContext& context);
-
-/// A denser mesh of limit points to measure a tessellation against: the pieces (triangles of a hierarchy that meet edge
-/// to edge), each cut in four `bits` times. Reports "measure" from 0 to `share`.
-template <class Family>
-TriangleMesh limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces, int bits,
-                             const RunContext& context, double share);
 
 /// The distances between a tessellation and its reference, both ways, by so many of compare()'s samples, into
 /// measured_error and triangle_error: what a triangle of the reference is off counts for the triangle that it is

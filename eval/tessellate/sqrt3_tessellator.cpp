@@ -81,27 +81,17 @@ class Sqrt3Tessellator final : public CellTessellator<Sqrt3Family> {
         if (!normals.empty()) points_.normals(sites, normals);
     }
 
-    /// Against the mesh of all leaves split some steps further.
     void measure() override {
         const std::size_t count = result_.mesh.triangles.size();
-        int deepest = 0;
-        for (const LeafId leaf : exported_.leaves) deepest = std::max<int>(deepest, forest().level(leaf));
         // As many triangles as by cutting each in four, of which a step makes three.
         const double bits = reference_bits(count, 0);
-        const int steps = std::clamp(static_cast<int>(std::lround(bits * std::log(4.0) / std::log(3.0))),
-                                     k_steps_a_level, forest().max_level() - deepest);
+        const int steps =
+            std::max(static_cast<int>(std::lround(bits * std::log(4.0) / std::log(3.0))), k_steps_a_level);
         check_reference_memory(static_cast<std::uint64_t>(static_cast<double>(count) * std::pow(3.0, steps)), context_);
-        context_.report("measure", 0);
-        Sqrt3Forest finer = forest();
-        ForestChange change;
-        for (int i = 0; i < steps; ++i) finer.refine(finer.ordered_leaves(), change);
-        context_.report("measure", 0.1);
-        ExportedTriangles leaves = finer.exported();
-        TriangleMesh reference;
-        reference.triangles = std::move(leaves.triangles);
-        reference.positions.resize(leaves.sites.size());
-        place(leaves.sites, reference.positions, {}, "measure", 0.3);
-        measure_triangles(reference, result_, options_.measure_samples / 2, context_);
+        Sqrt3Hierarchy finer = *hierarchy_;
+        std::vector<LeafId> fresh;
+        for (int i = 0; i < steps; ++i) finer.refine(finer.forest().ordered_leaves(), fresh);
+        measure_against(finer);
     }
 
     void add_attributes() override {
