@@ -76,10 +76,16 @@ class Sampler {
         const double samples = static_cast<double>(options.samples);
         const double density = area_ > 0 ? samples / area_ : 0.0;
         if (length > 0) along_edges_ = std::min(std::sqrt(density) / 4, samples / length);
-        for (const double area : areas) {
+        vertices_.resize(mesh.positions.size());
+        for (std::size_t t = 0; t < areas.size(); ++t) {
             const auto rows =
-                static_cast<std::uint64_t>(std::clamp(std::round(std::sqrt(area * density)), 1.0, k_most_rows));
+                static_cast<std::uint64_t>(std::clamp(std::round(std::sqrt(areas[t] * density)), 1.0, k_most_rows));
             first_.push_back(first_.back() + rows * rows);
+            for (std::size_t k = 0; k < 3; ++k) {
+                Vertex& v = vertices_[mesh.triangles[t][k]];
+                v.corner = std::min<std::uint64_t>(v.corner, 3 * t + k);
+                v.area += areas[t] / 3;
+            }
         }
     }
 
@@ -91,8 +97,7 @@ class Sampler {
             nearest_max_.assign(to_.triangle_count(), 0.0f);
         }
         std::vector<Worst> worst;
-        sample_vertices(result, worst, context);
-        if (!options_.vertices_alone) sample_triangles(result, worst, context);
+        sample(result, worst, context);
         climb(result, worst);
         if (area_ > 0) {
             result.mean /= area_;
@@ -103,14 +108,16 @@ class Sampler {
     }
 
   private:
-    static constexpr std::uint32_t k_vertex_grain = 1024;
+    /// What is known of a vertex: the first of its corners, which stands for it, and a third of its triangles' area.
+    struct Vertex {
+        std::uint64_t corner = ~std::uint64_t{0};
+        double area = 0;
+        float distance = 0;
+    };
     static constexpr double k_most_rows = 65535;
 
     /// Samples inside a triangle: a square number, by its area.
-    std::uint64_t inside(std::uint32_t t) const { return first_[t + std::size_t{1}] - first_[t]; }
-    std::uint32_t rows_of(std::uint32_t t) const {
-        return static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(inside(t)))));
-    }
+    double inside_count(std::uint32_t t) const { return static_cast<double>(first_[t + std::size_t{1}] - first_[t]); }
 
     double distance_of(const Vec3d& point, CoherentClosest& walker) {
         const ClosestPoint nearest = walker.closest(point);
@@ -126,88 +133,61 @@ class Sampler {
         }
     }
 
-    static void take(const BlockResult& block, DirectedDistance& result, std::vector<Worst>& worst) {
-        result.mean += block.sum;
-        result.rms += block.sum_of_squares;
-        result.samples += block.samples;
-        worst.push_back(block.worst);
-    }
-
-    void sample_vertices(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
-        // A triangle and corner for each vertex, so that the worst vertex is known as a point of a triangle.
-        std::vector<std::uint64_t> corner_of(mesh_.positions.size(), k_unused);
-        for (std::size_t t = mesh_.triangles.size(); t-- > 0;)
-            for (int k = 0; k < 3; ++k) corner_of[mesh_.triangles[t][k]] = 3 * t + k;
-        const auto count = static_cast<std::uint32_t>(mesh_.positions.size());
-        std::vector<float> vertex_distance(options_.per_triangle ? count : 0);
-        std::vector<double> weight(options_.vertices_alone ? count : 0);
-        for (std::uint32_t t = 0; t < mesh_.triangles.size() && options_.vertices_alone; ++t)
-            for (const std::uint32_t v : mesh_.triangles[t]) weight[v] += Corners(mesh_, t).area() / 3;
-        const std::uint32_t blocks = (count + k_vertex_grain - 1) / k_vertex_grain;
-        std::vector<BlockResult> results(blocks);
-        for_each_reported(blocks, 1, context, "measure", 0, 0.2, [&](std::uint32_t b) {
-            CoherentClosest walker(to_);
-            BlockResult& out = results[b];
-            for (std::uint32_t v = b * k_vertex_grain; v < std::min(count, (b + 1) * k_vertex_grain); ++v) {
-                if (corner_of[v] == k_unused) continue;
-                const double distance = distance_of(mesh_.positions[v], walker);
-                if (!vertex_distance.empty()) vertex_distance[v] = detail::round_up(distance);
-                if (!weight.empty()) out.add(weight[v], distance);
-                ++out.samples;
-                out.worst.offer(distance, static_cast<std::uint32_t>(corner_of[v] / 3),
-                                on_side(static_cast<int>(corner_of[v] % 3), 0), mesh_.positions[v]);
-            }
-        });
-        for (const BlockResult& block : results)
-            if (block.samples > 0) take(block, result, worst);
-        if (!vertex_distance.empty())
-            for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
-                for (const std::uint32_t v : mesh_.triangles[t])
-                    result.triangle_max[t] = std::max(result.triangle_max[t], vertex_distance[v]);
-    }
-
-    void sample_triangles(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
+    void sample(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
         // About two milliseconds of closest points: enough to pay for the task, little enough to share evenly.
         constexpr std::uint64_t k_block_samples = 4096;
         std::vector<BlockResult> results((first_.back() + k_block_samples - 1) / k_block_samples);
         for_each_reported(
-            static_cast<std::uint32_t>(results.size()), 1, context, "measure", 0.2, 1, [&](std::uint32_t b) {
+            static_cast<std::uint32_t>(results.size()), 1, context, "measure", 0, 1, [&](std::uint32_t b) {
                 const std::uint64_t begin = b * k_block_samples;
                 results[b] = sample_block(begin, std::min(begin + k_block_samples, first_.back()), result);
             });
-        for (const BlockResult& block : results) take(block, result, worst);
+        for (const BlockResult& block : results) {
+            result.mean += block.sum;
+            result.rms += block.sum_of_squares;
+            result.samples += block.samples;
+            worst.push_back(block.worst);
+        }
+        for (std::size_t t = 0; t < result.triangle_max.size(); ++t)
+            for (const std::uint32_t v : mesh_.triangles[t]) raise(result.triangle_max[t], vertices_[v].distance);
     }
 
-    /// The samples inside triangles with these numbers; with the first ones of a triangle, those on its edges.
+    /// The samples inside triangles with these numbers; with the first ones of a triangle, those on its edges and at
+    /// the vertices that it stands for.
     BlockResult sample_block(std::uint64_t begin, std::uint64_t end, DirectedDistance& result) {
         BlockResult out;
         CoherentClosest walker(to_);
         auto t = static_cast<std::uint32_t>(std::ranges::upper_bound(first_, begin) - first_.begin() - 1);
         for (; begin < end; begin = first_[++t]) {
             const Corners corners(mesh_, t);
-            const std::uint32_t rows = rows_of(t);
-            const double weight = corners.area() / static_cast<double>(inside(t));
+            const auto& corner = mesh_.triangles[t];
+            const double count = inside_count(t), weight = corners.area() / count;
+            const auto rows = static_cast<std::uint32_t>(std::lround(std::sqrt(count)));
             double largest = 0;
-            const auto measure = [&](const Vec2d& uv) {
-                const Vec3d point = corners.at(uv);
+            const auto measure = [&](const Vec2d& uv, const Vec3d& point) {
                 const double distance = distance_of(point, walker);
                 ++out.samples;
                 largest = std::max(largest, distance);
                 out.worst.offer(distance, t, uv, point);
                 return distance;
             };
-            for (std::uint64_t k = begin; k < std::min(end, first_[t + std::size_t{1}]); ++k) {
-                const double distance = measure(detail::inside_sample(k - first_[t], rows));
-                out.add(weight, distance);
+            const auto inside = [&](const Vec2d& uv) { return measure(uv, corners.at(uv)); };
+            for (int k = 0; k < 3 && begin == first_[t]; ++k) {
+                Vertex& v = vertices_[corner[k]];
+                if (v.corner != 3 * std::uint64_t{t} + k) continue;
+                const double distance = measure(on_side(k, 0), mesh_.positions[corner[k]]);
+                v.distance = detail::round_up(distance);
+                if (options_.vertices_alone) out.add(v.area, distance);
             }
-            if (begin == first_[t]) {
-                const auto& corner = mesh_.triangles[t];
+            if (!options_.vertices_alone) {
+                for (std::uint64_t k = begin; k < std::min(end, first_[t + std::size_t{1}]); ++k)
+                    out.add(weight, inside(detail::inside_sample(k - first_[t], rows)));
                 // As dense along an edge as the inside is across, and not less where the triangle is thin.
-                for (int side = 0; side < 3; ++side) {
+                for (int side = 0; side < 3 && begin == first_[t]; ++side) {
                     const double by_length = std::min(k_most_rows, along_edges_ * corners.side(side));
-                    const std::uint32_t count = 1 + std::max(rows / 2, static_cast<std::uint32_t>(by_length));
-                    for (std::uint32_t k = 0; k < count; ++k)
-                        measure(on_side(side, edge_sample(k, corner[side] < corner[(side + 1) % 3])));
+                    const std::uint32_t samples = 1 + std::max(rows / 2, static_cast<std::uint32_t>(by_length));
+                    for (std::uint32_t k = 0; k < samples; ++k)
+                        inside(on_side(side, edge_sample(k, corner[side] < corner[(side + 1) % 3])));
                 }
             }
             if (options_.per_triangle) raise(result.triangle_max[t], largest);
@@ -238,7 +218,7 @@ class Sampler {
         CoherentClosest walker(to_);
         std::uint64_t tried = 0;
         constexpr int k_sweeps = 6;  // the last step is below a thousandth of the sample spacing
-        const double step = 1 / std::sqrt(static_cast<double>(inside(top.triangle)) + 1);
+        const double step = 1 / std::sqrt(inside_count(top.triangle) + 1);
         const std::uint32_t triangle = top.triangle;
         const auto distance = [&](const Vec2d& uv) {
             const Vec3d point = corners.at(uv);
@@ -251,13 +231,13 @@ class Sampler {
         return tried;
     }
 
-    static constexpr std::uint64_t k_unused = ~std::uint64_t{0};
     const TriangleMesh& mesh_;
     const TriangleBvh& to_;
     SamplingOptions options_;
     double area_ = 0;
     double along_edges_ = 0;               ///< samples for each unit of an edge's length
     std::vector<std::uint64_t> first_{0};  ///< per triangle: samples inside those before it
+    std::vector<Vertex> vertices_;
     std::vector<float> nearest_max_;
 };
 

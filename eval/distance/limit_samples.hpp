@@ -109,8 +109,8 @@ double finite_sharpness_at(const ControlMesh& mesh, const CellTriangle& leaf, st
 /// corners that lie on one. None where the leaf is no wider than that.
 template <class Family, class Visit>
 void for_each_strip_point(const ControlMesh& mesh, const CellTriangle& leaf, Visit&& visit) {
-    constexpr int k_along = 4, k_across = 4;  // intervals of an edge; of a line across a corner
-    constexpr int k_within = 2;               // halvings more than the strip's own width takes
+    constexpr int k_intervals = 4;  // of a line along an edge, or across a corner
+    constexpr int k_within = 2;     // halvings more than the strip's own width takes
     constexpr double k_first = 1.0 / 8;
     std::array<int, 3> at_edge, at_corner;
     const auto halvings = [&](double sharpness) {
@@ -121,26 +121,21 @@ void for_each_strip_point(const ControlMesh& mesh, const CellTriangle& leaf, Vis
         at_edge[k] = h.valid() ? halvings(finite_sharpness(mesh.sharpness(mesh.edge(h)))) : 0;
         at_corner[k] = halvings(finite_sharpness_at<Family>(mesh, leaf, k));
     }
+    // Points that have this weight of one corner.
+    const auto visit_line = [&](std::size_t corner, double weight) {
+        for (int j = 0; j <= k_intervals; ++j) {
+            std::array<double, 3> b;
+            b[corner] = weight;
+            b[(corner + 1) % 3] = (1 - weight) * (k_intervals - j) / k_intervals;
+            b[(corner + 2) % 3] = 1 - weight - b[(corner + 1) % 3];
+            visit(b[0], b[1], b[2]);
+        }
+    };
     for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-        std::array<double, 3> b;
-        double off = k_first;
-        for (int i = 0; i < at_edge[k]; ++i, off *= 0.5)
-            for (int j = 0; j <= k_along; ++j) {
-                b[k2] = off;
-                b[k] = (1 - off) * (k_along - j) / k_along;
-                b[k1] = 1 - off - b[k];
-                visit(b[0], b[1], b[2]);
-            }
-        if (at_corner[k] <= std::max(at_edge[k], at_edge[k2])) continue;
-        off = k_first;
-        for (int i = 0; i < at_corner[k]; ++i, off *= 0.5)
-            for (int j = 0; j <= k_across; ++j) {
-                b[k] = 1 - off;
-                b[k1] = off * (k_across - j) / k_across;
-                b[k2] = off - b[k1];
-                visit(b[0], b[1], b[2]);
-            }
+        const std::size_t opposite = (k + 2) % 3;
+        for (int i = 0; i < at_edge[k]; ++i) visit_line(opposite, std::ldexp(k_first, -i));
+        if (at_corner[k] <= std::max(at_edge[k], at_edge[opposite])) continue;
+        for (int i = 0; i < at_corner[k]; ++i) visit_line(k, 1 - std::ldexp(k_first, -i));
     }
 }
 

@@ -11,10 +11,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <functional>
 #include <limits>
-#include <thread>
 
 namespace tetrakis {
 
@@ -26,12 +24,10 @@ constexpr double k_farthest_float_query = 0x1p60;
 /// A search for the nearest triangle.
 struct NearestSearch {
     double distance;  ///< the least so far
-    /// The distance of a triangle; may be any larger number where it exceeds `best`. What it throws ends the search and
-    /// is thrown from there.
+    /// The distance of a triangle; may be any larger number where it exceeds `best`.
     std::function<double(std::uint32_t triangle, double best)> exact;
     double scale = 1;  ///< of the local frame
     double slack = 0;  ///< in it: how far float rounding moved the query point and the triangles
-    std::exception_ptr thrown{};
 
     /// Returns whether this triangle is nearer than those before.
     bool offer(std::uint32_t triangle) {
@@ -52,42 +48,14 @@ struct NearestSearch {
         return radius < std::numeric_limits<float>::max() ? detail::round_up(std::max(radius, k_smallest))
                                                           : std::numeric_limits<float>::infinity();
     }
-    static bool on_candidate(RTCPointQueryFunctionArguments* args) {
+    /// Nothing may be thrown through Embree.
+    static bool on_candidate(RTCPointQueryFunctionArguments* args) noexcept {
         auto& search = *static_cast<NearestSearch*>(args->userPtr);
-        if (search.thrown) return false;
-        try {
-            if (!search.offer(args->primID)) return false;
-        } catch (...) {  // nothing may be thrown through Embree
-            search.thrown = std::current_exception();
-            args->query->radius = 0;
-            return true;
-        }
+        if (!search.offer(args->primID)) return false;
         const float radius = search.radius();
         if (radius >= args->query->radius) return false;
         args->query->radius = radius;
         return true;
-    }
-};
-
-/// Passes Embree's progress on. Embree asks from all of its threads, the callback is for the calling one alone.
-struct BuildMonitor {
-    explicit BuildMonitor(const RunContext& to) : context(to) {}
-    const RunContext& context;
-    std::thread::id caller = std::this_thread::get_id();
-    std::atomic<bool> stop = false;
-    std::exception_ptr thrown;  // written by the calling thread only
-
-    static bool on_progress(void* self, double fraction) {
-        auto& monitor = *static_cast<BuildMonitor*>(self);
-        if (std::this_thread::get_id() == monitor.caller && !monitor.stop) {
-            try {
-                monitor.context.report("build", fraction);
-            } catch (...) {  // nothing may be thrown through Embree
-                monitor.thrown = std::current_exception();
-                monitor.stop = true;
-            }
-        }
-        return !monitor.stop;
     }
 };
 
@@ -122,18 +90,15 @@ struct TriangleBvh::State {
     }
     State(const State&) = delete;
 
-    /// Attaches the geometry (as number 0), builds the hierarchy and takes over the reference. Reports stage "build".
+    /// Attaches the geometry (as number 0), builds the hierarchy and takes over the reference.
     void build(RTCGeometry geometry, const RunContext& context) {
         rtcSetGeometryPointQueryFunction(geometry, &NearestSearch::on_candidate);
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(scene, geometry, 0);
         rtcReleaseGeometry(geometry);
-        BuildMonitor monitor(context);
-        if (context.progress) rtcSetSceneProgressMonitorFunction(scene, &BuildMonitor::on_progress, &monitor);
+        context.report("build", 0);
         // Where this is part of a parallel loop, a thread that waits here must not take up another piece of it.
         oneapi::tbb::this_task_arena::isolate([&] { rtcCommitScene(scene); });
-        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
-        if (monitor.thrown) std::rethrow_exception(monitor.thrown);
         if (failure == RTC_ERROR_NONE) return;
         if (failure == RTC_ERROR_OUT_OF_MEMORY)
             throw Error(
@@ -167,7 +132,6 @@ struct TriangleBvh::State {
         RTCPointQueryContext context;
         rtcInitPointQueryContext(&context);
         rtcPointQuery(scene, &query, &context, nullptr, &search);
-        if (search.thrown) std::rethrow_exception(search.thrown);
     }
 
     static bool on_memory(void* self, ssize_t bytes, bool /*post*/) {
@@ -183,10 +147,6 @@ struct TriangleBvh::State {
 };
 
 namespace {
-
-// Points that one task looks up, and points between two progress reports.
-constexpr std::uint32_t k_point_grain = 256;
-constexpr std::size_t k_progress_block = 1 << 16;
 
 /// The median of each coordinate, of what is finite. Where a few vertices lie far away from all else, floats about it
 /// resolve all else.
@@ -204,24 +164,6 @@ Vec3d median(std::span<const Vec3d> positions) {
         result[axis] = *middle;
     }
     return result;
-}
-
-template <class Out, class Convert>
-void look_up(const TriangleBvh& bvh, std::span<const Vec3d> points, std::span<Out> out, const RunContext& context,
-             Convert&& convert) {
-    if (points.size() != out.size())
-        throw Error(ErrorCode::invalid_input,
-                    fmt::format("{} points, but room for {} results", points.size(), out.size()));
-    with_threads(context, [&] {
-        for (std::size_t begin = 0; begin < points.size(); begin += k_progress_block) {
-            context.report("measure", static_cast<double>(begin) / static_cast<double>(points.size()));
-            const auto count = static_cast<std::uint32_t>(std::min(k_progress_block, points.size() - begin));
-            for_each_block(count, k_point_grain, [&](std::uint32_t first, std::uint32_t last) {
-                CoherentClosest walker(bvh);
-                for (std::size_t i = begin + first; i < begin + last; ++i) out[i] = convert(walker.closest(points[i]));
-            });
-        }
-    });
 }
 
 }  // namespace
@@ -407,11 +349,22 @@ bool TriangleBvh::occluded(const Vec3d& origin, const Vec3d& direction, double t
 }
 
 void TriangleBvh::closest(std::span<const Vec3d> points, std::span<ClosestPoint> out, const RunContext& context) const {
-    look_up(*this, points, out, context, [](const ClosestPoint& found) { return found; });
-}
-
-void TriangleBvh::distances(std::span<const Vec3d> points, std::span<double> out, const RunContext& context) const {
-    look_up(*this, points, out, context, [](const ClosestPoint& found) { return found.distance; });
+    // Points that one task looks up, and points between two progress reports.
+    constexpr std::uint32_t k_grain = 256;
+    constexpr std::size_t k_block = 1 << 16;
+    if (points.size() != out.size())
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("{} points, but room for {} results", points.size(), out.size()));
+    with_threads(context, [&] {
+        for (std::size_t begin = 0; begin < points.size(); begin += k_block) {
+            context.report("measure", static_cast<double>(begin) / static_cast<double>(points.size()));
+            const auto count = static_cast<std::uint32_t>(std::min(k_block, points.size() - begin));
+            for_each_block(count, k_grain, [&](std::uint32_t first, std::uint32_t last) {
+                CoherentClosest walker(*this);
+                for (std::size_t i = begin + first; i < begin + last; ++i) out[i] = walker.closest(points[i]);
+            });
+        }
+    });
 }
 
 ClosestPoint CoherentClosest::closest(const Vec3d& point) noexcept {

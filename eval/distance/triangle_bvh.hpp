@@ -74,8 +74,6 @@ class TriangleBvh {
     /// the distance that the triangle inequality gives from the one before.
     /// @throws Error invalid_input: the spans differ in size; cancelled
     void closest(std::span<const Vec3d> points, std::span<ClosestPoint> out, const RunContext& context = {}) const;
-    /// The distances alone.
-    void distances(std::span<const Vec3d> points, std::span<double> out, const RunContext& context = {}) const;
 
   private:
     struct State;

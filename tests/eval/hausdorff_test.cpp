@@ -137,12 +137,9 @@ TEST_CASE("[inv10] batches give what single queries give, in any number of threa
             REQUIRE(batch[i].triangle == single[i].triangle);
             REQUIRE(batch[i].distance == single[i].distance);
         }
-        std::vector<double> distances(points.size());
-        bvh.distances(points, distances, context);
-        for (std::size_t i = 0; i < points.size(); ++i) REQUIRE(distances[i] == single[i].distance);
     }
-    std::vector<double> few(3);
-    CHECK_THROWS_AS(bvh.distances(points, few), Error);
+    std::vector<ClosestPoint> few(3);
+    CHECK_THROWS_AS(bvh.closest(points, few), Error);
 }
 
 TEST_CASE("rays hit where the plane of the triangle is, to double precision") {

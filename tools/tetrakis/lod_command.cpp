@@ -70,10 +70,11 @@ double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, 
     std::vector<Vec3d> seen;
     for (const Vec3d& place : places)
         if (sight.sees(place)) seen.push_back(place);
-    std::vector<double> distances(seen.size());
-    TriangleBvh(mesh, context).distances(seen, distances, context);
+    std::vector<ClosestPoint> nearest(seen.size());
+    TriangleBvh(mesh, context).closest(seen, nearest, context);
     double largest = 0;
-    for (std::size_t i = 0; i < seen.size(); ++i) largest = std::max(largest, sight.pixels(distances[i], seen[i]));
+    for (std::size_t i = 0; i < seen.size(); ++i)
+        largest = std::max(largest, sight.pixels(nearest[i].distance, seen[i]));
     return largest;
 }
 
