@@ -120,7 +120,7 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
         s[at] = samples[at].position;
     });
     // On control edges the displacement may jump (UV seams, hard creases): there the one value that vertices get.
-    if (map_.displacement) {
+    if (map_.heights) {
         const bool edge[3] = {Family::control_edge(mesh, leaf, 0).valid(), Family::control_edge(mesh, leaf, 1).valid(),
                               Family::control_edge(mesh, leaf, 2).valid()};
         detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {

@@ -55,44 +55,47 @@ template <class Family>
 class SurfaceMap {
   public:
     const typename Family::Patches* patches = nullptr;
-    const UvSurface<Family>* uv = nullptr;
-    const HeightImage* displacement = nullptr;
+    std::unique_ptr<UvSurface<Family>> uv;
+    std::unique_ptr<HeightPyramid> heights;  ///< of a displacement
     double amplitude = 0;
-    const HeightPyramid* heights = nullptr;  ///< of `displacement`: finds what samples miss
-    const TriangleBvh* target = nullptr;
+    std::unique_ptr<TriangleBvh> target;
     const TriangleMesh* target_mesh = nullptr;  ///< what `target` is made of
 
-    bool plain() const { return !displacement && !target; }
+    bool plain() const { return !heights && !target; }
     Vec3d apply(const SurfacePoint& point, const Vec2d& at) const {
         Vec3d p = point.position;
-        if (displacement) p += amplitude * displacement->sample(at) * point.normal;
+        if (heights) p += amplitude * heights->image().sample(at) * point.normal;
         if (target) p = target->closest(p).point;
         return p;
     }
     /// apply() to a point of the surface, with what it takes to look for details of the displacement around it.
     detail::DisplacedSample sample(const SurfaceParameter& at) const {
         const SurfacePoint point = patches->evaluate(at.root, at.x, at.y);
-        const Vec2d place = displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0);
+        const Vec2d place = heights ? uv->at(at.root, at.x, at.y) : Vec2d(0);
         return {apply(point, place), point.normal, place};
     }
-    /// Whether details of the displacement are to be looked for: on a target they mean nothing.
+    /// Whether details of a displacement are to be looked for: on a target they mean nothing.
     bool has_detail() const { return heights && !target; }
+    /// Of a displacement.
+    double height(HalfedgeId root, double x, double y) const {
+        return amplitude * heights->image().sample(uv->at(root, x, y));
+    }
     /// A vertex of the output, by its canonical site. @param normal  receives the limit normal; may be null
     Vec3d vertex(const Site& site, Vec3d* normal) const {
         if (!normal && plain()) return patches->limit(site.root, site.at, site.level);
         const SurfacePoint point = patches->vertex(site.root, site.at, site.level);
         if (normal) *normal = point.normal;
-        return apply(point, displacement ? uv->at(site) : Vec2d(0));
+        return apply(point, heights ? uv->at(site) : Vec2d(0));
     }
     /// Anywhere. On edges where a displacement jumps (UV seams, hard creases) the value of the given root.
     Vec3d operator()(const SurfaceParameter& at) const {
         if (plain()) return patches->position(at.root, at.x, at.y);
-        return apply(patches->evaluate(at.root, at.x, at.y), displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0));
+        return apply(patches->evaluate(at.root, at.x, at.y), heights ? uv->at(at.root, at.x, at.y) : Vec2d(0));
     }
     /// Distance from q to a nearby point: nearby_distance() on the limit surface, displaced or not. Not on a target.
     double nearby_distance(const Vec3d& q, const SurfaceParameter& start) const {
         return tetrakis::nearby_distance<Family>(patches->mesh(), q, start, [&](const SurfaceParameter& at) {
-            return displacement ? displaced(at) : patches->frame(at.root, at.x, at.y);
+            return heights ? displaced(at) : patches->frame(at.root, at.x, at.y);
         });
     }
 
@@ -104,13 +107,12 @@ class SurfaceMap {
         // mesh.
         constexpr double k_step = 1e-3;
         SurfacePoint s = patches->evaluate(at.root, at.x, at.y);
-        const auto height = [&](double x, double y) { return amplitude * displacement->sample(uv->at(at.root, x, y)); };
-        const double here = height(at.x, at.y);
+        const double here = height(at.root, at.x, at.y);
         const auto slope = [&](double ux, double uy) {
             for (const double h : {k_step, -k_step})
                 if (const double x = at.x + h * ux, y = at.y + h * uy;
                     std::min(x, y) >= 0 && std::max(x, y) <= 1 && Family::inside(x, y))
-                    return (height(x, y) - here) / h;
+                    return (height(at.root, x, y) - here) / h;
             return 0.0;  // a corner of a triangle
         };
         const double across = glm::length(glm::cross(s.du, s.dv));

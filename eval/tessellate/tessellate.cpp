@@ -93,9 +93,9 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     /// torn there, and no refinement brings the triangles that bridge it within the tolerance.
     void warn_of_torn_heights() {
         const auto height = [&](HalfedgeId h) {
-            if constexpr (std::is_same_v<Family, QuadFamily>) return height_at(h, 0, 0);
+            if constexpr (std::is_same_v<Family, QuadFamily>) return map_.height(h, 0, 0);
             const std::uint32_t corner = h.value % 3;
-            return height_at(HalfedgeId(h.value - corner), corner == 1, corner == 2);
+            return map_.height(HalfedgeId(h.value - corner), corner == 1, corner == 2);
         };
         double jump = 0;
         VertexId where;
@@ -117,22 +117,15 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
             "mesh bridges it; let the heights agree across seams",
             at.x, at.y, at.z, jump, jump / tolerance_));
     }
-    double height_at(HalfedgeId root, double x, double y) const {
-        return options_.amplitude * options_.displacement->sample(uv_->at(root, x, y));
-    }
 
     void prepare() override {
         patches_ = std::make_unique<typename Family::Patches>(mesh_, context_);
-        if (mesh_.has_uvs() && (options_.uvs || options_.displacement))
-            uv_ = std::make_unique<UvSurface<Family>>(mesh_, result_.warnings);
-        if (options_.target) target_ = std::make_unique<TriangleBvh>(*options_.target, context_);
         map_.patches = patches_.get();
-        map_.uv = uv_.get();
-        map_.displacement = options_.displacement;
+        if (mesh_.has_uvs() && (options_.uvs || options_.displacement))
+            map_.uv = std::make_unique<UvSurface<Family>>(mesh_, result_.warnings);
+        if (options_.displacement) map_.heights = std::make_unique<HeightPyramid>(*options_.displacement);
         map_.amplitude = options_.amplitude;
-        if (options_.displacement) heights_ = std::make_unique<HeightPyramid>(*options_.displacement);
-        map_.heights = heights_.get();
-        map_.target = target_.get();
+        if (options_.target) map_.target = std::make_unique<TriangleBvh>(*options_.target, context_);
         map_.target_mesh = options_.target;
         context_.report("build", 0.5);
         hierarchy_.emplace(mesh_);
@@ -235,8 +228,8 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     std::vector<Vec2d> corner_uvs() override {
         const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
         std::vector<Vec2d> uvs(3 * std::size_t{count});
-        detail::for_each_batch(uv_->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
-            for (std::size_t k = 0; k < 3; ++k) uvs[3 * std::size_t{t} + k] = uv_->at(this->corner_site(t, k));
+        detail::for_each_batch(map_.uv->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
+            for (std::size_t k = 0; k < 3; ++k) uvs[3 * std::size_t{t} + k] = map_.uv->at(this->corner_site(t, k));
         });
         return uvs;
     }
@@ -257,9 +250,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     }
 
     std::unique_ptr<typename Family::Patches> patches_;
-    std::unique_ptr<UvSurface<Family>> uv_;
-    std::unique_ptr<TriangleBvh> target_;
-    std::unique_ptr<HeightPyramid> heights_;
     SurfaceMap<Family> map_;
     std::optional<LeafEstimator<Family>> estimator_;
     std::optional<FanError> fan_error_;
