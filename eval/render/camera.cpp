@@ -9,21 +9,12 @@
 
 namespace tetrakis {
 
-namespace {
-
-Vec3d unit_or(const Vec3d& v, const Vec3d& fallback) {
-    const double length = glm::length(v);
-    return length > 0 && std::isfinite(length) ? v / length : fallback;
-}
-
-}  // namespace
-
 Camera fit_camera(std::span<const Vec3d> points, double aspect, const ViewDirection& view) {
     if (!(view.margin >= 0 && view.margin < 1))
         throw Error(
             ErrorCode::invalid_input,
             fmt::format("a margin of {}; it is a share of the picture, 0 or more and less than 1", view.margin));
-    const Vec3d up = unit_or(view.up, Vec3d(0, 1, 0));
+    const Vec3d given_up = unit_or_zero(view.up), up = given_up == Vec3d(0) ? Vec3d(0, 1, 0) : given_up;
     const Vec3d front_axis = std::abs(up.z) > 0.9 ? Vec3d(0, -1, 0) : Vec3d(0, 0, 1);
     const Vec3d front = glm::normalize(front_axis - glm::dot(front_axis, up) * up);
     const Vec3d side = glm::cross(up, front);

@@ -58,8 +58,6 @@ double noise(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     return ((word >> 22) ^ word) * 0x1p-32;
 }
 
-double fraction(double x) { return x - std::floor(x); }
-
 // Two directions at right angles to n and each other.
 void frame_of(const Vec3d& n, Vec3d& s, Vec3d& t) {
     const Vec3d axis = std::abs(n.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
@@ -128,12 +126,9 @@ class Renderer {
     Camera fitted_camera(double aspect) const {
         const bool legend = !options_.triangle_values.empty() && options_.legend && aspect > 1;
         const double strip = legend ? k_legend_strip : 0;
-        std::vector<std::uint8_t> used(mesh_.positions.size(), 0);
+        std::vector<Vec3d> points;  // some of them several times
         for (const auto& triangle : mesh_.triangles)
-            for (const std::uint32_t v : triangle) used[v] = 1;
-        std::vector<Vec3d> points;
-        for (std::size_t v = 0; v < used.size(); ++v)
-            if (used[v] != 0) points.push_back(mesh_.positions[v]);
+            for (const std::uint32_t v : triangle) points.push_back(mesh_.positions[v]);
         Camera camera = fit_camera(points, aspect * (1 - strip), options_.view);
         const Vec3d look = camera.target - camera.eye;
         const Vec3d right = glm::cross(look, camera.up);
@@ -230,8 +225,8 @@ class Renderer {
 
     bool key_visible(const Vec3d& p, const Sample& sample) const {
         // One point of the light per sample, spread over the pixel's samples and shifted from pixel to pixel.
-        const double a = fraction((sample.index + 0.5) / samples() + noise(sample.x, sample.y, 1));
-        const double b = fraction(sample.index * 0.6180339887498949 + noise(sample.x, sample.y, 2));
+        const double a = glm::fract((sample.index + 0.5) / samples() + noise(sample.x, sample.y, 1));
+        const double b = glm::fract(sample.index * 0.6180339887498949 + noise(sample.x, sample.y, 2));
         const Vec3d towards = key_ + k_key_spread * on_disk(a, b, key_s_, key_t_);
         return !bvh_.occluded(p, towards);
     }
@@ -245,8 +240,8 @@ class Renderer {
         const int total = occlusion_per_sample_ * samples();
         for (int i = 0; i < occlusion_per_sample_; ++i) {
             const int k = static_cast<int>(sample.index) * occlusion_per_sample_ + i;
-            const double a = fraction((k + 0.5) / total + noise(sample.x, sample.y, 3));
-            const double b = fraction(k * 0.6180339887498949 + noise(sample.x, sample.y, 4));
+            const double a = glm::fract((k + 0.5) / total + noise(sample.x, sample.y, 3));
+            const double b = glm::fract(k * 0.6180339887498949 + noise(sample.x, sample.y, 4));
             const Vec3d direction = on_disk(a, b, s, t) + std::sqrt(1 - a) * n;
             open += bvh_.occluded(p, direction, 0, k_occlusion_reach * diagonal_) ? 0 : 1;
         }

@@ -56,13 +56,12 @@ struct VertexFaces {
     /// `normal`, if the i-th triangle and those that are within the angle of it are within the angle of it, too; else
     /// the mean of these triangles, weighted by their angles at the vertex: triangles that look like one face have the
     /// same normal, or none of them has.
-    /// @param group  per corner: triangles of other groups do not count; empty: all are one group
+    /// @param group  per corner: triangles of other groups do not count
     Vec3d agreed(const Vec3d& normal, std::size_t i, std::span<const std::uint32_t> group, double least_cosine) const {
         Vec3d sum(0);
         bool agreed = agrees(normal, normals[i], least_cosine);
         for (std::size_t j = 0; j < normals.size(); ++j) {
-            if (!group.empty() && group[j] != group[i]) continue;
-            if (glm::dot(normals[j], normals[i]) < least_cosine) continue;
+            if (group[j] != group[i] || glm::dot(normals[j], normals[i]) < least_cosine) continue;
             sum += angles[j] * normals[j];
             agreed = agreed && agrees(normal, normals[j], least_cosine);
         }
@@ -160,16 +159,12 @@ class NormalSplitter {
     /// Vertices of triangles that their normal does not agree with, and those that may be on a crease.
     std::vector<std::uint8_t> vertices_to_look_at() const {
         const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
-        std::vector<std::uint8_t> off(count, 0);
-        for_each_index(count, [&](std::uint32_t t) {
-            const Vec3d area = area_vector(mesh_, t);
-            for (std::size_t k = 0; k < 3; ++k)
-                if (!agrees(mesh_.normals[mesh_.triangles[t][k]], area, least_cosine_)) off[t] |= 1u << k;
-        });
         std::vector<std::uint8_t> chosen(mesh_.positions.size(), 0);
-        for (std::uint32_t t = 0; t < count; ++t)
-            for (std::size_t k = 0; k < 3 && off[t] != 0; ++k)
-                if (off[t] >> k & 1u) chosen[mesh_.triangles[t][k]] = 1;
+        for (std::uint32_t t = 0; t < count; ++t) {
+            const Vec3d area = area_vector(mesh_, t);
+            for (const std::uint32_t v : mesh_.triangles[t])
+                if (!agrees(mesh_.normals[v], area, least_cosine_)) chosen[v] = 1;
+        }
         if (is_beside_sharp_.empty()) return chosen;
         std::vector<std::uint32_t> seen(mesh_.positions.size(), k_none);  // a control face around each vertex
         for (std::uint32_t t = 0; t < count; ++t)
@@ -299,22 +294,15 @@ void split_normals(TriangleMesh& mesh, std::span<const std::uint32_t> triangle_f
     NormalSplitter(mesh, triangle_face, control, crease_degrees).run(side);
 }
 
-std::vector<std::array<Vec3f, 3>> corner_normals(const TriangleMesh& mesh, double crease_degrees) {
-    std::vector<std::array<Vec3f, 3>> result(mesh.triangles.size());
-    if (!mesh.triangle_normals.empty()) {
-        for (std::size_t t = 0; t < result.size(); ++t)
-            for (std::size_t k = 0; k < 3; ++k) result[t][k] = Vec3f(mesh.normals[mesh.triangle_normals[t][k]]);
-        return result;
+std::vector<std::array<Vec3f, 3>> corner_normals(TriangleMesh mesh, double crease_degrees) {
+    if (mesh.triangle_normals.empty()) {
+        mesh.normals.resize(mesh.positions.size(), Vec3d(0));
+        split_normals(mesh, {}, nullptr, crease_degrees);
     }
-    const double least_cosine = std::cos(glm::radians(crease_degrees));
-    const VertexCorners around(mesh, std::vector<std::uint8_t>(mesh.positions.size(), 1));
-    for_each_index(static_cast<std::uint32_t>(mesh.positions.size()), [&](std::uint32_t v) {
-        const std::span<const std::uint64_t> corners = around.of(v);
-        const VertexFaces faces(mesh, corners);
-        const Vec3d own = mesh.normals.empty() ? Vec3d(0) : mesh.normals[v];
-        for (std::size_t i = 0; i < corners.size(); ++i)
-            result[corners[i] / 3][corners[i] % 3] = Vec3f(faces.agreed(own, i, {}, least_cosine));
-    });
+    const auto& corners = mesh.triangle_normals.empty() ? mesh.triangles : mesh.triangle_normals;
+    std::vector<std::array<Vec3f, 3>> result(corners.size());
+    for (std::size_t t = 0; t < result.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) result[t][k] = Vec3f(mesh.normals[corners[t][k]]);
     return result;
 }
 

@@ -31,7 +31,7 @@ void split_normals(TriangleMesh& mesh, std::span<const std::uint32_t> triangle_f
 
 /// Unit normals at the corners of each triangle, for shading: those of the mesh, by corner as they are; by vertex
 /// where they agree with the triangle to within the crease angle, else as split_normals() has them.
-std::vector<std::array<Vec3f, 3>> corner_normals(const TriangleMesh& mesh, double crease_degrees);
+std::vector<std::array<Vec3f, 3>> corner_normals(TriangleMesh mesh, double crease_degrees);
 
 /// Gives a mesh the unit vertex normals of its triangles, weighted by area.
 void geometric_normals(TriangleMesh& mesh);
