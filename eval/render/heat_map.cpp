@@ -6,17 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#if defined(__GNUC__)
-#    pragma GCC diagnostic push
-#    pragma GCC diagnostic ignored "-Wunused-function"
-#    pragma GCC diagnostic ignored "-Wshadow"
-#    pragma GCC diagnostic ignored "-Wsign-compare"
-#    pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#endif
 #include <stb/stb_easy_font.h>
-#if defined(__GNUC__)
-#    pragma GCC diagnostic pop
-#endif
 
 namespace tetrakis {
 

@@ -14,30 +14,20 @@
 #include <span>
 #include <string_view>
 
-#if defined(__GNUC__)
-#    pragma GCC diagnostic push
-#    pragma GCC diagnostic ignored "-Wunused-function"
-#    pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#endif
 #define STB_IMAGE_STATIC
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_NO_STDIO
 #define STBI_NO_HDR
 #define STBI_NO_GIF
 #include <stb/stb_image.h>
-#if defined(__GNUC__)
-#    pragma GCC diagnostic pop
-#endif
 
 namespace tetrakis {
 
 namespace {
 
-// The number of the pixel `i` when the image goes on beyond its edge.
-int wrapped(long long i, int size, ImageWrap wrap) {
-    if (wrap == ImageWrap::clamp) return static_cast<int>(std::clamp<long long>(i, 0, size - 1));
-    const long long rest = i % size;
-    return static_cast<int>(rest < 0 ? rest + size : rest);
+// The number of the pixel `i`, at most one beyond the image's edge, where the image goes on there.
+int wrapped(int i, int size, ImageWrap wrap) {
+    return wrap == ImageWrap::clamp ? std::clamp(i, 0, size - 1) : (i + size) % size;
 }
 
 }  // namespace
@@ -49,9 +39,9 @@ double HeightImage::sample(Vec2d uv, ImageWrap wrap) const {
         return wrap == ImageWrap::repeat ? x - std::floor(x) : std::clamp(x, 0.0, 1.0);
     };
     const double x = reduce(uv.x) * width - 0.5, y = (1 - reduce(uv.y)) * height - 0.5;
-    const auto column = static_cast<long long>(std::floor(x)), row = static_cast<long long>(std::floor(y));
-    const double s = x - static_cast<double>(column), t = y - static_cast<double>(row);
-    const auto at = [&](long long c, long long r) {
+    const auto column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
+    const double s = x - column, t = y - row;
+    const auto at = [&](int c, int r) {
         return static_cast<double>(
             values[static_cast<std::size_t>(wrapped(r, height, wrap)) * width + wrapped(c, width, wrap)]);
     };
