@@ -11,8 +11,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <exception>
 #include <functional>
 #include <limits>
+#include <thread>
 
 namespace tetrakis {
 
@@ -24,10 +26,12 @@ constexpr double k_farthest_float_query = 0x1p60;
 /// A search for the nearest triangle.
 struct NearestSearch {
     double distance;  ///< the least so far
-    /// The distance of a triangle; may be any larger number where it exceeds `best`.
+    /// The distance of a triangle; may be any larger number where it exceeds `best`. What it throws ends the search and
+    /// is thrown from there.
     std::function<double(std::uint32_t triangle, double best)> exact;
     double scale = 1;  ///< of the local frame
     double slack = 0;  ///< in it: how far float rounding moved the query point and the triangles
+    std::exception_ptr thrown{};
 
     /// Returns whether this triangle is nearer than those before.
     bool offer(std::uint32_t triangle) {
@@ -48,14 +52,42 @@ struct NearestSearch {
         return radius < std::numeric_limits<float>::max() ? detail::round_up(std::max(radius, k_smallest))
                                                           : std::numeric_limits<float>::infinity();
     }
-    /// Nothing may be thrown through Embree.
-    static bool on_candidate(RTCPointQueryFunctionArguments* args) noexcept {
+    static bool on_candidate(RTCPointQueryFunctionArguments* args) {
         auto& search = *static_cast<NearestSearch*>(args->userPtr);
-        if (!search.offer(args->primID)) return false;
+        if (search.thrown) return false;
+        try {
+            if (!search.offer(args->primID)) return false;
+        } catch (...) {  // nothing may be thrown through Embree
+            search.thrown = std::current_exception();
+            args->query->radius = 0;
+            return true;
+        }
         const float radius = search.radius();
         if (radius >= args->query->radius) return false;
         args->query->radius = radius;
         return true;
+    }
+};
+
+/// Passes Embree's progress on. Embree asks from all of its threads, the callback is for the calling one alone.
+struct BuildMonitor {
+    explicit BuildMonitor(const RunContext& to) : context(to) {}
+    const RunContext& context;
+    std::thread::id caller = std::this_thread::get_id();
+    std::atomic<bool> stop = false;
+    std::exception_ptr thrown;  // written by the calling thread only
+
+    static bool on_progress(void* self, double fraction) {
+        auto& monitor = *static_cast<BuildMonitor*>(self);
+        if (std::this_thread::get_id() == monitor.caller && !monitor.stop) {
+            try {
+                monitor.context.report("build", fraction);
+            } catch (...) {  // nothing may be thrown through Embree
+                monitor.thrown = std::current_exception();
+                monitor.stop = true;
+            }
+        }
+        return !monitor.stop;
     }
 };
 
@@ -90,15 +122,18 @@ struct TriangleBvh::State {
     }
     State(const State&) = delete;
 
-    /// Attaches the geometry (as number 0), builds the hierarchy and takes over the reference.
+    /// Attaches the geometry (as number 0), builds the hierarchy and takes over the reference. Reports stage "build".
     void build(RTCGeometry geometry, const RunContext& context) {
         rtcSetGeometryPointQueryFunction(geometry, &NearestSearch::on_candidate);
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(scene, geometry, 0);
         rtcReleaseGeometry(geometry);
-        context.report("build", 0);
+        BuildMonitor monitor(context);
+        if (context.progress) rtcSetSceneProgressMonitorFunction(scene, &BuildMonitor::on_progress, &monitor);
         // Where this is part of a parallel loop, a thread that waits here must not take up another piece of it.
         oneapi::tbb::this_task_arena::isolate([&] { rtcCommitScene(scene); });
+        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+        if (monitor.thrown) std::rethrow_exception(monitor.thrown);
         if (failure == RTC_ERROR_NONE) return;
         if (failure == RTC_ERROR_OUT_OF_MEMORY)
             throw Error(
@@ -132,6 +167,7 @@ struct TriangleBvh::State {
         RTCPointQueryContext context;
         rtcInitPointQueryContext(&context);
         rtcPointQuery(scene, &query, &context, nullptr, &search);
+        if (search.thrown) std::rethrow_exception(search.thrown);
     }
 
     static bool on_memory(void* self, ssize_t bytes, bool /*post*/) {

@@ -56,7 +56,7 @@ std::string printable_name(std::string_view name);
 
 }  // namespace tetrakis::detail
 
-// Private to eval/io: one decoder per format, from the bytes of a whole file; mesh_reader picks.
+// Private to eval/io, but for cut_faces(): one decoder per format, from the bytes of a whole file; mesh_reader picks.
 
 #include "../../hier/base/run_context.hpp"
 #include "../../refine/rules/polygon_mesh.hpp"

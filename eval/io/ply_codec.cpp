@@ -76,13 +76,9 @@ constexpr RoleName k_face_roles[] = {{"vertex_indices", k_corners, true},
                                      {"group_index", k_group, false}};
 
 std::vector<std::string_view> words_of(std::string_view line) {
+    ObjWords rest(line);
     std::vector<std::string_view> words;
-    constexpr std::string_view k_blanks = " \t";
-    for (std::size_t i = line.find_first_not_of(k_blanks); i < line.size();) {
-        const std::size_t end = std::min(line.find_first_of(k_blanks, i), line.size());
-        words.push_back(line.substr(i, end - i));
-        i = line.find_first_not_of(k_blanks, end);
-    }
+    for (std::string_view word = rest.next(); !word.empty(); word = rest.next()) words.push_back(word);
     return words;
 }
 

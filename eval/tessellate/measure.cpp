@@ -84,12 +84,6 @@ struct Found {
     }
 };
 
-/// Intervals a side of a triangle's lattice of samples, `least` or more, for so many samples in all.
-int lattice_intervals(std::uint64_t samples, std::uint32_t triangles, int least) {
-    const double each = 2.0 * static_cast<double>(samples) / triangles;
-    return static_cast<int>(std::ceil(std::clamp(std::sqrt(each), double(least), double(k_most_intervals))));
-}
-
 /// The way from a target to the mesh, sampled on the target itself: what the projection never reached counts as well.
 /// At most as many samples are aimed at as the triangles of both could have in a lattice.
 DirectedDistance measure_from_target(const TriangleMesh& target, const TriangleBvh& bvh, std::uint64_t samples,
@@ -168,7 +162,9 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         }
         return result;
     };
-    const int n = lattice_intervals(samples, count, k_least_intervals);
+    // Intervals a side of a triangle's lattice.
+    const double wanted = std::sqrt(2.0 * static_cast<double>(samples) / count);
+    const int n = static_cast<int>(std::ceil(std::clamp<double>(wanted, k_least_intervals, k_most_intervals)));
     std::vector<Found> each(count);
     std::atomic<std::uint64_t> taken = 0;
     const auto pass = [&](std::span<const std::uint32_t> triangles, std::uint32_t per_block, double search_above) {
