@@ -400,6 +400,16 @@ TEST_CASE("[slow] honeycomb refinement is tessellated by whole levels") {
     CHECK_FALSE(few.measured_error);
 }
 
+TEST_CASE("honeycomb refinement of a pillow: no diagonal of a face joins vertices that another one joins") {
+    const ControlMesh mesh =
+        ControlMesh::build(parse_obj("v 0 0 0\nv 1 0 0\nv 1 1 0.3\nv 0 1 0\nf 1 2 3 4\nf 4 3 2 1\n", "test.obj"));
+    for (const double tolerance : {0.5, 0.02}) {
+        CAPTURE(tolerance);
+        const Tessellation result = tessellate(mesh, {.scheme = "honeycomb", .tolerance = tolerance});
+        CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+    }
+}
+
 TEST_CASE("honeycomb refinement with holes: faces that touch in a vertex alone are tessellated") {
     const ControlMesh mesh = ControlMesh::build(
         parse_obj("v -0.29 -0.26 0.15\nv 1.2 -0.27 0.18\nv 1.9 0.16 0.33\nv 2.9 0.12 0.59\nv 0.085 1.2 -0.54\n"
