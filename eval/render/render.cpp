@@ -126,9 +126,12 @@ class Renderer {
     Camera fitted_camera(double aspect) const {
         const bool legend = !options_.triangle_values.empty() && options_.legend && aspect > 1;
         const double strip = legend ? k_legend_strip : 0;
-        std::vector<Vec3d> points;  // some of them several times
+        std::vector<std::uint8_t> used(mesh_.positions.size(), 0);
         for (const auto& triangle : mesh_.triangles)
-            for (const std::uint32_t v : triangle) points.push_back(mesh_.positions[v]);
+            for (const std::uint32_t v : triangle) used[v] = 1;
+        std::vector<Vec3d> points;
+        for (std::size_t v = 0; v < used.size(); ++v)
+            if (used[v] != 0) points.push_back(mesh_.positions[v]);
         Camera camera = fit_camera(points, aspect * (1 - strip), options_.view);
         const Vec3d look = camera.target - camera.eye;
         const Vec3d right = glm::cross(look, camera.up);
