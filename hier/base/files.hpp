@@ -15,7 +15,7 @@ namespace tetrakis::detail {
 /// @throws Error io: no such file, a directory, not readable; memory_limit; cancelled
 std::string read_file(const std::filesystem::path& path, const RunContext& context = {});
 
-/// Of a file: ".obj" of "A.OBJ".
+/// The extension of a file's name, in lower case: ".obj" for "A.OBJ".
 std::string lower_extension(const std::filesystem::path& path);
 
 }  // namespace tetrakis::detail
@@ -36,7 +36,7 @@ class AtomicFile {
     /// @throws Error io: disk full, file too large, device failure
     void write(std::span<const std::byte> bytes);
     void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
-    /// Has everything written reach the disk and closes the file, which commit() does, too: what can fail fails here.
+    /// Flushes the file to the disk and closes it, as commit() does first: errors of writing are reported here.
     /// @throws Error io
     void finish();
     /// Makes the file appear. @throws Error io
@@ -54,11 +54,11 @@ class AtomicFile {
 };
 
 /// Files that belong together and appear together: all are written and on the disk before the first gets its name, so
-/// that one that fails leaves none of them.
+/// that a file that fails leaves none of them.
 class FileSet {
   public:
-    /// One more; it stays valid as long as the set.
-    /// @throws Error io: as AtomicFile; there is one of that name already
+    /// Adds a file to the set; the reference is valid as long as the set.
+    /// @throws Error io: as AtomicFile; the set has a file of that name already
     AtomicFile& add(const std::filesystem::path& path);
     /// AtomicFile::finish() for all. @throws Error io
     void finish();

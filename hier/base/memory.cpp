@@ -16,7 +16,7 @@
 #    include <unistd.h>
 #endif
 
-// Elsewhere, and under AddressSanitizer, which watches it, all memory comes from the system's allocator.
+// On other systems all memory comes from the system's allocator; so it does for AddressSanitizer, which checks it.
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
 #    define TETRAKIS_MAPS_PAGES
 #endif
@@ -40,12 +40,12 @@ namespace {
 [[maybe_unused]] constexpr std::size_t k_huge_page = std::size_t{2} << 20;  // of x86-64, and arm64 with pages of 4 KiB
 
 #if defined(TETRAKIS_MAPS_PAGES)
-constexpr std::size_t k_mapped = k_huge_page;  // bytes from which blocks are mappings of their own, on huge pages
+constexpr std::size_t k_mapped = k_huge_page;  // smallest block, in bytes, that is a mapping of its own, on huge pages
 
-/// The size of the mapping for so many bytes.
+/// The size of the mapping for `bytes` bytes: a multiple of the huge page.
 std::size_t mapped_size(std::size_t bytes) { return (bytes + k_huge_page - 1) / k_huge_page * k_huge_page; }
 
-/// A new mapping, from the start of a huge page on; nullptr: there is no room.
+/// A new mapping that starts at a multiple of the huge page; nullptr if there is no room.
 char* map_pages(std::size_t bytes) {
     void* const memory = mmap(nullptr, bytes + k_huge_page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) return nullptr;
@@ -53,7 +53,7 @@ char* map_pages(std::size_t bytes) {
     const std::size_t before = (k_huge_page - reinterpret_cast<std::uintptr_t>(begin) % k_huge_page) % k_huge_page;
     if (before > 0) munmap(begin, before);
     munmap(begin + before + bytes, k_huge_page - before);
-    madvise(begin + before, bytes, MADV_HUGEPAGE);  // ordinary pages do as well
+    madvise(begin + before, bytes, MADV_HUGEPAGE);  // where it fails, pages are ordinary ones
     return begin + before;
 }
 
@@ -62,7 +62,7 @@ class FreedBlocks {
   public:
     FreedBlocks() { blocks_.reserve(k_most_blocks); }
 
-    /// The latest block of this size, or the front of a block up to a quarter larger; nullptr: there is neither.
+    /// The latest block of this size, or the front of the smallest one up to a quarter larger; nullptr: there is none.
     char* take(std::size_t bytes) {
         const std::lock_guard lock(mutex_);
         auto best = blocks_.end();
@@ -87,7 +87,7 @@ class FreedBlocks {
         blocks_.push_back({data, bytes});
         total_ += bytes;
     }
-    /// Sets the limit.
+    /// Sets the limit of kept bytes.
     void keep_at_most(std::size_t bytes) noexcept {
         const std::lock_guard lock(mutex_);
         most_ = bytes;
@@ -108,7 +108,7 @@ class FreedBlocks {
         std::size_t bytes;
     };
 
-    /// Unmaps the oldest blocks until so many bytes and blocks are left.
+    /// Unmaps the oldest blocks until at most `most_bytes` bytes and `most_blocks` blocks are left.
     void drop(std::size_t most_bytes, std::size_t most_blocks) noexcept {
         auto end = blocks_.begin();
         for (; end != blocks_.end(); ++end) {
@@ -124,7 +124,7 @@ class FreedBlocks {
     std::size_t total_ = 0, most_ = default_freed_memory();
 };
 
-/// It outlives all static objects that may free memory.
+/// Never destroyed, because destructors of static objects may still free memory.
 FreedBlocks& freed_blocks() {
     static auto& blocks = *new FreedBlocks;
     return blocks;
@@ -138,8 +138,8 @@ void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
     char* memory = freed_blocks().take(size);
     if (memory == nullptr) {
         memory = map_pages(size);
-        // The old block grows and moves there by its page tables, still one mapping. If the system refuses, it may have
-        // unmapped the target, which is not touched again then: the contents are copied elsewhere.
+        // mremap() moves the pages of the old block to the new mapping. If it fails, it may have unmapped the new
+        // mapping, which is then not used again: the contents are copied to another one.
         if (memory != nullptr && old_bytes >= k_mapped) {
             if (mremap(data, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, memory) != MAP_FAILED) return memory;
             memory = map_pages(size);
@@ -153,7 +153,7 @@ void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
 }
 #endif
 
-/// As messages have it: rounded down, in KiB below a MiB.
+/// A size as text for messages: in MiB, or below 1 MiB in KiB, rounded down.
 std::string in_units(std::uint64_t bytes) {
     constexpr int k_kib = 10, k_mib = 20;
     return bytes >> k_mib != 0 ? fmt::format("{} MiB", bytes >> k_mib) : fmt::format("{} KiB", bytes >> k_kib);
@@ -195,8 +195,8 @@ void free_memory(void* data, [[maybe_unused]] std::size_t bytes) noexcept {
 #if defined(__linux__)
 namespace {
 
-/// Gives the system this advice about the whole pages of a block, where these are so many bytes. Older systems refuse
-/// some, and those with larger pages may; pages are then as always.
+/// Calls madvise() for the whole pages of a block, if the block has `least` bytes from the first of them on. Older
+/// systems refuse some advice, and systems with larger pages may; the pages then stay as they are.
 void advise(void* data, std::size_t bytes, std::size_t page, std::size_t least, int advice) noexcept {
     const std::size_t before = (page - reinterpret_cast<std::uintptr_t>(data) % page) % page;
     if (bytes >= before + least) madvise(static_cast<char*>(data) + before, (bytes - before) / page * page, advice);
@@ -209,7 +209,7 @@ void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
 }
 void map_at_once([[maybe_unused]] void* data, [[maybe_unused]] std::size_t bytes) noexcept {
 #    if defined(MADV_POPULATE_WRITE)
-    constexpr std::size_t k_few = 16 * k_page;  // fewer faults cost no more than the call
+    constexpr std::size_t k_few = 16 * k_page;  // for less memory, page faults cost no more than the call
     advise(data, bytes, k_page, k_few, MADV_POPULATE_WRITE);
 #    endif
 }
@@ -228,7 +228,7 @@ namespace tetrakis {
 
 std::size_t default_freed_memory() {
 #if defined(__linux__)
-    constexpr std::size_t k_most = std::size_t{512} << 20;  // the machine may be larger than the container that sees it
+    constexpr std::size_t k_most = std::size_t{512} << 20;  // a container may see the whole machine's memory
     const long pages = sysconf(_SC_PHYS_PAGES), bytes = sysconf(_SC_PAGESIZE);
     if (pages <= 0 || bytes <= 0) return 0;
     return std::min(static_cast<std::size_t>(pages) / 64 * static_cast<std::size_t>(bytes), k_most);

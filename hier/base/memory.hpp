@@ -13,13 +13,13 @@
 
 namespace tetrakis {
 
-/// The first touch of fresh memory costs as much as most work on it, so the process keeps large blocks that its runs
-/// (tessellations, refinements, hierarchies) have freed, for the runs to come. They count for its resident memory.
-/// @param bytes  how many are kept at most, the latest first; 0: none. What is above is given back at once
+/// Limits the freed memory that the process keeps for later runs (tessellations, refinements, hierarchies), because the
+/// first write to fresh memory costs as much as most work on it. Only large blocks are kept; they are resident memory.
+/// @param bytes  most bytes to keep, those freed last first; 0: none. Memory above the limit is freed at once
 /// Any thread may call it at any time. Linux only; elsewhere the system's allocator decides.
 void keep_freed_memory(std::size_t bytes);
 
-/// The limit unless it is set, in bytes: a 64th of the machine's memory, 512 MiB at most.
+/// The default of this limit, in bytes: 1/64 of the machine's memory, at most 512 MiB; 0 where nothing is kept.
 std::size_t default_freed_memory();
 
 /// The largest amount of memory that this process has held so far.
@@ -35,12 +35,12 @@ namespace detail {
 void check_memory(std::string_view what, std::uint64_t bytes, std::uint64_t limit, std::string_view advice,
                   const std::filesystem::path& file = {});
 
-/// Memory of working arrays. Blocks from 2 MiB on are mappings of their own, on huge pages where the system has them,
-/// and are kept when they are freed; smaller ones are those of malloc(). Contents stay as a block grows.
-/// @param data       from this function, or nullptr
-/// @param old_bytes  its size as it was asked for
-/// @param bytes      not less than old_bytes
-/// @return nullptr where memory runs out; `data` is then as it was
+/// Allocates or enlarges a block for a working array; the contents stay. A block of 2 MiB or more is a mapping of its
+/// own, on huge pages where the system has them, and is kept when freed. Smaller blocks come from malloc().
+/// @param data       block from this function, or nullptr
+/// @param old_bytes  size that was requested for `data`
+/// @param bytes      new size, at least `old_bytes`
+/// @return nullptr where memory runs out; `data` is then unchanged
 void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes);
 void free_memory(void* data, std::size_t bytes) noexcept;
 
@@ -51,23 +51,23 @@ inline void* new_memory(std::size_t bytes) {
     return memory;
 }
 
-/// Asks for huge pages for memory that has been allocated but not touched, where it is large.
+/// Asks for huge pages for allocated memory that is not written yet, if a whole huge page fits into it.
 void wish_for_huge_pages(void* data, std::size_t bytes) noexcept;
 
-/// Has the system map all pages of memory that is about to be written: one call for many pages takes a fraction of a
-/// page fault for each (on a virtual machine 1 us a page of 4 KiB instead of 15).
+/// Has the system map all pages of memory that is about to be written. One call for many pages is faster than a page
+/// fault for each (on a virtual machine 1 us per page of 4 KiB instead of 15).
 void map_at_once(void* data, std::size_t bytes) noexcept;
 
-/// Asks for pages of ordinary size for memory that is to be met little by little: the first write to a huge page, and
-/// some later ones, may take milliseconds on a virtual machine.
+/// Asks for pages of ordinary size for memory that is going to be filled little by little: the first write to a huge
+/// page, and some later ones, may take milliseconds on a virtual machine.
 void wish_for_small_pages(void* data, std::size_t bytes) noexcept;
-/// That for the room that an array has for more elements.
+/// The same for the unused capacity of an array.
 template <class Array>
 void wish_for_small_pages(Array& array) {
     wish_for_small_pages(array.data() + array.size(), (array.capacity() - array.size()) * sizeof(*array.data()));
 }
 
-/// The pages of a vector's free room: huge ones where it is large, and those of `size` elements at once.
+/// Prepares the pages of a vector's unused capacity: huge ones if it is large. Maps those of `size` elements at once.
 template <class T, class Allocator>
 void prepare_pages(std::vector<T, Allocator>& v, std::size_t size) {
     void* const room = static_cast<void*>(v.data() + v.size());
@@ -86,7 +86,7 @@ void resize_large(std::vector<T, Allocator>& v, std::size_t size) {
     reserve_large(v, size);
     v.resize(size);
 }
-/// Room for `size` elements, growing by half at least: many small calls take linear time in all.
+/// Reserves room for `size` elements, growing by half at least, so that many small calls take linear time in total.
 template <class T, class Allocator>
 void make_room(std::vector<T, Allocator>& v, std::size_t size) {
     if (size <= v.capacity()) return;
@@ -94,7 +94,7 @@ void make_room(std::vector<T, Allocator>& v, std::size_t size) {
     prepare_pages(v, size);
 }
 
-/// grow_memory() for containers.
+/// Allocator for containers, by grow_memory() and free_memory().
 template <class T>
 struct PoolAllocator {
     static_assert(alignof(T) <= alignof(std::max_align_t));
@@ -113,18 +113,18 @@ struct PoolAllocator {
     }
 };
 
-/// A vector that does not outlive the run it works for.
+/// A vector of working data that is freed by the end of a run, so that the next run can take over its memory.
 template <class T>
 using PoolVector = std::vector<T, PoolAllocator<T>>;
 
-/// `new` and `delete` of what derives from it, by grow_memory().
+/// Base of classes whose objects are allocated by grow_memory().
 struct PoolNew {
     static void* operator new(std::size_t bytes) { return new_memory(bytes); }
     static void operator delete(void* memory, std::size_t bytes) noexcept { free_memory(memory, bytes); }
 };
 
 /// A growing array of plain records, for pools of many gigabytes and for scratch memory: new elements are not
-/// initialised, and growth moves large blocks by their page tables where std::vector holds two blocks and copies.
+/// initialised, and large blocks grow by remapping their pages, where std::vector copies and holds two blocks.
 template <class T>
 class PodArray {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= alignof(std::max_align_t));
@@ -160,7 +160,7 @@ class PodArray {
     T& operator[](std::size_t i) { return data_[i]; }
     const T& operator[](std::size_t i) const { return data_[i]; }
 
-    /// Room for `capacity` elements, growing by half at least. @throws std::bad_alloc, with the array as it was
+    /// Makes room for `capacity` elements; grows by half at least. @throws std::bad_alloc; the array is then unchanged
     void reserve(std::size_t capacity) {
         if (capacity <= capacity_) return;
         capacity = std::max(capacity, capacity_ + capacity_ / 2);
@@ -169,7 +169,7 @@ class PodArray {
         data_ = static_cast<T*>(moved);
         capacity_ = capacity;
     }
-    /// Gives back the room for more. @throws std::bad_alloc, with the array as it was
+    /// Frees the unused capacity. @throws std::bad_alloc; the array is then unchanged
     void shrink_to_fit() {
         if (capacity_ > size_) *this = PodArray(*this);
     }

@@ -20,8 +20,8 @@ inline double nearest_on_segment(const Vec3d& edge, const Vec3d& offset) {
     return length_squared > 0 ? std::clamp(glm::dot(edge, offset) / length_squared, 0.0, 1.0) : 0.0;
 }
 
-/// Nearest point of the triangle (a, b, c). Always a point of the triangle, so the distance is never too small but for
-/// rounding; degenerate triangles count as the segments or the point that they are.
+/// Nearest point of the triangle (a, b, c). The result is always a point of the triangle, so only rounding can make the
+/// distance too small; degenerate triangles count as the segments or the point that they are.
 inline TrianglePoint nearest_on_triangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     const Vec3d ab = b - a, ac = c - a, ap = p - a;
     const Vec3d normal = glm::cross(ab, ac);
@@ -52,7 +52,7 @@ inline TrianglePoint nearest_on_triangle(const Vec3d& p, const Vec3d& a, const V
             if (!sliver) return best;
         }
     }
-    // Outside, the nearest point lies on an edge that the projection is beyond of; near-degenerate: try them all.
+    // If the projection is outside, the nearest point is on an edge that separates the two; slivers try all edges.
     if (sliver || v < 0) offer(nearest_on_segment(ab, ap), 0);
     if (sliver || u < 0) offer(0, nearest_on_segment(ac, ap));
     if (sliver || u + v > 1) {

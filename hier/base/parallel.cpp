@@ -49,8 +49,8 @@ void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunCont
     for (std::uint64_t begin = 0; begin < count; begin += batch) {
         const double fraction = from + (to - from) * static_cast<double>(begin) / count;
         context.report(stage, fraction);
-        // This thread reports the same fraction again where a moment has passed, so that a few slow elements can be
-        // cancelled.
+        // The calling thread repeats the report every k_moment, so that the user can cancel while a few elements are
+        // slow.
         auto last = std::chrono::steady_clock::now();
         const auto run = [&, thread = std::this_thread::get_id(), first = static_cast<std::uint32_t>(begin)](
                              std::uint32_t b, std::uint32_t e) {
@@ -76,8 +76,8 @@ void run_in_arena(int threads, const std::function<void()>& work) {
         throw Error(ErrorCode::invalid_input,
                     fmt::format("{} threads; 0 (one a processor) to {} are possible", threads, k_most_threads));
     if (threads == 0 || (threads == 1 && one_thread())) return work();
-    // The arena alone would be cut to the machine's processors, with a message from oneTBB. Where it is not, the limit
-    // is left alone: to set and to reset it wakes the other threads.
+    // Without this limit, oneTBB cuts a larger arena to the machine's processors and prints a message. For other arenas
+    // the limit is not set, because setting and resetting it wakes the other threads.
     std::optional<oneapi::tbb::global_control> limit;
     if (threads > oneapi::tbb::this_task_arena::max_concurrency())
         limit.emplace(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));

@@ -20,9 +20,9 @@ void run_blocks(std::uint32_t count, std::uint32_t grain, const BlockBody& body)
 /// The same in batches, with a report before each.
 void run_reported_blocks(std::uint32_t count, std::uint32_t grain, const RunContext& context, std::string_view stage,
                          double from, double to, const BlockBody& body);
-/// Runs the work in an arena of `threads` threads, or where that is 0 in the one that there is.
+/// Runs the work in an arena of `threads` threads; 0: in the arena of the caller.
 void run_in_arena(int threads, const std::function<void()>& work);
-/// Whether what is called from here runs on the calling thread alone.
+/// Whether loops that are started here run on the calling thread alone.
 bool one_thread();
 
 }  // namespace detail
@@ -44,8 +44,8 @@ void for_each_index(std::uint32_t count, Body&& body, std::uint32_t grain = k_de
     });
 }
 
-/// for_each_block in batches, with a report before each: `stage` goes from fraction `from` to `to`. Without anybody to
-/// report to it is for_each_block.
+/// for_each_block in batches, with a report before each: `stage` goes from fraction `from` to `to`. Without a progress
+/// callback it is for_each_block.
 template <class Body>
 void for_each_reported_block(std::uint32_t count, std::uint32_t grain, const RunContext& context,
                              std::string_view stage, double from, double to, const Body& body) {

@@ -153,14 +153,14 @@ PointId BisectionForest::take_point(const Site& site) {
     return point;
 }
 
-// The link of a leaf, if there is one, that leads to `from` will lead to `to`.
+// Makes the leaf's link to `from` lead to `to`; an invalid leaf is ignored.
 void BisectionForest::relink(LeafId leaf, LeafId from, LeafId to) {
     if (!leaf.valid()) return;
     auto& neighbour = leaves_[leaf.value].neighbour;
     neighbour[neighbour[0] == from ? 0 : neighbour[1] == from ? 1 : 2] = to;
 }
 
-// Splits the leaf and its neighbour across the base, which is of the same depth if there is one. There is room.
+// Splits the leaf and its neighbour across the base, if any. Both have the same depth, and there is room.
 Diamond BisectionForest::bisect(LeafId id) {
     const LeafId across = leaves_[id.value].neighbour[0];
     Diamond diamond;
@@ -199,7 +199,7 @@ Diamond BisectionForest::bisect(LeafId id) {
     return diamond;
 }
 
-// With free_folded() the inverse of bisect().
+// Undoes bisect(), together with free_folded().
 void BisectionForest::fold_diamond(const Diamond& diamond) {
     for (std::uint32_t i = diamond.pair_count; i-- > 0;) {
         const auto [slot0, slot1] = diamond.pairs[i];
@@ -226,11 +226,11 @@ void BisectionForest::free_folded(const Diamond& diamond) {
     --midpoint_count_;
 }
 
-// The diamond of a leaf; without pairs if a leaf is a root or another one at its apex is split further.
+// The diamond of a leaf. It has no pairs if the leaf is a root, or if another leaf at its apex is split further.
 Diamond BisectionForest::find_diamond(LeafId id) const {
     const BisectionLeaf& leaf = leaves_[id.value];
     Diamond diamond{.midpoint = leaf.vertex[2]};
-    // Where the neighbour beyond an inner edge of the diamond has the same depth, it is the diamond's own.
+    // A neighbour across an inner edge of the diamond is part of the diamond if it has the same depth.
     const auto add_pair = [&](LeafId child0, LeafId child1) {
         if (!child0.valid() || !child1.valid()) return false;
         if (depth(child0) != leaf.depth || depth(child1) != leaf.depth) return false;

@@ -24,36 +24,36 @@ struct BisectionLeaf {
     std::array<PointId, 3> vertex;    ///< a, b, apex
     std::uint8_t depth;               ///< number of bisections
     std::uint8_t direction;           ///< as BisectionShape::direction
-    std::uint8_t mark;                ///< of a running batch; else zero
+    std::uint8_t mark;                ///< state during refine() and coarsen(); else zero
 
     BisectionShape shape() const { return {apex, direction}; }
 };
 static_assert(sizeof(BisectionLeaf) == 48);
 
-/// The leaves around a midpoint that is the apex of all of them: the children of two leaves that share their base, or
-/// of one whose base is on the boundary or beside a hole. Child 0 has the slot of its parent, so that a split removes
-/// the leaves `pairs[i][0]` and creates all of `pairs`, a merge the reverse.
+/// The leaves whose apex is one common midpoint: children of two leaves with a shared base, or of one leaf whose base
+/// is on the boundary or beside a hole. Child 0 takes its parent's slot. So a split removes the leaves `pairs[i][0]`
+/// and creates all of `pairs`; a merge does the reverse.
 struct Diamond {
     PointId midpoint;                              ///< created by the split, removed by the merge
     std::uint32_t pair_count = 0;                  ///< 1 or 2
-    std::array<std::array<LeafId, 2>, 2> pairs{};  ///< children 0 and 1 of each parent; that of the lower slot is first
+    std::array<std::array<LeafId, 2>, 2> pairs{};  ///< children 0 and 1 of each parent, by increasing slot of child 0
 
     std::span<const std::array<LeafId, 2>> siblings() const { return std::span(pairs).first(pair_count); }
 };
 
 /// The restricted 4-8 bisection forest over a polygon mesh: one root (v, w, c) per half-edge v -> w of a face with
-/// centre c that is not a hole. Leaves only, in a pool of 48-byte records.
+/// centre c that is not a hole. Only leaves are stored, in a pool of 48-byte records.
 ///
-/// It is conforming at all times: a leaf is split together with its neighbour across the base edge, which is itself
-/// split first where it is one bisection coarser; towards boundary and holes a leaf is split alone. So neighbours
+/// The forest is conforming at all times. A leaf is split together with its neighbour across the base edge; a neighbour
+/// that is one bisection coarser is split before. At the boundary and beside holes a leaf is split alone. So neighbours
 /// across an edge differ by at most one bisection.
 ///
 /// split_diamond() and merge_diamond() change one diamond at a time, are exact inverses and never allocate. refine()
-/// and coarsen() do the same for many leaves. All changes are made by one thread.
+/// and coarsen() do the same for many leaves. All changes but fold_diamond() are made by one thread.
 ///
-/// Slots: a leaf keeps its slot until it is split or merged; its child 0 takes the slot over, and a merge gives it
-/// back. Root h is born in slot h. The slot that was freed last is used first. Points: the V control vertices, then the
-/// F face centres by their numbers, then midpoints, whose numbers are used again in the same way.
+/// Slots: a leaf keeps its slot until it is split or merged; a split passes the slot to child 0, and a merge returns it
+/// to the parent. Root h starts in slot h. The slot freed last is reused first. Point numbers: the V control vertices,
+/// the F face centres in face order, then midpoints, whose numbers are reused in the same way.
 class BisectionForest {
   public:
     /// All roots as leaves. Keeps a reference to the mesh. O(H).
@@ -63,10 +63,10 @@ class BisectionForest {
 
     const ControlMesh& mesh() const { return *mesh_; }
 
-    /// All roots as leaves again, with the room for more kept. O(H)
+    /// Makes all roots leaves again and keeps the allocated room. O(H)
     void clear();
 
-    /// Leaves are numbered below this; not all of these numbers are leaves.
+    /// All leaf numbers are below this number; some of the slots may hold no leaf.
     std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(leaves_.size()); }
     bool is_leaf(LeafId id) const { return id.value < leaves_.size() && leaves_[id.value].depth != k_dead; }
     std::uint32_t leaf_count() const { return leaf_count_; }
@@ -77,41 +77,41 @@ class BisectionForest {
         const BisectionLeaf& l = leaves_[id.value];
         return l.depth > 0 && (l.path >> (l.depth - 1) & 1) != 0 ? mesh_->prev(l.cell) : l.cell;
     }
-    /// The root triangle of h, where it is a leaf; else invalid.
+    /// The leaf that is the whole root triangle of h; invalid where that is split, or part of a hole.
     LeafId root_leaf(HalfedgeId h) const { return leaves_[h.value].depth == 0 ? LeafId(h.value) : LeafId{}; }
     CellTriangle triangle(LeafId id) const {
         const BisectionLeaf& l = leaves_[id.value];
         return l.shape().in(l.cell, l.depth);
     }
 
-    /// Points are numbered below this; not all of these numbers are points.
+    /// All point numbers are below this number; some of the slots may hold no point.
     std::uint32_t point_slots() const { return static_cast<std::uint32_t>(sites_.size()); }
     bool is_point(PointId p) const { return p.value < sites_.size() && sites_[p.value].root.valid(); }
-    /// Points made by splits and not freed.
+    /// Number of midpoints that splits have created and no merge has removed.
     std::uint32_t midpoint_count() const { return midpoint_count_; }
-    /// The canonical site of a point (corner_cell.hpp); the root is invalid where there is none.
+    /// The canonical site of a point (corner_cell.hpp); its root is invalid for free slots and isolated vertices.
     const Site& point_site(PointId p) const { return sites_[p.value]; }
     PointId vertex_point(VertexId v) const { return PointId(v.value); }
     PointId centre_point(FaceId f) const { return PointId(mesh_->vertex_count() + f.value); }
 
-    /// Makes room for `leaves` leaves in all and their points, of which there may be one for each leaf; the second one
-    /// makes room for so many points.
+    /// Makes room for `leaves` leaves in total. The first overload makes room for a midpoint of each leaf beyond the
+    /// roots, the second for `midpoints` midpoints.
     /// @throws Error  memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
     void reserve(std::uint32_t leaves) { reserve(leaves, leaves > root_count_ ? leaves - root_count_ : 0); }
     void reserve(std::uint64_t leaves, std::uint64_t midpoints);
-    /// The pages of what is reserved are of ordinary size: no split waits for a large one to be cleared.
+    /// Asks for ordinary pages in the reserved room, so that no split waits while a huge page is cleared.
     void wish_for_small_pages();
-    /// split_diamond() makes no more leaves than these. reserve() and refine() raise it.
+    /// Largest number of leaves that split_diamond() may reach. reserve() and refine() raise it, shrink() lowers it.
     std::uint32_t leaf_capacity() const { return leaf_capacity_; }
 
-    /// What split_diamond() adds: leaves, and as many midpoints as diamonds are split.
+    /// Numbers of leaves and midpoints that split_diamond() adds; each diamond split adds one midpoint.
     struct SplitCost {
         std::uint64_t leaves = 0, midpoints = 0;
     };
     /// @throws Error  unsupported: the leaf is at depth k_max_bisection_depth
     SplitCost split_cost(LeafId id) const;
 
-    /// Splits a leaf with its neighbour across the base, after the coarser leaves that this one asks for, base by base.
+    /// Splits a leaf with its neighbour across the base, after the coarser leaves that must be split before them.
     /// @param changed  changed(diamond) is called after each split, the coarsest diamond first
     /// @return  false, with the forest as it was, if there is no room for this
     /// @throws Error  as split_cost(); the forest is then unchanged
@@ -125,11 +125,11 @@ class BisectionForest {
         return true;
     }
 
-    /// What merge_diamond() would merge with a leaf; without pairs where can_merge() is false.
+    /// The diamond that merge_diamond() would merge; it has no pairs where can_merge() is false.
     Diamond find_diamond(LeafId id) const;
-    /// Whether the leaf is one of the two (at the boundary) or four around a midpoint that is the apex of all of them.
+    /// Whether the leaf is part of a diamond whose two leaves (at the boundary or a hole) or four all exist.
     bool can_merge(LeafId id) const { return is_leaf(id) && find_diamond(id).pair_count > 0; }
-    /// Merges these two or four leaves to one or two, with changed(diamond) called afterwards. O(1), allocates nothing.
+    /// Merges the leaves of the diamond into one or two, then calls changed(diamond). O(1), allocates nothing.
     /// @return  false, with the forest as it was, if can_merge() is false
     template <class Changed>
     bool merge_diamond(LeafId id, Changed&& changed) {
@@ -141,8 +141,8 @@ class BisectionForest {
         return true;
     }
 
-    /// Moves the leaf in the last slot to a free one, and gives up the slots beyond those in use: leaf_slots() falls.
-    /// The slots of roots' first leaves stay. O(1) and what has been freed at the end; allocates nothing.
+    /// Moves the leaf in the last slot to a free slot and drops the free slots at the end, so that leaf_slots() falls.
+    /// The slots of the roots stay. O(1 + slots dropped); allocates nothing.
     /// @param moved  moved(from, to) is called afterwards
     /// @return       false: no slot was free
     template <class Moved>
@@ -156,25 +156,24 @@ class BisectionForest {
         return true;
     }
 
-    /// merge_diamond() in two steps, for threads that merge apart from each other. The first writes the diamond's
-    /// leaves and those across its four sides, at which no other thread may look; the second gives back the slots, and
-    /// is for one thread.
-    /// @param diamond  that find_diamond() gave, not merged since
+    /// merge_diamond() in two steps, for threads that merge different diamonds at the same time. fold_diamond() writes
+    /// the leaves of the diamond and those across its four sides; no other thread may access these meanwhile.
+    /// free_folded() frees the slots; one thread calls it.
+    /// @param diamond  a result of find_diamond() that has not been merged since
     void fold_diamond(const Diamond& diamond);
     void free_folded(const Diamond& diamond);
 
-    /// split_diamond() of the marked leaves in turn, but for those that others have split: the smallest conforming
-    /// refinement that splits each of them. Makes room for it.
+    /// Applies split_diamond() to the marked leaves in turn, but not to those that are split by then: the smallest
+    /// conforming refinement that splits each of them. Makes room for it.
     /// @param marked   leaves, not in `created`; repetitions do no harm
-    /// @param created  receives all new leaves (of several splits of one leaf, the last ones): the descendants of the
-    ///                 marked leaves in their order, then those of the other leaves that were split; those of one leaf
-    ///                 in path order
+    /// @param created  receives all new leaves that remain (a leaf may be split twice): descendants of the marked
+    ///                 leaves, in the order of these, then those of the other split leaves; in path order within a leaf
     /// @throws Error   unsupported: a marked leaf is at depth k_max_bisection_depth; memory_limit: more than 2^32 - 1
     ///                 slots. The forest is then unchanged.
     /// Cost: O(leaves created).
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& created);
-    /// merge_diamond() of all diamonds whose two or four leaves are all marked; other leaves are left alone. The last
-    /// of `marked` comes first, so that the slots of what refine() has created are freed in reverse.
+    /// Merges all diamonds whose two or four leaves are all marked; other leaves stay. Goes through `marked` from its
+    /// end, so that the slots of leaves created by refine() are freed in reverse order.
     /// @param marked   leaves, not in `created`; repetitions do no harm
     /// @param created  receives the parents, those of a diamond together, in the order of the diamonds' last leaves in
     ///                 `marked`
@@ -188,7 +187,7 @@ class BisectionForest {
     /// @param use  F flags, zero where fans has no triangulation; empty: no face is
     ExportedTriangles exported(const FanChoice& fans = {}, std::span<const std::uint8_t> use = {}) const;
 
-    // As check_forest() asks.
+    // Members that check_forest() (check.hpp) uses.
     static constexpr int k_sides = 3;
     int level(LeafId id) const { return depth(id); }
     std::array<LeafId, 2> neighbours(LeafId id, int side) const {
@@ -206,14 +205,14 @@ class BisectionForest {
         const HalfedgeId h = p.y == 0 && q.y == 0 ? t.root : p.x == 0 && q.x == 0 ? mesh_->prev(t.root) : HalfedgeId{};
         return h.valid() && (!mesh_->twin(h).valid() || mesh_->is_hole(mesh_->face(mesh_->twin(h))));
     }
-    /// Control vertices and centres of faces are points for any set of leaves.
+    /// Whether p is a control vertex or a face centre: these are points whatever the leaves are.
     bool is_fixed(PointId p) const { return p.value < fixed_points(); }
 
     /// Bytes allocated: 48 for each leaf that there is room for, and 16 for each point.
     std::uint64_t memory_bytes() const;
-    /// Gives back the room beyond the slots and points in use or freed: what remains keeps its numbers. O(leaves).
+    /// Frees the room beyond the last leaf and point slots. Leaves and points keep their numbers. O(leaves).
     void shrink();
-    /// Whether slots or points were freed and not used again.
+    /// Whether some slots of leaves or points are free.
     bool has_free_slots() const { return free_leaf_.valid() || free_point_.valid(); }
 
   private:
@@ -249,8 +248,8 @@ class BisectionForest {
     std::uint32_t midpoint_count_ = 0, midpoint_capacity_ = 0;
     detail::PodArray<BisectionLeaf> leaves_;
     detail::PodArray<Site> sites_;  // per point, canonical; no root: not in use
-    LeafId free_leaf_;              // the slot freed last; neighbour[0] is the one freed before it, [1] the one after
-    PointId free_point_;            // the same; the one before it is at.x of its site
+    LeafId free_leaf_;              // slot freed last. A free slot's neighbour[0] was freed before it, [1] after it
+    PointId free_point_;            // point freed last; at.x of its site is the point freed before it
 };
 
 }  // namespace tetrakis

@@ -10,14 +10,14 @@ namespace tetrakis {
 
 namespace {
 
-// Marks of a slot during a batch.
-constexpr std::uint8_t k_waits = 1;        // its leaf is to be split (or merged)
-constexpr std::uint8_t k_split_twice = 3;  // it was, and so was its child 0
+// Values of BisectionLeaf::mark during refine() and coarsen().
+constexpr std::uint8_t k_waits = 1;        // the leaf is to be split (or merged); each split adds one
+constexpr std::uint8_t k_split_twice = 3;  // the leaf has been split, and so has its child 0
 
 }  // namespace
 
-// Lists and marks the leaves that a refinement splits: those named, then those that they ask for across their bases.
-// Returns what splitting them all adds.
+// Lists and marks the leaves that refine() splits: the marked ones, then the leaves across bases that have to be split
+// with or before them. Returns the numbers of leaves and midpoints that all these splits add.
 BisectionForest::SplitCost BisectionForest::mark_closure(std::span<const LeafId> marked, std::vector<LeafId>& list) {
     const auto add = [&](LeafId id) {
         if (std::exchange(leaves_[id.value].mark, k_waits) == 0) list.push_back(id);
@@ -61,8 +61,8 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
     for (std::size_t i = 0; i < split_count; ++i) {
         if (leaves_[list[i].value].mark == k_waits) split_from_base(list[i], count_splits);
     }
-    // Replaces each leaf of the list by its two to four descendants, from the end, so that none is written over a leaf
-    // still to be read. It has no branches, because nothing predicts which child was split as well.
+    // Replaces each leaf of the list by its two to four descendants, from the end, so that no leaf is overwritten
+    // before it is read. The loop has no branches, because nothing predicts which child was split as well.
     std::size_t end = created.size();
     for (std::size_t i = split_count; i-- > 0;) {
         const LeafId slot = list[i];
@@ -95,7 +95,7 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
         bool all = diamond.pair_count > 0;
         for (const auto& [child0, child1] : diamond.siblings())
             all = all && leaves_[child0.value].mark != 0 && leaves_[child1.value].mark != 0;
-        // Without this one's mark, the others of the diamond will fail, too.
+        // With this mark cleared, the other leaves of the diamond are not merged, either.
         leaf.mark = 0;
         if (!all) continue;
         fold_diamond(diamond);

@@ -16,12 +16,12 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint32_t k_records_ahead = 16;  // records asked for ahead of time: the loops wait for memory
+constexpr std::uint32_t k_records_ahead = 16;  // prefetch distance in records: the loop waits for memory
 
 }  // namespace
 
-// Leaves are disjoint, so their paths differ within the shorter one and compare as left-aligned numbers. They are put
-// into buckets by their first bits, as many as a root's leaves need: where these are of one depth, each into its own.
+// Leaves are disjoint, so their paths differ within the shorter one and compare as left-aligned numbers. A root has a
+// bucket per leaf or more, by the first bits of the path; leaves of one depth get a bucket each.
 std::vector<LeafId> BisectionForest::ordered_leaves() const {
     struct Key {
         std::uint64_t path;  // its bits at the upper end
@@ -44,7 +44,7 @@ std::vector<LeafId> BisectionForest::ordered_leaves() const {
     detail::PoolVector<std::uint32_t> begin(first_bucket[roots] + std::size_t{1}, 0);
     for_each_leaf([&](LeafId id, std::uint32_t root) { ++begin[bucket_of(id, root) + 1]; });
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<Key> keys;  // of no pool: large, and what comes next must fit beside what is kept of it
+    std::vector<Key> keys;  // no PoolVector: the pool would keep this large block beside what is allocated next
     detail::resize_large(keys, leaf_count_);
     detail::PoolVector<std::uint32_t> end(begin.begin(), begin.end() - 1);
     for_each_leaf([&](LeafId id, std::uint32_t root) { keys[end[bucket_of(id, root)]++] = {path_of(id), id}; });
@@ -82,7 +82,7 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
         out.faces.push_back(f);
         out.leaves.push_back(leaf);
     };
-    // Corners as points, to be numbered afterwards.
+    // Corners are point handles here; number_points() replaces them by numbers below.
     const std::vector<LeafId> order = ordered_leaves();
     for (std::size_t i = 0; i < order.size(); ++i) {
         if (i + k_records_ahead < order.size()) __builtin_prefetch(&leaves_[order[i + k_records_ahead].value].vertex);
@@ -93,7 +93,7 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
                 return mesh.origin(HalfedgeId(l.cell.value + corner)).value;
             };
             for (const auto& [a, b, c] : fans.of(f)) add(vertex(a), vertex(b), vertex(c), f, {});
-            i += mesh.face_size(f) - 1;  // its roots follow each other
+            i += mesh.face_size(f) - 1;  // the face's roots follow each other in `order`
         } else {
             add(l.vertex[0].value, l.vertex[1].value, l.vertex[2].value, f, order[i]);
         }

@@ -15,10 +15,10 @@ inline constexpr int k_max_bisection_depth = 2 * k_max_level;
 /// The lattice level of a bisection triangle: the smallest at which its three corners are lattice points.
 constexpr std::uint8_t lattice_level(int depth) { return static_cast<std::uint8_t>(depth >> 1); }
 
-/// The shape of a bisection triangle (a, b, apex): right-angled and isosceles in the lattice, so its apex and the
-/// direction from there to a say all. Directions count eighths of a turn counter-clockwise from +x: a = apex +
+/// The shape of a bisection triangle (a, b, apex): right-angled and isosceles in the lattice, so the apex and the
+/// direction from it to a say all. Directions count eighths of a turn counter-clockwise from +x: a = apex +
 /// step(direction), b = apex + step(direction + 2). At odd depths they are even (legs along the lattice lines, one
-/// interval long), at even depths odd (legs along diagonals). Depth 0 lives in the extended frame of CellTriangle.
+/// interval long), at even depths odd (legs along diagonals). Depth 0 is written in the extended frame of CellTriangle.
 struct BisectionShape {
     LatticePoint apex;
     std::uint8_t direction = 0;
@@ -66,7 +66,7 @@ struct BisectionShape {
 /// half-edge h: v -> w of a face with centre c; bisecting (a, b, apex) at the middle m of its base a-b gives child 0
 /// (apex, a, m) and child 1 (b, apex, m).
 /// @param depth  number of bisections, 0 <= depth <= k_max_bisection_depth
-/// @param path   the child taken at each of them, the first in the most significant of `depth` bits
+/// @param path   the child taken at each bisection, the first in the most significant of `depth` bits
 /// @return       corners (a, b, apex), counter-clockwise, at lattice level depth / 2. O(depth).
 CellTriangle cell_triangle(const ControlMesh& mesh, HalfedgeId root, int depth, std::uint64_t path);
 

@@ -9,10 +9,10 @@
 
 namespace tetrakis {
 
-/// Verifies any forest through its public interface: its leaves are counted and listed right; neighbours are leaves,
-/// see each other and differ by at most one level (bisections: depth), those across creases by none; where leaves have
-/// points, these have their sites, neighbours share them, and none is left over. Forests whose leaves have points and
-/// none hanging are conforming: there is one leaf across each side. Bisections are open where the surface ends alone.
+/// Verifies any forest through its public interface. Leaves are counted and listed correctly. Neighbours are leaves,
+/// link to each other, and differ by at most one level (bisections: depth); across creases levels are equal. If leaves
+/// have points, each point has the site of its corner, neighbours share points, and no point is unused. If moreover no
+/// point hangs, there is one leaf across each side. Bisection leaves lack a neighbour only where the surface ends.
 /// @return  the first violation, or nothing. O(leaves).
 template <class Forest>
 std::optional<std::string> check_forest(const Forest& forest) {
@@ -31,7 +31,7 @@ std::optional<std::string> check_forest(const Forest& forest) {
     if (leaves.size() != forest.leaf_count() || slots != forest.leaf_count()) return "the number of leaves is wrong";
     for (const LeafId leaf : leaves)
         if (!forest.is_leaf(leaf)) return fault(leaf, 0, "is in the tree, but no leaf");
-    // Whether a side of the leaf `from` leads to `to` and is accepted.
+    // Whether some side of the leaf `from` leads to `to` and passes the test `accepted`.
     const auto some_side = [&](LeafId from, LeafId to, auto&& accepted) {
         bool found = false;
         for (int side = 0; side < k_sides; ++side)
@@ -58,7 +58,7 @@ std::optional<std::string> check_forest(const Forest& forest) {
                         auto from = mine[static_cast<std::size_t>(side)],
                              to = mine[static_cast<std::size_t>(side + 1) % k_sides];
                         if constexpr (k_hanging) {
-                            if (step < 0) return true;  // the other one sees all of the side
+                            if (step < 0) return true;  // checked when the coarser leaf's turn comes
                             if (step > 0) (k == 0 ? to : from) = forest.hanging_points(leaf)[side];
                         }
                         return its[static_cast<std::size_t>(there + 1) % k_sides] == from &&

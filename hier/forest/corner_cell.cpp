@@ -10,7 +10,7 @@ namespace {
 
 bool is_hole(const ControlMesh& mesh, HalfedgeId h) { return mesh.is_hole(mesh.face(h)); }
 
-/// Best of several addresses of one point, of which the first has a root; those without one do not count.
+/// The canonical one of several addresses of a point. The first has a root; addresses without a root are ignored.
 Site best(const ControlMesh& mesh, std::initializer_list<Site> addresses) {
     return *std::ranges::min_element(addresses, {}, [&](const Site& site) {
         return std::tuple(!site.root.valid() || is_hole(mesh, site.root), site.root);
@@ -44,7 +44,7 @@ Site detail::canonical_on_side(const ControlMesh& mesh, const Site& minimal) {
         return at_edge_middle(mesh, at.x == 1 ? root : mesh.prev(root));
     }
     const std::uint32_t n = 1u << level;
-    // A point that is no corner of its cell lies on one side only.
+    // This point is no corner of its cell, so it lies on one side only.
     const CellSide side = at.y == 0   ? CellSide::edge
                           : at.x == 0 ? CellSide::prev_edge
                           : at.x == n ? CellSide::next_cell

@@ -58,9 +58,9 @@ inline CellPoint cross(const ControlMesh& mesh, const CellPoint& p, CellSide sid
     return {root, p.x, p.y};
 }
 
-/// The address with both coordinates halved as long as they are even: lowest level that has the point.
+/// The same point at the lowest level that has it: coordinates are halved as long as both are even.
 constexpr Site minimal_level(Site site) {
-    // The sentinel bit keeps the count at or below the level, where the point (0, 0) has no bit of its own.
+    // The bit of the level keeps the shift at or below the level; the point (0, 0) has no other bit.
     const std::uint32_t bits = site.at.x | site.at.y | (1u << site.level);
     const int shift = std::countr_zero(bits);
     return {site.root, {site.at.x >> shift, site.at.y >> shift}, static_cast<std::uint8_t>(site.level - shift)};
@@ -71,36 +71,36 @@ Site canonical_on_side(const ControlMesh& mesh, const Site& minimal);
 }
 
 /// The one address by which a point of the quad family's lattice is keyed and evaluated: at its lowest level, in the
-/// frame of one of the corner cells around it. Cells of faces that are part of the surface come before those of holes;
-/// among equals the smallest half-edge, and at a control vertex the first one counter-clockwise from
+/// frame of one of the corner cells around it. Cells of surface faces come before cells of holes; among equals the
+/// smallest half-edge is taken, at a control vertex the first one counter-clockwise from
 /// ControlMesh::vertex_halfedge().
 /// @param site  any address of the point, 0 <= x, y <= 2^level, level <= k_max_level
 /// Cost: O(1); O(valence) at control vertices that touch a hole.
 inline Site canonical(const ControlMesh& mesh, const Site& site) {
     const std::uint32_t n = 1u << site.level;
     const bool interior = site.at.x - 1u < n - 1u && site.at.y - 1u < n - 1u;  // 0 < x, y < n
-    // Not one variable for both: whatever has its address taken is put together in memory, and waited for.
+    // Two calls instead of one variable: a variable whose address is passed on is built in memory, which costs time.
     if (interior) return minimal_level(site);
     return detail::canonical_on_side(mesh, minimal_level(site));
 }
 
 /// Barycentric coordinates in a face of three corners, as whole numbers.
 using TriangleWeights = std::array<std::int64_t, 3>;
-/// The point seen from the face beyond the half-edge h of its face, whose plane continues this one.
+/// The same point in the face across the half-edge h, with both triangles laid out as a parallelogram.
 TriangleWeights across(const ControlMesh& mesh, HalfedgeId h, const TriangleWeights& weight);
 
 // Side s of a triangle root runs from corner s to corner s + 1 (mod 3), along the half-edge `root + s`: side 0 is y =
 // 0, side 1 is x + y = 2^level, side 2 is x = 0.
 
-/// The canonical site of a point of a triangle mesh: of all addresses that of minimal level; on a control edge in the
-/// face with the smaller number, at a control vertex in that of ControlMesh::vertex_halfedge(). Hole faces count as
-/// roots: the surface is defined over them too. O(1).
+/// The canonical site of a point of a triangle mesh, at its minimal level: on a control edge in the face with the
+/// smaller number, at a control vertex in the face of ControlMesh::vertex_halfedge(). Hole faces count as roots: the
+/// surface is defined over them too. O(1).
 /// @param site  any address, with x + y <= 2^level
 Site canonical_triangle_site(const ControlMesh& mesh, const Site& site);
-/// The same by the point's barycentric weights in a face, whose sum is the number of segments of a side at its minimal
-/// level (2^level, or that of another lattice).
+/// The same from barycentric weights in a face. Their sum is the number of segments of a side at the point's minimal
+/// level: 2^level, or as another lattice has it.
 Site canonical_triangle_site(const ControlMesh& mesh, FaceId face, TriangleWeights weight, int level);
-/// That of a control vertex; the root is invalid for an isolated one.
+/// The canonical site of a control vertex; its root is invalid if the vertex is isolated.
 Site triangle_vertex_site(const ControlMesh& mesh, VertexId v);
 
 }  // namespace tetrakis

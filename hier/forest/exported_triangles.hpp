@@ -12,14 +12,14 @@
 
 namespace tetrakis {
 
-/// What a change of a forest did to its leaves.
+/// Leaves that a change of a forest has created or reshaped.
 struct ForestChange {
-    std::vector<LeafId> created;   ///< new leaves: children of split ones, siblings together; parents of merged ones
-    std::vector<LeafId> reshaped;  ///< older leaves that remain, but whose part of the output is another than before
+    std::vector<LeafId> created;   ///< new: children of split leaves, siblings together; parents of merged leaves
+    std::vector<LeafId> reshaped;  ///< older leaves that remain, but whose output triangles have changed
 };
 
-/// What a forest looks like from outside, in (root, path) order. All but `leaves` and `points` depends on the set of
-/// leaves alone, not on how it came about.
+/// The output mesh of a forest, in (root, path) order. Except for `leaves` and `points` it depends on the set of leaves
+/// alone, not on the changes that led to this set.
 struct ExportedTriangles {
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< corners: numbers into `sites`, counter-clockwise
     std::vector<FaceId> faces;                            ///< per triangle: its control face
@@ -30,13 +30,12 @@ struct ExportedTriangles {
 
 namespace detail {
 
-/// Replaces the triangles' points by numbers in the order of first use, and lists the points and their sites by these.
-/// @param expected  how many there are, about
-/// O(points that there have been + triangles).
+/// Replaces the point handles in `out.triangles` by numbers in the order of first use; fills `points` and `sites`.
+/// @param expected  number of points, about
+/// O(point slots + triangles).
 template <class Forest>
 void number_points(ExportedTriangles& out, const Forest& forest, std::size_t expected) {
-    constexpr std::size_t k_ahead =
-        16;  // triangles whose points are asked for ahead of time: the loop waits for memory
+    constexpr std::size_t k_ahead = 16;  // prefetch distance in triangles: the loop waits for memory
     PoolVector<std::uint32_t> numbers(forest.point_slots(), PointId::none);
     reserve_large(out.points, expected);
     const std::size_t count = out.triangles.size();

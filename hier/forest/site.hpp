@@ -19,8 +19,8 @@ struct LatticePoint {
     friend constexpr auto operator<=>(const LatticePoint&, const LatticePoint&) = default;
 };
 
-/// Address of a vertex: root, level, lattice coordinates. A vertex on the border of roots has several addresses and one
-/// canonical one (see corner_cell.hpp); everything keyed by a site uses the canonical one.
+/// Address of a vertex: root, level, lattice coordinates. A vertex on the border of roots has several addresses. One of
+/// them is canonical (see corner_cell.hpp), and all tables keyed by sites use that one.
 ///
 /// The lattice level of the quad family counts from the corner cell: lattice level l is Catmull-Clark level l + 1. In
 /// the triangle family lattice level l is Loop level l, and a root is named by its face's first half-edge.

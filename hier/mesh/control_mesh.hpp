@@ -20,14 +20,14 @@ enum class BoundaryRule {
 };
 
 /// How UVs are interpolated: OpenSubdiv's face-varying rules, by their numbers in the tag. Charts end at seams and at
-/// the boundary; each rule keeps what the ones before it keep, and more.
+/// the mesh boundary. The rules 1 to 3 fix UVs: each those of the rule before it, and more.
 enum class FaceVaryingRule {
-    smooth_all = 0,     ///< ends of charts are smooth curves
-    corners_only = 1,   ///< corners of charts, with one face, stay
-    corners_plus1 = 2,  ///< and the UVs of a vertex where three charts or more meet
-    corners_plus2 = 3,  ///< and ends of seams inside the mesh, and what lies opposite a chart's corner
-    boundaries = 4,     ///< ends of charts are linear
-    linear_all = 5,     ///< everything is
+    smooth_all = 0,     ///< borders of charts are smooth curves
+    corners_only = 1,   ///< corners of charts, which have one face, stay fixed
+    corners_plus1 = 2,  ///< so do the UVs of a vertex where three charts or more meet
+    corners_plus2 = 3,  ///< so do ends of seams inside the mesh, and the UVs opposite a chart's corner
+    boundaries = 4,     ///< borders of charts are linear
+    linear_all = 5,     ///< UVs are linear everywhere
 };
 
 /// How finite sharpness passes from an edge to its halves.
@@ -54,8 +54,8 @@ struct ControlMeshData {
     };
     std::vector<EdgeTag> creases;
     std::vector<VertexTag> corners;
-    /// Interior angle of a sector at a corner: of the faces between two neighbouring sharp edges there, of which this
-    /// is one. Loop, tuned Loop and Catmull-Clark have rules for it (schemes/rules/loop.hpp, catmull_clark.hpp).
+    /// Interior angle of a sector at a corner: of the faces between two neighbouring sharp edges. `face` is any of
+    /// them. Loop, tuned Loop and Catmull-Clark have rules for it (schemes/rules/loop.hpp, catmull_clark.hpp).
     struct AngleTag {
         std::uint32_t vertex, face;
         double angle;  ///< radians, in (0, 2 pi) and not pi
@@ -79,12 +79,12 @@ struct ControlMeshData {
     FaceVaryingRule face_varying_rule = FaceVaryingRule::corners_only;
     CreaseMethod crease_method = CreaseMethod::uniform;
 
-    std::uint32_t first_number = 0;           ///< what messages call the first vertex, face, ...; 1 if `source` does
-    std::string source;                       ///< file the data came from, for messages; may be empty
+    std::uint32_t first_number = 0;  ///< number of the first vertex, face, ... in messages; 1 if `source` counts from 1
+    std::string source;              ///< file the data came from, for messages; may be empty
     std::vector<std::uint64_t> vertex_lines;  ///< V line numbers in `source`, or empty
     std::vector<std::uint64_t> face_lines;    ///< F line numbers in `source`, or empty
     std::vector<std::uint64_t> uv_lines;      ///< line numbers of `uvs` in `source`, or empty
-    std::vector<std::string> warnings;        ///< met on the way here (reading, repairing), one sentence each
+    std::vector<std::string> warnings;        ///< from reading and repairing, one sentence each
 };
 
 /// A polygon mesh with half-edges, tags and attributes: the input of every scheme. Immutable.
@@ -131,11 +131,11 @@ class ControlMesh {
     /// The edge's half-edge with the smaller number.
     HalfedgeId edge_halfedge(EdgeId e) const { return HalfedgeId(edge_halfedge_[e.value]); }
     bool is_boundary(EdgeId e) const { return !twin(edge_halfedge(e)).valid(); }
-    /// Whether any edge is. O(edges)
+    /// Whether any edge is on the boundary. O(edges)
     bool has_boundary() const;
 
-    /// Where to start a walk around v: an outgoing half-edge; at a boundary vertex the one that has no twin, so that
-    /// ccw_outgoing() sweeps all its faces. Invalid for an isolated vertex.
+    /// The half-edge from which ccw_outgoing() visits all faces around v. It leaves v; at a boundary vertex it has no
+    /// twin. Invalid for an isolated vertex.
     HalfedgeId vertex_halfedge(VertexId v) const { return HalfedgeId(vertex_halfedge_[v.value]); }
     /// Next outgoing half-edge counter-clockwise around origin(h); invalid where the boundary ends the fan (the last
     /// boundary neighbour is then origin(prev(h))).
@@ -160,8 +160,7 @@ class ControlMesh {
     float sharpness(EdgeId e) const { return edge_sharpness_[e.value]; }
     /// As above; infinity at boundary vertices with a single face under BoundaryRule::edge_and_corner.
     float sharpness(VertexId v) const { return vertex_sharpness_[v.value]; }
-    /// Of the sector at the half-edge's origin that has its face, from the tags; 0: none, as at all that are no
-    /// corners.
+    /// Tagged angle of the sector at origin(h) that contains face(h); 0 if there is no tag, or the vertex is no corner.
     double corner_angle(HalfedgeId h) const { return corner_angle_.empty() ? 0 : corner_angle_[h.value]; }
     bool has_corner_angles() const { return !corner_angle_.empty(); }
     /// Not part of the surface: tagged as a hole, or touching the boundary under BoundaryRule::none.
