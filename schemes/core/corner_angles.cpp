@@ -10,7 +10,7 @@ namespace {
 constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 constexpr double k_beside_flat = radians(10), k_nearly_flat = radians(170), k_most = radians(350);
 
-/// Angles at a vertex one level down, in the order of its ring's half-edges; empty where it is no corner there.
+/// Angles at a vertex one level down, in the order of its ring's half-edges; empty if the vertex is no corner then.
 std::vector<double> child_angles(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) {
     const int n = ring.faces();
     std::vector<double> angle(n);

@@ -13,8 +13,8 @@
 
 namespace tetrakis {
 
-/// An angle by which a corner's rules work well: at most 350 degrees, and 170 for all nearer to 180 than 10: the
-/// flatness step divides by the angle's sine.
+/// The angle that a corner's rules use: at most 350 degrees, and 170 if `angle` is within 10 degrees of 180, because
+/// the flatness step divides by its sine.
 double usable_corner_angle(double angle);
 
 namespace detail {
@@ -23,14 +23,14 @@ inline bool is_corner_angle(double angle) {
     return angle > 0 && angle < 2 * std::numbers::pi && angle != std::numbers::pi;
 }
 
-/// RuleMesh::corner_angle() of a finer mesh whose vertices keep theirs. Where an edge between two sectors goes smooth,
-/// the one that is left has the usable sum of their angles, or none if one of them had none.
-/// @param child  of each half-edge the finer one that leaves the same vertex in its face
-/// @param fine   half-edges of the finer mesh
+/// Values of RuleMesh::corner_angle() for the next level, where vertices keep their angles. Where the edge between two
+/// sectors becomes smooth, the merged sector gets the usable sum of their angles, or none if one had none.
+/// @param child  per half-edge: the finer half-edge that leaves the same vertex within the same face
+/// @param fine   number of half-edges of the finer mesh
 std::vector<double> child_corner_angles(const RuleMesh& mesh, std::span<const int> child, std::size_t fine);
 
-/// Eigenvalue that the flatness step leaves to the ring's fastest mode besides the tangents: the square of theirs, 1/2,
-/// so the curvature stays bounded.
+/// Eigenvalue that the flatness step leaves to the ring's fastest mode besides the tangents: the square of the
+/// tangents' eigenvalue 1/2, so the curvature stays bounded.
 inline constexpr double k_flat_eigenvalue = 0.25;
 
 inline void check_corner_angle(const RuleOptions& options) {
@@ -38,7 +38,7 @@ inline void check_corner_angle(const RuleOptions& options) {
         throw std::invalid_argument("the corner angle must be 0 (plain rule) or in (0, 2 pi), and not pi");
 }
 
-/// Of the sector at the half-edge's origin that has its face.
+/// Angle of the sector at origin(h) that contains face(h): its own, else that of the options.
 inline double sector_angle(const RuleMesh& mesh, int h, const RuleOptions& options) {
     const double own = mesh.corner_angle(h);
     return own > 0 ? own : options.corner_angle;
@@ -56,14 +56,14 @@ inline void need_triangles(const RuleMesh& mesh, const char* scheme) {
                                         " corners; triangulate the mesh first");
 }
 
-/// A corner with an angle or the C1 rule of a crease at one end of a smooth edge, which bends the edge's rule.
+/// One end of a smooth edge whose rule it changes: a corner with an angle, or a crease with the C1 rule.
 struct Bend {
-    int out;              ///< half-edge from that end
-    int faces;            ///< in its sector
-    double theta;         ///< angle of each of them, as the rule takes it
+    int out;              ///< half-edge of the edge that leaves that end
+    int faces;            ///< number of faces in the sector
+    double theta;         ///< angle per face that the rule uses
     double corner_angle;  ///< of the sector; 0 on creases
 };
-/// @param plain_faces  most faces beside a crease with which the plain rule still has a tangent plane
+/// @param plain_faces  largest number of faces beside a crease for which the plain rule still has a tangent plane
 std::optional<Bend> bend_at(const RuleMesh& mesh, int h, const RuleOptions& options, int plain_faces);
 
 /// Ring edge i of a corner's fan as the affine image of a planar fan of angle alpha, one level down: c + x / 2 with
@@ -94,7 +94,7 @@ inline StencilRow flattened(const StencilRow& row, int c, const RuleMesh::Ring& 
     return result;
 }
 
-/// The same for the face between ring edges i and i + 1 of quads: its planar image is the sum of theirs.
+/// The same for the quad between ring edges i and i + 1: the vector to its planar image is the sum of theirs.
 inline StencilRow flattened_face(const StencilRow& row, int c, const RuleMesh::Ring& sector, int i, double alpha,
                                  double most) {
     StencilRow result = flattened(row, c, sector, i, alpha, most);
@@ -102,8 +102,8 @@ inline StencilRow flattened_face(const StencilRow& row, int c, const RuleMesh::R
     return result;
 }
 
-/// The row of the smooth edge that the bend bends, flattened where its corner is concave.
-/// @param corner_mode  largest eigenvalue of the ring's first sine mode at a corner with so many faces of angle theta
+/// The row of a smooth edge whose rule `bend` changes; flattened where the end is a concave corner.
+/// @param corner_mode  largest eigenvalue of the ring's first sine mode at a corner with `faces` faces of angle `theta`
 inline StencilRow flattened_edge(const StencilRow& row, const RuleMesh& mesh, const Bend& bend,
                                  double (*corner_mode)(int faces, double theta)) {
     if (bend.corner_angle <= std::numbers::pi) return row;

@@ -6,7 +6,7 @@
 
 namespace tetrakis {
 
-/// What a scheme's regular mesh is made of, seen from the point whose neighbourhood maps to itself.
+/// The regular mesh of a scheme, around the point whose neighbourhood is mapped to itself by a step.
 enum class FanLattice {
     triangles,  ///< around a vertex, triangles
     quads,      ///< around a vertex, quads
@@ -21,8 +21,8 @@ struct FanShape {
     bool boundary = false;  ///< the vertex is on the boundary (primal); half a lattice along a boundary edge (dual)
     bool corner = false;    ///< the vertex is tagged a corner
     bool dart = false;      ///< the edges on the first ray are sharp (primal, interior)
-    double angle = 0;       ///< that the corner has of its own; 0: none
-    bool hexagons = false;  ///< beyond the face (dual, interior) lies one ring of hexagons instead of quads
+    double angle = 0;       ///< the corner's own angle; 0: none
+    bool hexagons = false;  ///< one ring of hexagons, not quads, surrounds the face (dual, interior)
 
     friend auto operator<=>(const FanShape&, const FanShape&) = default;
 };
@@ -38,14 +38,14 @@ struct FanLabel {
     friend auto operator<=>(const FanLabel&, const FanLabel&) = default;
 };
 
-/// The labels of a fan's inner rings and their numbers: ring by ring, within a ring place by place, then by sector.
+/// The labels of a fan's inner rings, numbered by ring, then by (a, b) within the ring, then by sector.
 class FanLabels {
   public:
     FanLabels(FanLattice lattice, const FanShape& shape, int rings);
 
     const std::vector<FanLabel>& all() const { return labels_; }
     int size() const { return static_cast<int>(labels_.size()); }
-    /// Number of a label in any of its spellings; -1 if it is outside.
+    /// Number of a label, which need not be canonical; -1 if it is outside.
     int find(FanLabel label) const;
     FanLabel canonical(FanLabel label) const;
     /// The label on the other side of the boundary fan's axis.

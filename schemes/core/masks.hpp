@@ -40,8 +40,8 @@ struct ClosedMasks {
     Mask limit{}, tangent1{}, tangent2{};
 };
 
-/// Of a vertex on a crease or boundary that runs along the first rays of sectors 0 and `last`: its limit and the
-/// tangent along it.
+/// Masks of a vertex on a crease or boundary that follows the first rays of sectors 0 and `last`: the limit, and the
+/// tangent along the crease.
 inline ClosedMasks crease_closed_masks(int last) {
     const FanLabel ahead{0, 1, 0}, behind{last, 1, 0};
     return {.limit = {{{}, k_crease_limit_mask.vertex},
@@ -50,7 +50,7 @@ inline ClosedMasks crease_closed_masks(int last) {
             .tangent1 = {{ahead, 1}, {behind, -1}}};
 }
 
-/// Of a corner of K faces, which stays. Where the two sharp edges span the tangent plane, these are the tangents.
+/// Masks of a corner of K faces, a fixed point. Tangents are the two sharp edges, if they span the tangent plane.
 inline ClosedMasks corner_closed_masks(int K, bool edges_span_the_plane) {
     if (!edges_span_the_plane) return {.limit = {{{}, 1}}};
     return {.limit = {{{}, 1}}, .tangent1 = {{{}, -1}, {{0, 1, 0}, 1}}, .tangent2 = {{{}, -1}, {{K, 1, 0}, 1}}};
@@ -61,7 +61,7 @@ inline ClosedMasks corner_closed_masks(int K, bool edges_span_the_plane) {
 struct AcrossMask {
     double vertex = -2, end = 1, inner = 0;  ///< of a single face
 
-    /// Of rules that are the crease's own along it. The columns of the ends (weight b) and of the vertex (weight c) of
+    /// For rules that are the crease rules along it. The columns of the ends (weight b) and of the vertex (weight c) of
     /// the ring matrix read (lambda - 1/2) b - c / 8 = end_column, -b + (lambda - 3/4) c = vertex_column.
     static AcrossMask solve(double lambda, double end_column, double vertex_column, double inner) {
         const double determinant = (lambda - 0.5) * (lambda - 0.75) - 0.125;
@@ -77,9 +77,9 @@ struct AcrossMask {
     }
 };
 
-/// Of a vertex of n triangles or quads: by its neighbours and opposite corners, with the cosines and sines of their
-/// angles as tangents.
-/// @param edge, face  their weights in the tangents; face: of both edges beside it. Triangles have none
+/// Masks of a vertex of n triangles or quads, on its neighbours and opposite corners. Tangents are the cosines and
+/// sines of their angles.
+/// @param edge, face  their weights in the tangents; `face` is for both edges beside it, and 0 for triangles
 inline ClosedMasks ring_closed_masks(int n, const RingMask& limit, double edge = 1, double face = 0) {
     ClosedMasks masks{.limit = {{{}, limit.vertex}}};
     for (int i = 0; i < n; ++i) {

@@ -25,7 +25,7 @@ std::string text(const std::optional<double>& value) { return value ? text(*valu
 }  // namespace
 
 std::string rule_choices(const RuleOptions& options) {
-    // All members by their number, so that one more does not compile before it is listed here.
+    // Binds all members by their number: with a new member this does not compile until it is listed here.
     const auto& [edge_beside_crease, loop_weights, hoppe_crease, beta, gamma, reflect, butterfly_w, tuning, steps,
                  boundary, corner_angle, measure_corner_angles, chaikin_creases, runner] = options;
     static_cast<void>(runner);

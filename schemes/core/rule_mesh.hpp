@@ -10,18 +10,18 @@
 
 namespace tetrakis {
 
-/// A polygon mesh as the rules of a scheme see it: who is beside whom and what is sharp; no positions. Faces are
+/// A polygon mesh as the rules of a scheme see it: connectivity and sharpness without positions. Faces are
 /// counter-clockwise; half-edges are numbered face by face. Boundary edges are infinitely sharp.
 ///
-/// Small and plain: the general path of every scheme, and the neighbourhoods that spectral analysis looks at.
+/// Small and plain: for the general path of every scheme, and for the neighbourhoods of spectral analysis.
 class RuleMesh {
   public:
     static constexpr int none = -1;
 
-    /// Faces in the making: corner by corner, with the sharpness of the edge that leaves each corner.
+    /// Collects faces corner by corner, with the sharpness of the edge that leaves each corner.
     class Builder {
       public:
-        /// @param tag  of the edge: half-edges with the same ends are one edge only where their tags are equal, too
+        /// @param tag  of the edge: half-edges with the same ends are one edge only if their tags are equal
         void corner(int vertex, float sharpness = 0, int tag = 0) {
             origin_.push_back(vertex);
             sharpness_.push_back(sharpness);
@@ -44,22 +44,22 @@ class RuleMesh {
             sharpness_.reserve(corners);
         }
         int halfedge_count() const { return static_cast<int>(origin_.size()); }
-        /// The other half of each half-edge, by someone who knows: `none` on a boundary. Nothing is searched then, and
-        /// nothing checked.
+        /// Sets the twin of each half-edge, `none` on a boundary. The constructor then searches no twins, and checks
+        /// neither twins nor fans.
         void set_twins(std::vector<int> twins) { twin_ = std::move(twins); }
-        /// See RuleMesh::corner_angle(): one for each half-edge; empty: there are none.
+        /// One value of RuleMesh::corner_angle() per half-edge; empty: no corner has an angle.
         void set_corner_angles(std::vector<double> angles) { corner_angle_ = std::move(angles); }
 
       private:
         friend class RuleMesh;
         std::vector<int> face_begin_{0}, origin_;
         std::vector<float> sharpness_;
-        std::vector<int> twin_, tag_;  ///< tags of the first half-edges; the others have 0
+        std::vector<int> twin_, tag_;  ///< tags of the first half-edges; missing ones are 0
         std::vector<double> corner_angle_;
     };
 
     RuleMesh() = default;
-    /// An edge is as sharp as the sharper of its two half-edges says.
+    /// An edge's sharpness is the larger one of its two half-edges.
     /// @param vertex_sharpness  per vertex; empty: none is sharp
     /// @throws std::invalid_argument  a face has fewer than three corners or a vertex that does not exist, an edge has
     ///                                more than two faces or two that disagree on its direction, faces touch in a
@@ -85,14 +85,14 @@ class RuleMesh {
     int twin(int h) const { return twin_[h]; }
     int edge(int h) const { return edge_[h]; }
     int edge_halfedge(int e) const { return edge_halfedge_[e]; }          ///< the first of its half-edges
-    bool leads(int h) const { return twin_[h] == none || h < twin_[h]; }  ///< whether it is its edge's first
+    bool leads(int h) const { return twin_[h] == none || h < twin_[h]; }  ///< whether h is its edge's first half-edge
 
     float sharpness(int h) const { return sharpness_[h]; }
     bool sharp(int h) const { return is_sharp(sharpness_[h]); }
     float vertex_sharpness(int v) const { return vertex_sharpness_.empty() ? 0.0f : vertex_sharpness_[v]; }
     const std::vector<float>& vertex_sharpness() const { return vertex_sharpness_; }
     /// The same faces with other tags.
-    /// @param change         (sharpness) of an edge or a vertex: what it is there; of the boundary infinite
+    /// @param change         change(sharpness) is the new sharpness of an edge or vertex; infinity must stay
     /// @param corner_angles  as Builder takes them
     template <class Change>
     RuleMesh with_tags(const Change& change, std::vector<double> corner_angles) const {
@@ -104,15 +104,15 @@ class RuleMesh {
         result.take_corner_angles();
         return result;
     }
-    /// Interior angle that the sector at origin(h) with face(h) in it has of its own, the same for all its half-edges;
-    /// 0: none. Rules ask where the vertex is a corner.
+    /// The own interior angle of the sector at origin(h) that contains face(h), equal for all its half-edges; 0: none.
+    /// Rules use it where the vertex is a corner.
     double corner_angle(int h) const { return corner_angle_.empty() ? 0 : corner_angle_[h]; }
     bool has_corner_angles() const { return !corner_angle_.empty(); }
 
     /// A half-edge that leaves v: at a boundary the first one counter-clockwise. `none` for an isolated vertex.
     int first(int v) const { return first_[v]; }
     bool on_boundary(int v) const { return first_[v] == none || twin_[first_[v]] == none; }
-    /// Calls visit(half-edge) for those that leave v, counter-clockwise. Returns whether they close.
+    /// Calls visit(half-edge) for those that leave v, counter-clockwise. Returns whether the ring is closed.
     template <class Visit>
     bool for_each_leaving(int v, const Visit& visit) const {
         for (int h = first_[v]; h != none;) {
@@ -123,7 +123,7 @@ class RuleMesh {
         return false;
     }
 
-    /// What surrounds a vertex, counter-clockwise.
+    /// The faces and edges around a vertex, counter-clockwise.
     struct Ring {
         ShortList<int, 8> neighbour;    ///< K if closed, K + 1 if not
         ShortList<int, 8> halfedge;     ///< leaves the vertex, one per face: from it to neighbour i, face i on its left

@@ -15,13 +15,13 @@ namespace tetrakis {
 struct RuleStep {
     RuleMesh mesh;
     StencilTable stencils;
-    /// Of each old half-edge: primal, the new half-edge that leaves the same vertex in the same direction; dual, the
-    /// one in the child of the same face that leaves the corner's child.
+    /// Per old half-edge. Primal: the new half-edge that leaves the same vertex in the same direction. Dual: the one in
+    /// the child of the same face that leaves the corner's child.
     std::vector<int> child_halfedge{};
-    /// Dual: of a sharp half-edge, the new one along the same crease or boundary. Empty otherwise.
+    /// Dual: per sharp half-edge, the new one along the same crease or boundary. Empty for other schemes.
     std::vector<int> child_crease{};
-    /// Of each new face, the old one that it belongs to. Where several have a part in it, the face of an edge belongs
-    /// to that of one of its half-edges, the face of a vertex to one around it.
+    /// Per new face, the old face that it is assigned to. A face made of an edge is assigned to the face of one of its
+    /// half-edges, a face made of a vertex to a face around it.
     std::vector<int> parent_face{};
 };
 

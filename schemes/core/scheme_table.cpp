@@ -34,7 +34,7 @@ constexpr const SchemeInfo* k_table[] = {
 };
 #undef TETRAKIS_SCHEME
 
-/// Edits that make of a text each start of a name, from none of it to all.
+/// Numbers of edits from a text to each start of a name, from the empty start to the whole name.
 std::vector<int> edits(std::string_view text, std::string_view name) {
     std::vector<int> row(name.size() + 1);
     std::iota(row.begin(), row.end(), 0);
@@ -61,7 +61,7 @@ const SchemeInfo* find_scheme(std::string_view name) {
 }
 
 std::string_view nearest_scheme_name(std::string_view text) {
-    // A part of a name is that name, and so is its start with a mistake or two.
+    // A part of a name stands for that name, and so does its start with a mistake or two.
     constexpr std::size_t k_telling = 3;
     const auto distance = [&](const SchemeInfo* scheme) {
         const bool part = text.size() >= k_telling && scheme->name.find(text) != std::string_view::npos;

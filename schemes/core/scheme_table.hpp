@@ -38,7 +38,7 @@ enum class SurfacePieces {
 };
 
 /// One scheme as data, in the file of its rules: `detail::<name>_scheme`, which is a constant from the start of the
-/// program. One line in scheme_list.inc makes it known to all that lists schemes or takes one by name.
+/// program. One line in scheme_list.inc adds it to all lists of schemes and to the search by name.
 struct SchemeInfo {
     std::string_view name;   ///< on the command line
     std::string_view title;  ///< with authors and year
@@ -49,31 +49,31 @@ struct SchemeInfo {
     int reproduction = 1;         ///< degree of the polynomials that the rules reproduce on regular meshes
     std::string_view generation;  ///< degree of the polynomials that the limit surfaces contain there
     FanLattice lattice;           ///< the neighbourhood that maps to itself
-    int rings;                    ///< of it that determine the surface around the middle
-    /// Rings of faces around a face, or around the corner of a face, that the rules of its new points look at; half the
-    /// chosen averaging steps come to them.
+    int rings;                    ///< number of its rings that determine the surface around the middle
+    /// Rings of faces around a face, or around its corner, that the rules of its new points use. rule_rings() adds half
+    /// the chosen averaging steps.
     int rule_rings = 1;
-    /// Whether the rules of all new points around a vertex look at its whole ring, or those in a face at all of that,
-    /// on every level: then they are as many terms as there are edges, squared.
+    /// Whether on every level the rules of all new points around a vertex use its whole ring, or those in a face the
+    /// whole face. The number of their terms then grows with the square of the valence.
     bool sees_rings = false;
     RuleStep (*step)(const RuleMesh&, const RuleOptions&);
     ClosedMasks (*closed_masks)(const FanShape&, const RuleOptions&);
-    std::string_view notes;  ///< what it takes, and its choices
+    std::string_view notes;  ///< its restrictions and options
     /// Rings around a new point in which its rule looks for extraordinary vertices, to choose one of several rows.
     int choice_rings = 0;
-    /// Steps of repeated averaging that it is made of; k_chosen_steps: as many as RuleOptions::averaging_steps says.
+    /// Averaging steps in one step of the scheme; k_chosen_steps: as many as RuleOptions::averaging_steps says.
     int averaging_steps = 0;
     static constexpr int k_chosen_steps = -1;
     SurfacePieces pieces = SurfacePieces::none;
     /// Whether the limit of a vertex, by the plain rules, is a combination of its one-ring for any sharpness there.
     bool one_ring_limits = false;
-    /// Whether its rules at corners know the angle of the sector (RuleMesh::corner_angle()).
+    /// Whether its rules at corners depend on the angle of the sector (RuleMesh::corner_angle()).
     bool takes_corner_angles = false;
-    /// The first step over a mesh with other faces than quads, where that is another one.
+    /// The first step on a mesh with faces that are no quads, if it differs from `step`.
     RuleStep (*first_step)(const RuleMesh&, const RuleOptions&) = nullptr;
 
     bool is_linear() const { return pieces == SurfacePieces::linear; }
-    /// Whether RuleOptions::averaging_steps says what it does.
+    /// Whether RuleOptions::averaging_steps sets its number of averaging steps.
     bool has_chosen_steps() const { return averaging_steps == k_chosen_steps; }
 };
 
@@ -81,14 +81,14 @@ namespace detail {
 std::span<const SchemeInfo* const> scheme_list();
 }
 
-/// All of them, as a range of `const SchemeInfo&` in the order of scheme_list.inc; also before main().
+/// All schemes, as a range of `const SchemeInfo&` in the order of scheme_list.inc; usable before main().
 inline auto scheme_table() {
     return detail::scheme_list() |
            std::views::transform([](const SchemeInfo* scheme) -> const SchemeInfo& { return *scheme; });
 }
 /// The scheme of that name; nullptr for an unknown one.
 const SchemeInfo* find_scheme(std::string_view name);
-/// The name in the table that has the text in it, or else is, itself or its start, the fewest edits away.
+/// The scheme's name that contains the text; else the name that has, or whose start has, the fewest edits to it.
 std::string_view nearest_scheme_name(std::string_view name);
 
 std::string_view name(Refinement refinement);
@@ -96,20 +96,20 @@ std::string_view name(MeshFamily family);
 
 /// The number of edges at a regular vertex, or of corners of a regular face in a dual scheme.
 int regular_valence(const SchemeInfo& scheme, bool boundary);
-/// Dual or primal, and how far its rules reach: only repeated averaging depends on its options.
+/// The lattice of the scheme's regular mesh. It depends on the options for repeated averaging only.
 FanLattice fan_lattice(const SchemeInfo& scheme, const RuleOptions& options);
-/// The same around one point: a dual scheme's corner is a vertex, and so is a boundary of hexagons.
+/// The same around one point: at a dual scheme's corner, and at a boundary of hexagons, the middle is a vertex.
 FanLattice fan_lattice(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 int fan_rings(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
-/// Whether a step makes faces of faces, edges and vertices; semi-sharp tags are then sharp for ever.
+/// Whether a step makes new faces of faces, edges and vertices; semi-sharp tags then never lose sharpness.
 bool splits_vertices(const SchemeInfo& scheme, const RuleOptions& options);
-/// Averaging steps of repeated averaging and of the biquartic scheme, which is three of them; others have none.
+/// Averaging steps of repeated averaging and of the biquartic scheme, which has three; 0 for other schemes.
 int averaging_steps(const SchemeInfo& scheme, const RuleOptions& options);
 /// SchemeInfo::rule_rings with the chosen averaging steps.
 int rule_rings(const SchemeInfo& scheme, const RuleOptions& options);
 /// Whether each step uses up the outer ring of an open mesh (AveragingBoundary).
 bool boundary_recedes(const SchemeInfo& scheme, const RuleOptions& options);
-/// Whether tags inside a mesh have no effect: longer averages, unless they have Catmull-Clark's rules.
+/// Whether tags inside a mesh have no effect: for averaging steps other than 0 and 2, and where the boundary recedes.
 bool ignores_creases(const SchemeInfo& scheme, const RuleOptions& options);
 
 }  // namespace tetrakis

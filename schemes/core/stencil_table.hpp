@@ -24,7 +24,7 @@ struct StencilRow {
     /// Puts points in increasing order, each once: its weights are summed in the order in which they were added, and it
     /// is left out where that gives 0.
     void gather() {
-        // Most rows are short, and sums of a few that are in order.
+        // Most rows are short: sums of a few rows that are already in order.
         constexpr std::size_t k_short = 64;
         auto& t = terms;
         const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
@@ -51,8 +51,8 @@ struct StencilRow {
     }
 
   private:
-    /// gather() of more terms than points from the first one to the last: at vertices of many edges, whose rows have
-    /// the whole ring several times, to sort them would be all of the time.
+    /// gather() for more terms than there are point numbers from the first to the last. Rows at vertices of many edges
+    /// have the whole ring several times; sorting them would take most of the time.
     void sum_all(int first, int count) {
         std::vector<double> sums(static_cast<std::size_t>(count), 0.0);
         for (const auto& [point, weight] : terms) sums[static_cast<std::size_t>(point - first)] += weight;
@@ -92,7 +92,7 @@ class StencilTable {
             for (int i = 0; i < count; ++i) {
                 push(row(i));
                 if (i != k_rows) continue;
-                // The others are like these.
+                // Assumes that the other rows are about as long as these.
                 const std::size_t each = (points_.size() - before) * 9 / 8;
                 const std::size_t all = before + each * static_cast<std::size_t>(count) / k_rows;
                 points_.reserve(all);
@@ -129,7 +129,7 @@ class StencilTable {
     void add_row(int r, double weight, StencilRow& to) const {
         for (std::size_t i = begin_[r]; i < begin_[r + 1]; ++i) to.add(points_[i], weight * weights_[i]);
     }
-    /// The points of the coarse level that `fine`'s rows are made of, where `this` goes from coarse to middle.
+    /// Both steps in one table: `this` goes from coarse to middle points, `fine` from middle to fine points.
     StencilTable then(const StencilTable& fine, const BlockRunner* runner = nullptr) const {
         StencilTable result;
         result.push_rows(runner, fine.row_count(), [&](int r) {
