@@ -13,12 +13,12 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Tags are multiples of this. Each step of making a lattice takes 1 off a tag, and there are fewer than 16 steps, so
-/// that a tag's number can still be told afterwards.
+/// Base tags are multiples of this. Each refinement of the template reduces a tag by 1, and there are fewer than 16
+/// refinements, so that the multiple can still be recovered afterwards.
 constexpr float k_tag = 16;
 
-/// The roots around a corner: one face each, which starts there. A sharp side that leaves the corner is tagged with its
-/// number, and a sharp corner with the number after the last side's.
+/// The roots around a corner as a mesh: each is one face, whose first vertex is the corner. The tag of a sharp side
+/// encodes the side's number, and the tag of a sharp corner the number of sides.
 RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     const auto roots = static_cast<int>(kind.roots()), spokes = static_cast<int>(kind.sharp.size());
     const int n = static_cast<int>(sides);
@@ -26,7 +26,7 @@ RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
         return is_sharp(sharpness) ? k_tag * static_cast<float>(number + 1) : 0.0f;
     };
     RuleMesh::Builder faces;
-    // Of two triangles the far sides lie between the same vertices, and are no twins all the same.
+    // Twins are explicit: the far sides of two triangles join the same vertices, but are not twins.
     std::vector<int> twins(static_cast<std::size_t>(n * roots), RuleMesh::none);
     std::vector<double> angles(kind.angle.empty() ? 0 : twins.size(), 0.0);
     for (int i = 0; i < roots; ++i) {
@@ -49,11 +49,11 @@ RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     return RuleMesh(count, std::move(faces), std::move(sharpness));
 }
 
-/// A mesh whose cells make such a corner.
+/// A mesh whose first dual refinement has a corner of that kind.
 RuleMesh cage_of(const CornerKind& kind) {
     RuleMesh::Builder faces;
     if (!kind.crease_end) {
-        // The middle of a face; or on the boundary, at a sharp vertex where there is one root alone.
+        // A closed corner is the centre of a face. Others are on the boundary; at a sharp vertex if they have one root.
         const int n = kind.closed ? static_cast<int>(kind.roots()) : 4;
         for (int v = 0; v < n; ++v) faces.corner(v);
         faces.end_face();
@@ -61,7 +61,7 @@ RuleMesh cage_of(const CornerKind& kind) {
         if (kind.roots() == 1) sharpness[0] = k_sharpness_infinity;
         return RuleMesh(n, std::move(faces), std::move(sharpness));
     }
-    // Two rows of quads, with a crease of one edge between them: from one dart to another, or to the boundary.
+    // Two rows of quads with a crease of one edge between them. Its ends are two darts, or a dart and the boundary.
     const int columns = kind.closed ? 3 : 2, line = columns + 1;
     for (int y = 0; y < 2; ++y)
         for (int x = 0; x < columns; ++x) {
@@ -89,7 +89,7 @@ CornerKinds::CornerKinds(const RootLattices& net, const RuleMesh& mesh, std::spa
     kind.resize(net.halfedge_count());
     root.resize(net.halfedge_count());
     std::map<CornerKind, std::uint32_t> numbers;
-    std::vector<std::uint32_t> smooth;  // by the number of roots where they close: the number, plus one
+    std::vector<std::uint32_t> smooth;  // by valence, for smooth interior corners: number of the kind plus one; 0: none
     const auto number_of = [&](const CornerKind& found) {
         const auto [at, is_new] = numbers.try_emplace(found, static_cast<std::uint32_t>(kinds.size()));
         if (is_new) kinds.push_back(found);
@@ -129,7 +129,7 @@ CornerKinds::CornerKinds(const RootLattices& net, const RuleMesh& mesh, std::spa
             if (known == 0) known = number_of(found) + 1;
             number = known - 1;
         } else {
-            // Of the ways to go round it the one that comes first.
+            // Of all rotations the lexicographically smallest one represents the kind.
             turned = found;
             for (std::size_t i = 1; found.closed && i < around.size(); ++i) {
                 turned.turn();
@@ -156,7 +156,7 @@ CornerTemplate::CornerTemplate(const CornerKind& kind, const RootLattices& like,
       net_(like.in_cells() ? RootLattices::of_corners(mesh_, kind.crease_end) : RootLattices::of_faces(mesh_)) {
     if (like.in_cells()) {
         find_corner();
-        RuleStep step = scheme.step(mesh_, rules);  // cells begin with one a root
+        RuleStep step = scheme.step(mesh_, rules);  // gives one cell per root
         first_ = std::move(step.child_halfedge);
         mesh_ = std::move(step.mesh);
     } else {
@@ -184,7 +184,7 @@ CornerTemplate::CornerTemplate(const CornerKind& kind, const RootLattices& like,
     if (const auto numbers = net_.vertices(net_.layout(segments_), mesh_, first_)) number_ = *numbers;
 }
 
-/// The half-edges of the net that leave the corner.
+/// Finds the half-edges of the net that leave the corner.
 void CornerTemplate::find_corner() {
     const CornerKinds found(net_, mesh_, {}, CornerKinds::Sees::one_step, false);
     corner_.resize(kind_.roots());

@@ -12,59 +12,59 @@
 
 namespace tetrakis::detail {
 
-/// What lies around a corner of a net's roots and decides the rows of weights near it.
+/// Valence, tags and angles around a corner of a net's roots, which decide the stencil rows near it.
 struct CornerKind {
-    bool closed = true;
-    float corner = 0;         ///< how sharp the vertex is
+    bool closed = true;       ///< whether the roots surround the corner; otherwise it is on a boundary
+    float corner = 0;         ///< sharpness of the vertex
     bool crease_end = false;  ///< RootLattices::crease_ends()
-    /// How sharp the sides that leave it are, counter-clockwise: one per root, and one more where the roots do not
-    /// close, whose ends are sharp for ever.
+    /// Sharpness of the sides that leave the corner, counter-clockwise: one side per root. If the roots do not close
+    /// there is one side more, and the first and the last are infinitely sharp.
     std::vector<float> sharp;
     std::vector<double>
-        angle{};  ///< of a corner's sectors, for each root (RuleMesh::corner_angle); empty: none has one
+        angle{};  ///< corner angle of each root's sector (RuleMesh::corner_angle); empty: no sector has one
 
     std::uint32_t roots() const { return static_cast<std::uint32_t>(sharp.size()) - (closed ? 0 : 1); }
     bool sharp_before(std::uint32_t root) const { return is_sharp(sharp[root]); }
     bool sharp_after(std::uint32_t root) const { return is_sharp(sharp[(root + 1) % sharp.size()]); }
-    /// The same from its next root on.
+    /// Renumbers the roots: root 1 becomes root 0, and root 0 the last one.
     void turn();
     auto operator<=>(const CornerKind&) const = default;
 };
 
-/// The kinds of a net's corners, each of them once.
+/// The different kinds among the corners of a net.
 struct CornerKinds {
     std::vector<CornerKind> kinds;
-    std::vector<std::uint32_t> kind;  ///< of each half-edge of the base: that of its origin
-    std::vector<std::uint32_t> root;  ///< which of the kind's roots the half-edge's is
-    /// What a level's rows can see of its tags: those of a step no more of a sharpness than whether it outlasts that.
+    std::vector<std::uint32_t> kind;  ///< for each half-edge of the base, the kind of its origin
+    std::vector<std::uint32_t> root;  ///< for each half-edge of the base, the number of its root among the kind's roots
+    /// Dependence of rows on sharpness: the rows of one step are the same for all values above 1, those of limits not.
     enum class Sees { one_step, all };
-    /// @param mesh      a level
-    /// @param halfedge  of it, for each one of the base the one at the same corner along the same side; empty: nothing
-    ///                  is sharp but what is open
-    /// @param angles    whether the scheme has rules for corners' angles
+    /// @param mesh      the level whose tags count
+    /// @param halfedge  for each half-edge of the net's base the half-edge of `mesh` at the same corner along the same
+    ///                  side; empty: only boundaries are sharp
+    /// @param angles    whether the scheme has rules for corner angles
     CornerKinds(const RootLattices& net, const RuleMesh& mesh, std::span<const int> halfedge, Sees sees, bool angles);
     bool operator==(const CornerKinds&) const = default;
 };
 
-/// The roots around one corner of a small mesh, as a level of a scheme: where its rows can be read off.
+/// A small refined mesh of the roots around one corner, from which the stencil rows near that corner are read off.
 class CornerTemplate {
   public:
-    /// @param like      in lattices or in cells, of as many sides
-    /// @param segments  of a root's sides: a power of two
+    /// @param like      a net of the same type: roots with as many sides, points on lattices or in cells
+    /// @param segments  segments of a root's side, a power of two
     /// @throws std::invalid_argument  as the scheme's step
     CornerTemplate(const CornerKind& kind, const RootLattices& like, std::uint32_t segments, const SchemeInfo& scheme,
                    const RuleOptions& rules);
 
     const CornerKind& kind() const { return kind_; }
     const RootLattices& net() const { return net_; }
-    /// Half-edge of the net that leaves the corner along root i's first side.
+    /// Half-edge of the net that leaves the corner along the first side of root `root`.
     std::uint32_t halfedge(std::uint32_t root) const { return corner_[root]; }
     std::uint32_t segments() const { return segments_; }
     const RuleMesh& mesh() const { return mesh_; }
-    /// The vertices of the mesh by place; empty: they are no such lattices.
+    /// The vertex of mesh() at each place of the net; empty: the faces do not form the lattices.
     const std::vector<int>& numbers() const { return number_; }
 
-    /// The vertices of the level after a step by place; nothing where it is no lattice.
+    /// The vertex of the finer mesh at each of its places; empty if its faces do not form lattices.
     std::optional<std::vector<int>> finer_numbers(const RuleStep& step, std::uint32_t factor) const;
 
   private:

@@ -104,7 +104,7 @@ void detail::RefinedPoints::make(const ControlMesh& mesh, const RefineOptions& o
     resize_large(result.positions, count);
     if (options.normals) resize_large(result.normals, count);
     refine(mesh.positions(), result.positions, result.normals);
-    // Attributes as points, three numbers at a time; what is left of the last three is zero.
+    // Attributes are refined as points, three numbers at a time; numbers that the last point lacks are zero.
     std::vector<Vec3d> control, refined;
     for (const VertexAttribute& attribute : options.attributes) {
         const auto width = static_cast<std::size_t>(attribute.width);
@@ -134,13 +134,13 @@ void detail::drop_unused_points(PolygonMesh& mesh, RefinedPoints* points) {
 
 namespace {
 
-/// By which texture coordinates are refined where their tag asks for linear ones.
+/// The scheme that refines UVs whose face-varying rule is linear_all.
 const SchemeInfo& linear_scheme(const SchemeInfo& scheme) {
     return *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear");
 }
 
-/// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where they
-/// cannot be had.
+/// Refines the UVs as charts, which have the same faces and half-edges as the mesh. False: the refined charts do not
+/// match the refined mesh.
 bool refine_uvs(const ControlMesh& tagged, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                 const RuleMesh& last, PolygonMesh& result) {
     const std::optional<ControlMesh> untagged = detail::without_ignored_tags(tagged, scheme, options.rules);
@@ -159,7 +159,7 @@ bool refine_uvs(const ControlMesh& tagged, const SchemeInfo& scheme, int levels,
         detail::drop_unused(followed.face_uvs, followed.uvs);
         result.uvs = std::move(followed.uvs);
         result.face_uvs = std::move(followed.face_uvs);
-        // What a face is made of goes with its UVs.
+        // The material and the group of a face are those of the control face that its UVs come from.
         for (const std::uint32_t control : followed.control_face) {
             if (!mesh.data().face_material.empty()) result.face_material.push_back(mesh.data().face_material[control]);
             if (!mesh.data().face_group.empty()) result.face_group.push_back(mesh.data().face_group[control]);
@@ -194,9 +194,9 @@ void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
     for (auto* of_faces : {&mesh.face_material, &mesh.face_group}) detail::pick(faces, *of_faces);
 }
 
-/// What of a mesh goes with its faces, and only the faces outside holes. Returns whether these are all.
+/// Adds materials, groups and warnings; removes faces in holes or at missing vertices. True: all faces stay.
 /// @param control_face  gives the control face that a face belongs to
-/// @param missing       whether a vertex is missing, so that its faces go, too; or none: no vertex is
+/// @param missing       whether a vertex is missing; empty: no vertex is
 template <class ControlFace>
 bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
                   const ControlFace& control_face, const std::function<bool(std::uint32_t)>& missing,
@@ -211,7 +211,7 @@ bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
             if (missing(result.face_vertices[c])) kept[f] = 0;
         if (kept[f] != 0 && mesh.is_hole(FaceId(control_face(f)))) kept[f] = 0;
     }
-    // Followed texture coordinates bring their own.
+    // With UVs by follow_uvs(), materials and groups are there already.
     const auto per_face = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
         if (from.empty() || !to.empty()) return;
         to.resize(result.face_count());
@@ -232,7 +232,7 @@ bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     return false;
 }
 
-/// What a refined mesh is, and takes.
+/// The results that refine() needs, and the memory that the refined mesh takes.
 detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo& scheme,
                                        const RefineOptions& options) {
     detail::RepeatedRows::Demand demand;
@@ -254,7 +254,7 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
         demand.point_bytes += 2 * (sizeof(Vec3d) + sizeof(Vec2d));
         demand.corner_bytes += sizeof(std::uint32_t);
     }
-    // Holes, and what has receded, are taken out of a copy.
+    // Faces in holes, or lost to a boundary that recedes, are removed while making a copy.
     if (!mesh.data().holes.empty() || mesh.boundary_rule() == BoundaryRule::none ||
         (boundary_recedes(scheme, options.rules) && mesh.has_boundary())) {
         demand.point_bytes *= 2;
@@ -263,12 +263,12 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     return demand;
 }
 
-/// No number, so that a point that a missing one goes into is no number, too.
+/// NaN, so that all points that are computed from a missing one are NaN, too.
 constexpr Vec3d k_missing_point(std::numeric_limits<double>::quiet_NaN());
 
-/// The mesh with one more ring of quads along its boundaries, for outer points that are missing: what a boundary that
-/// recedes leaves (AveragingBoundary::recede) is what can be made without them. Vertices and faces keep their numbers,
-/// the others come after; tags, texture coordinates and what belongs to faces stay behind.
+/// The mesh with one more ring of quads along its boundaries, whose outer points are missing. A boundary that recedes
+/// (AveragingBoundary::recede) leaves the points that do not depend on these. Vertices and faces keep their numbers,
+/// and new ones follow them; tags, UVs and data of faces are left out.
 ControlMesh with_missing_ring(const ControlMesh& mesh) {
     ControlMeshData data;
     data.source = mesh.data().source;
@@ -280,7 +280,7 @@ ControlMesh with_missing_ring(const ControlMesh& mesh) {
         std::uint32_t& of = outer[v.value];
         if (of == 0) {
             of = static_cast<std::uint32_t>(data.positions.size());
-            data.positions.emplace_back(0);  // a mesh has numbers only
+            data.positions.emplace_back(0);  // k_missing_point later: a mesh must be finite
         }
         return of;
     };
@@ -295,8 +295,8 @@ ControlMesh with_missing_ring(const ControlMesh& mesh) {
     return ControlMesh::build(std::move(data));
 }
 
-/// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
-/// there is none; `first_levels` then has what was done by rules.
+/// Refines by stencil rows that repeat from level to level (RepeatedRows), the fast way. Empty if that is not possible
+/// or not faster; `first_levels` then keeps the levels that the rules have made.
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels,
@@ -306,7 +306,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     const std::optional<ControlMesh> wide = recedes ? std::optional(with_missing_ring(mesh)) : std::nullopt;
     const ControlMesh& surface = wide ? *wide : mesh;
     const detail::RepeatedRows::Demand demand = demand_of(mesh, scheme, options);
-    // Charts are told about by the mesh's own progress.
+    // Charts report no fraction of their own; the callback can cancel them.
     RunContext quiet = options.context;
     if (options.context.progress)
         quiet.progress = [&](std::string_view stage, double) { return options.context.progress(stage, 0); };
@@ -329,8 +329,8 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         if (!chart_rows) return std::nullopt;
     }
     RuleOptions rules = options.rules;
-    if (recedes) rules.averaging_boundary = AveragingBoundary::replicate;  // there are points all around, some missing
-    // What recedes is smoothed while it is all there.
+    if (recedes) rules.averaging_boundary = AveragingBoundary::replicate;  // the missing ring replaces the boundary
+    // Smoothing comes before the missing ring is added.
     std::shared_ptr<const detail::RuleLevels> smoothed;
     if (recedes && options.smoothing > 0)
         smoothed = std::make_shared<const detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
@@ -430,7 +430,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
 PolygonMesh refine_triangulated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, RefineOptions options) {
     check_attributes(mesh, options.attributes);
     const ControlMesh cut = triangulate(mesh, options.context);
-    // A face without ears has become a fan around its mean.
+    // triangulate() cuts a face without ears into a fan around its mean, a new vertex.
     std::vector<VertexAttribute> attributes;
     for (const VertexAttribute& attribute : options.attributes) {
         const auto width = static_cast<std::size_t>(attribute.width);

@@ -13,24 +13,24 @@
 
 namespace tetrakis::detail {
 
-/// How the points of a refined mesh come from control points: the way that its refinement has taken, with all it knows
-/// of connectivity and tags.
+/// Computes the points of a refined mesh from control points in the way that its refinement has taken. No work on
+/// connectivity and tags is done again.
 struct RefinedPoints {
-    std::uint32_t count = 0;  ///< with those that no face uses
-    /// Control points to that many points, and to as many normals where there is room for any. On the threads that it
-    /// is called on.
+    std::uint32_t count = 0;  ///< number of points, including those that no face uses
+    /// Computes `count` points and, unless `normals` is empty, as many normals, on the threads that the caller has set.
     std::function<void(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals)> refine{};
-    /// The points that are vertices of the mesh, in their order; empty where all are.
+    /// For each vertex of the mesh, the number of its point; empty: vertices and points are the same.
     std::vector<std::uint32_t> used{};
 
-    /// All of them for the control mesh as it is, with their attributes.
+    /// Writes all points into `result`, with normals and attributes, for the positions of the control mesh.
     void make(const ControlMesh& mesh, const RefineOptions& options, PolygonMesh& result) const;
 };
 
-/// Takes the vertices that no face has out of the mesh; notes which are left, unless `points` is null.
+/// Removes the vertices that no face uses from the mesh; records the others in RefinedPoints::used unless it is null.
 void drop_unused_points(PolygonMesh& mesh, RefinedPoints* points);
 
-/// refine() as it is, and what gives the points again, unless that is null. It refers to the control mesh.
+/// refine(), but faces are not cut into triangles. Unless `points` is null, it receives the way to compute the points
+/// again, which refers to the control mesh.
 PolygonMesh refine_with_points(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                const RefineOptions& options, RefinedPoints* points);
 

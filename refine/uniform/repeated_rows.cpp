@@ -22,7 +22,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Whether nothing turns from sharp to smooth within that many steps.
+/// Whether no crease or corner loses its sharpness within `steps` steps.
 bool stays_as_it_is(const RuleMesh& mesh, int steps) {
     const auto stays = [&](float sharpness) {
         return !is_semi_sharp(sharpness) || sharpness > static_cast<float>(steps);
@@ -32,14 +32,14 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps) {
     return std::all_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), stays);
 }
 
-/// The same faces, tagged as those that cover them one level further down.
+/// The same mesh with the sharpness and the corner angles of the next level.
 RuleMesh with_later_tags(const RuleMesh& mesh) {
     std::vector<int> halfedges(static_cast<std::size_t>(mesh.halfedge_count()));
     std::iota(halfedges.begin(), halfedges.end(), 0);
     return mesh.with_tags(child_sharpness, child_corner_angles(mesh, halfedges, halfedges.size()));
 }
 
-/// Whether there are more roots around a corner than turns are counted (RootLattices::Seen).
+/// Whether a vertex or face has more roots around it than the 16-bit RootLattices::Seen::turn can count.
 bool has_too_large_rings(const ControlMesh& mesh) {
     constexpr std::uint32_t k_most = std::numeric_limits<std::int16_t>::max();
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
@@ -49,7 +49,7 @@ bool has_too_large_rings(const ControlMesh& mesh) {
     return false;
 }
 
-/// Whether each vertex inside becomes a face on the next level of a dual scheme.
+/// Whether no vertex is isolated, and each smooth inner one becomes a face on the next level of a dual scheme.
 bool has_whole_faces(const RuleMesh& mesh, bool creases) {
     for (int v = 0; v < mesh.vertex_count(); ++v) {
         if (mesh.first(v) == RuleMesh::none) return false;
@@ -60,8 +60,8 @@ bool has_whole_faces(const RuleMesh& mesh, bool creases) {
     return true;
 }
 
-/// Normals that are zero, from the faces around (FaceNormals).
-/// @param points  at the places
+/// Replaces normals that are zero by those of the faces around the point (FaceNormals).
+/// @param points  by place
 void add_face_normals(const RootLattices& net, const RootLayout& at, const Vec3d* points, std::span<Vec3d> normals,
                       const RunContext& context) {
     std::map<std::uint32_t, FaceNormals> missing;
@@ -96,8 +96,8 @@ struct LastLevel {
     double corners = 0, points = 0, bytes = 0;
 };
 
-/// @param corners  of the last level's faces, which are more than its points
-/// @throws Error  unsupported: more than 32 bits can number
+/// @param corners  number of face corners of the last level, which exceeds the number of its points
+/// @throws Error  unsupported: more corners than 32-bit numbers can count
 void check_corners(double corners, int levels, const std::string& source) {
     if (corners >= std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorCode::unsupported,
@@ -107,8 +107,8 @@ void check_corners(double corners, int levels, const std::string& source) {
                     source);
 }
 
-/// What the last level will be, before it is made.
-/// @param n  segments of a root's sides there
+/// Counts and memory of the last level, computed before it is made.
+/// @param n  segments of a root's side on that level
 LastLevel last_level(const RootLattices& net, double n, const RepeatedRows::Demand& demand) {
     const RuleMesh& base = net.base();
     const double faces = base.face_count() * n * n, corners = faces * net.side_count(),
@@ -116,7 +116,7 @@ LastLevel last_level(const RootLattices& net, double n, const RepeatedRows::Dema
                  points = net.in_cells()
                               ? faces
                               : base.face_count() * inner + base.edge_count() * (n - 1) + base.vertex_count();
-    // The points of the level above, and of that above it; where points share places, those of this one, too.
+    // Also the points of the two levels before (1/4 + 1/16); if some points have several places, those of all places.
     const double above = net.shares_points() ? 1.3 : 0.3;
     return {corners, points,
             points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
@@ -125,13 +125,13 @@ LastLevel last_level(const RootLattices& net, double n, const RepeatedRows::Dema
 
 }  // namespace
 
-/// Which corners the steps from some level on see, and where rows take over from the rules.
+/// The kinds of corners that each step sees, and the step from which on rows take over from the rules.
 struct RepeatedRows::Plan {
-    std::vector<CornerKinds> kinds;    ///< different ones
-    std::vector<std::size_t> of_step;  ///< for each step from that level on
-    std::size_t of_limits = 0;
-    int by_rules = 0;  ///< steps
-    double cost = 0;   ///< of learning and of those, as so many points of a level by rules
+    std::vector<CornerKinds> kinds;    ///< all different
+    std::vector<std::size_t> of_step;  ///< index into `kinds` of each step after the current level
+    std::size_t of_limits = 0;         ///< index into `kinds` for limits
+    int by_rules = 0;                  ///< number of these steps that the rules make
+    double cost = 0;  ///< of learning and of the steps by rules, in units of the cost of one point by the rules
 
     std::size_t add(CornerKinds corners) {
         const auto at = std::find(kinds.begin(), kinds.end(), corners);
@@ -142,8 +142,8 @@ struct RepeatedRows::Plan {
     bool used(std::size_t kind, int from) const {
         return std::find(of_step.begin() + from, of_step.end(), kind) != of_step.end();
     }
-    /// Where the least is to be done; or as early as ever.
-    /// @param points  of the level
+    /// Chooses `by_rules` for the least cost; with `early` it is 0.
+    /// @param points  number of points of the current level
     void choose(const RootLattices& net, const SchemeInfo& scheme, const RuleOptions& rules, int factor, double points,
                 bool limits, bool early) {
         const auto last = static_cast<int>(of_step.size()) - 1;
@@ -165,7 +165,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const bool triangles = scheme.family == MeshFamily::triangles,
                dual = fan_lattice(scheme, rules) == FanLattice::dual;
     if (scheme.refinement == Refinement::honeycomb) return nullptr;
-    if (triangles && !mesh.all_triangles()) return nullptr;  // the rules say what is wrong
+    if (triangles && !mesh.all_triangles()) return nullptr;  // RuleRefiner reports the error
     bool quads = true;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) quads = quads && mesh.face_size(FaceId(f)) == 4;
     // Level at which a root has one segment.
@@ -178,7 +178,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const bool recedes = boundary_recedes(scheme, rules);
     if (recedes && mesh.has_boundary()) return nullptr;
 
-    // As they are but for what boundaries of dual schemes add, before any level is made.
+    // Checked before any level is made, without the faces that boundaries of dual schemes add.
     if (!demand.any_level)
         check_corners(mesh.halfedge_count() * std::pow(factor * factor, levels), levels, mesh.data().source);
     RuleLevels& by_rules = *levels_by_rules;
@@ -190,24 +190,24 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const auto too_many = [&] {
         return static_cast<double>(by_rules.last().vertex_count()) * factor * factor > demand.most_points;
     };
-    // What limits see of a sharpness that runs out further down differs from level to level.
+    // The rows of limits change from level to level until no sharpness can run out any more.
     constexpr int k_for_ever = std::numeric_limits<int>::max();
     const bool any_limits = demand.limit || demand.normals;
-    // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
-    // have none), cut along its creases.
+    // The roots of a dual scheme are at the face corners of the first level all of whose vertices become faces (a
+    // vertex with two faces does not). They are separated along creases.
     while (dual && !has_whole_faces(by_rules.last(), creases)) {
         if (levels <= ++base_level || too_many()) return nullptr;
         advance();
     }
-    // Chaikin's creases differ along a side. Levels that the rules make until they are gone are too many for single
-    // points.
+    // Chaikin's sharpness varies along a side, so the rules refine until no semi-sharp crease is left. For single
+    // points that would be too many levels.
     if (demand.any_level && rules.chaikin_creases && !stays_as_it_is(by_rules.last(), k_for_ever)) return nullptr;
     while (rules.chaikin_creases && !stays_as_it_is(by_rules.last(), k_for_ever)) {
         if (levels <= (base_level = std::max(base_level, by_rules.level() + 1))) return nullptr;
         advance();
     }
-    // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
-    // cell that stays in its face; root h is at corner h.
+    // For each half-edge of the roots, its child at its origin on the current level. Dual: for each root h, which lies
+    // at the corner of half-edge h, the half-edge of its last cell that stays in its face.
     std::vector<int> first;
     std::optional<RootLattices> net;
     if (dual) net = RootLattices::of_corners(by_rules.last(), creases, by_rules.control_face_of_corners());
@@ -247,7 +247,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         segments *= static_cast<std::uint32_t>(factor);
         return true;
     };
-    // Without rules for tags nothing is sharp inside; what recedes has no end.
+    // No inner side is sharp in dual schemes, whose roots are separated along creases, nor where boundaries recede.
     const bool tags = !dual && !recedes;
     const int begin = by_rules.level();
     using Sees = CornerKinds::Sees;
@@ -273,7 +273,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     }
     const double roots = all->net_.root_count() / (triangles ? 2.0 : 1.0);
     plan.choose(all->net_, scheme, rules, factor, roots, any_limits, demand.even_if_slower);
-    // By the rules, to which the cases above and the few below go, a level takes more.
+    // The rules, which handle the cases refused here, need more memory for a level.
     constexpr double k_most_bytes = 0x1p63;
     check_memory(fmt::format("{} levels, {:.0f} vertices, need", levels, last_size.points),
                  static_cast<std::uint64_t>(std::min(last_size.bytes, k_most_bytes)), context.max_memory_bytes,
@@ -284,7 +284,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const auto wide_enough = [&](std::uint32_t n) {
         return static_cast<int>(n) > 2 * scheme.choice_rings && all->fits(n);
     };
-    // Before any of it is made.
+    // The last level by the rules is found before these levels are made.
     double last_by_rules = segments;
     for (int level = by_rules.level();
          level < begin + plan.by_rules || !wide_enough(static_cast<std::uint32_t>(last_by_rules)); ++level) {
@@ -327,7 +327,7 @@ bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleO
                 !learn_limits(source, limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr))
                 return false;
         } catch (const std::invalid_argument&) {
-            return false;  // the rules say what is wrong
+            return false;  // RuleRefiner reports the error
         }
     }
     return true;
@@ -373,7 +373,7 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
     PodArray<Vec3d> buffers[2];
     const auto buffer = [&](std::size_t i) -> Vec3d* {
         if (i + 1 == segments_.size() && !limit_ && !shared) return points.data();
-        buffers[i & 1] = {};  // a larger one has none of its contents
+        buffers[i & 1] = {};  // freed first: resizing would copy the old contents
         buffers[i & 1].resize(net_.place_count(net_.layout(segments_[i])));
         return buffers[i & 1].data();
     };
@@ -399,7 +399,7 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
     add_face_normals(net_, last, now, normals, context);
 }
 
-/// Of places of the same point the first one gives it; its normal is the mean of theirs.
+/// A point with several places takes its position from the first one; its normal is the mean of their normals.
 void RepeatedRows::at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
                                     std::span<Vec3d> normals, const RowPatterns::Progress& progress) const {
     const RootLattices::Numbers numbers = net_.point_numbers(last);

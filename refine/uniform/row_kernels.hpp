@@ -5,13 +5,14 @@
 
 namespace tetrakis::detail {
 
-/// A term of a row: the place of a point in a root's grid, counted in points from the result's, and its weight.
+/// A term of a row: the offset of a point in a root's grid from the result's, counted in numbers (three per point), and
+/// its weight.
 struct GridTerm {
     std::ptrdiff_t offset;
     double weight;
 };
 
-/// A row, the first of the points on a line that it is read at, and how many numbers further on the next one begins.
+/// A row to be applied along a line of a grid: at `at` first, then each time `step` numbers further on.
 struct GridRow {
     const double* at;
     std::ptrdiff_t step;
@@ -30,20 +31,19 @@ struct GridLine {
 /// The inner loops of structured refinement, compiled once per instruction set; all sets give the same bytes. Points
 /// are three numbers side by side; one number past the last point of a grid may be read.
 struct RowKernels {
-    /// Sums of one row for `count` points; written `stride` points apart.
+    /// Applies one row at `count` points and writes the sums `stride` points apart.
     void (*any)(const GridRow& row, std::uint32_t count, std::uint32_t stride, double* to);
-    /// Cross products of two rows' sums, scaled to length 1; zero stays zero. Written side by side.
+    /// Unit cross products of the sums of two rows, written side by side; a zero product stays zero.
     void (*normals)(const GridRow& first, const GridRow& second, std::uint32_t count, double* to);
-    // Catmull-Clark's and Loop's regular rules: the finer points on a line, or halfway between it and the one across;
-    // all but the first and the last of them, one after the other. Between lines of triangles, the one across has a
-    // segment less.
+    // The regular rules of Catmull-Clark and Loop: finer points on a line, or halfway to the next line across, written
+    // side by side without the first and the last. On triangles the next line has one segment less.
     void (*quads_on)(const GridLine& line, double* to);
     void (*quads_between)(const GridLine& line, double* to);
     void (*triangles_on)(const GridLine& line, double* to);
     void (*triangles_between)(const GridLine& line, double* to);
 };
 
-/// Of the best instruction set that this build and this processor have.
+/// The kernels for the best instruction set that both this build and this processor support.
 const RowKernels& row_kernels();
 
 }  // namespace tetrakis::detail

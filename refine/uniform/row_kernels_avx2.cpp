@@ -2,7 +2,7 @@
 
 namespace tetrakis::detail {
 
-// Compiled with AVX2; row_kernels() gives it where the processor has that.
+// Compiled with AVX2; row_kernels() returns it if the processor has AVX2.
 const RowKernels& row_kernels_avx2();
 
 const RowKernels& row_kernels_avx2() { return k_row_kernels; }

@@ -2,7 +2,7 @@
 
 #include "row_kernels.hpp"
 
-// Included by one file per instruction set; nothing in it may end up in another one's code.
+// Included by one file per instruction set. All of it is local, so that no set's code is linked into another set's.
 namespace tetrakis::detail {
 namespace {
 
@@ -16,10 +16,10 @@ TETRAKIS_INLINE Lane load(const double* p) {
     __builtin_memcpy(&v, p, sizeof v);
     return v;
 }
-/// Overwrites the number after the point: only where that is written later.
+/// Also overwrites the number after the point, which must therefore be written later.
 TETRAKIS_INLINE void store(double* p, const Lane& v) { __builtin_memcpy(p, &v, sizeof v); }
 TETRAKIS_INLINE void store_last(double* p, const Lane& v) {
-    // As two and one: to copy three goes by way of the stack.
+    // Two numbers and one: a copy of three at once would go through the stack.
     typedef double Two __attribute__((vector_size(2 * sizeof(double))));
     const Two two = __builtin_shufflevector(v, v, 0, 1);
     __builtin_memcpy(p, &two, sizeof two);
@@ -32,11 +32,11 @@ TETRAKIS_INLINE void store(double* p, const Lane& v, bool last) {
         store(p, v);
 }
 
-/// Calls write.operator()<count>(first point) for blocks of points; the last ones of a block that is not whole are
-/// written again.
+/// Calls write.operator()<size>(first point) for blocks of points. If `count` is not a multiple of the size, the last
+/// block overlaps the one before it.
 template <class Write>
 TETRAKIS_INLINE void for_each_block_of_points(std::uint32_t count, const Write& write) {
-    constexpr std::uint32_t k_block = 4;  // their sums are in registers
+    constexpr std::uint32_t k_block = 4;  // so many sums fit into registers
     if (count < k_block) {
         for (std::uint32_t i = 0; i < count; ++i) write.template operator()<1>(i);
         return;
@@ -84,7 +84,7 @@ void unit_normals(const GridRow& first, const GridRow& second, std::uint32_t cou
 // The cubic B-spline's rule in each direction.
 constexpr double k_side = 0.125, k_centre = 0.75;
 
-/// A line's finer points from means across it, column by column.
+/// Finer points along a line from the values of its columns, which are weighted means across the line.
 template <class Column>
 TETRAKIS_INLINE void refine_columns(std::uint32_t segments, Column column, double* to) {
     Lane p0 = column(0), p1 = column(1);
@@ -98,7 +98,7 @@ TETRAKIS_INLINE void refine_columns(std::uint32_t segments, Column column, doubl
     store_last(to, 0.5 * (p0 + p1));
 }
 
-// The line by value: otherwise it is read again after each store, which might have changed it.
+// The lambdas copy the line: the compiler would read a reference again after each store, which might have changed it.
 void quads_on(const GridLine& line, double* to) {
     const auto column = [at = line](std::uint32_t x) __attribute__((always_inline)) {
         const double* const p = at.first + x * at.along;
@@ -121,7 +121,7 @@ constexpr double k_vertex = 0.625, k_neighbour = 0.0625, k_end = 0.375, k_opposi
 void triangles_on(const GridLine& line, double* to) {
     const std::ptrdiff_t along = line.along;
     const double *at = line.first, *above = at + line.across, *below = at - line.across + along;
-    // Points of the three lines: those that triangles on the segment have.
+    // Points around the current segment: b on the line itself, a on the line above, c on the line below.
     Lane b0{}, b1 = load(at), a0{}, c0 = load(below - along);
     for (std::uint32_t x = 0; x < line.segments; ++x, to += 6) {
         at += along;

@@ -17,21 +17,21 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Segments of the templates' roots, one after the other: as long as masks are too wide for them.
+/// Segments of a template root's side, in the order of attempts: a larger template if the masks are too wide.
 std::span<const std::uint32_t> template_segments(const SchemeInfo& scheme, const RuleOptions& rules) {
     static constexpr std::uint32_t k_segments[] = {4, 8, 16, 32};
     return std::span(k_segments).subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
 }
 
-/// What the rules have said, of the schemes of the table. Any thread may ask.
+/// Cache of the rows of corner templates, for the schemes of the table. Any thread may use it.
 class KnownCorners {
   public:
-    /// All that a corner's rows depend on: the rules by rule_choices(), how many sides roots have and whether points
-    /// are cells, the corner, the template's segments, and whether the rows are those of limits.
+    /// All that the rows of a corner depend on: scheme; options by rule_choices(); number of sides of a root; whether
+    /// points are cells; kind of corner; segments of the template; whether the rows are those of limits.
     using Key = std::tuple<const SchemeInfo*, std::string, std::uint32_t, bool, CornerKind, std::uint32_t, bool>;
     using Rows = std::shared_ptr<const CornerRows>;
 
-    /// Null: not known.
+    /// Null: the cache does not have the rows.
     Rows find(const Key& key) {
         const std::lock_guard lock(mutex_);
         const auto at = rows_.find(key);
@@ -57,10 +57,10 @@ class KnownCorners {
 std::uint32_t factor_of(const SchemeInfo& scheme) { return scheme.refinement == Refinement::sqrt3 ? 3 : 2; }
 
 bool too_large(const RowSource& source, std::uint32_t segments, std::uint32_t factor) {
-    // A finer level's rows, mesh and places (measured: Catmull-Clark's 50 kB for 5 roots of 12 cells to a side).
+    // Rows, mesh and places of the finer level (measured: 50 kB for Catmull-Clark, 5 roots of 12 x 12 cells).
     constexpr double k_bytes_per_cell = 100;
     double roots = 0;
-    // Cells come with those beside them.
+    // A template in cells also has the roots beside the corner's.
     for (const CornerKind& kind : source.corners.kinds)
         roots += source.net.in_cells() ? 3 * kind.roots() + 12 : kind.roots();
     const double side = static_cast<double>(factor) * segments;
@@ -68,7 +68,7 @@ bool too_large(const RowSource& source, std::uint32_t segments, std::uint32_t fa
            roots * side * side * k_bytes_per_cell > static_cast<double>(source.max_memory_bytes);
 }
 
-/// Null where a finer level is no lattice.
+/// Null if the faces of the finer level do not form lattices.
 KnownCorners::Rows step_rows(const RowSource& source, const CornerKind& kind, std::uint32_t segments) {
     CornerTemplate corner(kind, source.net, segments, source.scheme, source.rules);
     if (corner.numbers().empty()) return nullptr;
@@ -100,12 +100,12 @@ KnownCorners::Rows limit_rows(const RowSource& source, const CornerKind& kind, s
     return std::make_shared<CornerRows>(std::move(corner), std::move(row), std::move(limits));
 }
 
-/// @param limits  finds them; null: rows of a step
-/// @param learn   (rows of all kinds, then of a regular corner): false where the templates are too small
+/// @param limits  finds limit rows; null: the rows of a step are wanted
+/// @param learn   called with the rows of all kinds and last of a regular corner; false: templates are too small
 template <class Learn>
 bool learn_from_templates(RowSource& source, LimitSearch* limits, const Learn& learn) {
     static KnownCorners known;
-    // Others than the table's may be gone, and their addresses used again.
+    // The address of a scheme that is not in the table may later belong to another scheme.
     const bool keeps = find_scheme(source.scheme.name) == &source.scheme;
     const std::string rules = rule_choices(source.rules);
     CornerKind regular;
@@ -135,7 +135,7 @@ bool learn_from_templates(RowSource& source, LimitSearch* limits, const Learn& l
 
 void set_template_rules(RuleOptions& rules) {
     rules.runner = nullptr;
-    // No template is all there is of a surface: its end is none of the mesh's.
+    // The outer end of a template is not a boundary of the mesh, so it must not recede.
     rules.averaging_boundary = AveragingBoundary::replicate;
 }
 
@@ -143,7 +143,7 @@ void set_template_rules(RuleOptions& rules) {
 
 double learning_cost(const CornerKinds& corners, const RootLattices& net, const SchemeInfo& scheme,
                      const RuleOptions& rules, int factor) {
-    // Their points are made by the rules, and read (measured: sqrt3, modified-butterfly, kobbelt on suzanne).
+    // The rules make the points, from which rows are read (measured: sqrt3, modified-butterfly, kobbelt on suzanne).
     constexpr double k_per_point = 1.7;
     double roots = 0;
     for (const CornerKind& kind : corners.kinds) roots += kind.roots();

@@ -9,23 +9,23 @@
 
 namespace tetrakis::detail {
 
-/// What learning the rows of a step takes at least, as so many points of a level by rules.
+/// Least time for learning the rows of a step, in units of the time for one point of a level made by the rules.
 double learning_cost(const CornerKinds& corners, const RootLattices& net, const SchemeInfo& scheme,
                      const RuleOptions& rules, int factor);
 
-/// The rows of a scheme around each kind of corner of lattices, from what the rules say of it in a template. The
-/// process keeps that for all meshes that have the kind.
+/// Scheme, net and kinds of corners whose stencil rows are to be learned. The scheme's rules give the rows on a
+/// template of each kind (CornerTemplate); the process caches them for all meshes.
 struct RowSource {
     const RootLattices& net;
     const CornerKinds& corners;
     const SchemeInfo& scheme;
     RuleOptions rules;
-    std::uint64_t max_memory_bytes;  ///< what templates may take, estimated; 0: no limit
+    std::uint64_t max_memory_bytes;  ///< limit on the estimated memory of the templates; 0: no limit
 };
-/// In templates as large as it takes; false where the rows do not repeat, or do so in too large templates only.
-/// @throws std::invalid_argument  as the scheme's step, and rule_limits()
+/// Learns the rows of one step from larger and larger templates. Returns false if the rows do not repeat, or if that
+/// would need templates that are too large. @throws std::invalid_argument  as the scheme's step, and rule_limits()
 bool learn_step(RowSource source, RowPatterns& patterns);
-/// The same of limits. @param points, normals  unless null
+/// Learns the rows of limits in the same way. @param points, normals  receive the rows; null: not wanted
 bool learn_limits(RowSource source, RowPatterns* points, RowPatterns* normals);
 
 }  // namespace tetrakis::detail

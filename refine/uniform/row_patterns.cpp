@@ -7,19 +7,19 @@
 #include <optional>
 #include <utility>
 
-// What the rules say of corners' templates, in terms that hold for all levels.
+// Reads stencil rows off the templates of corners, in coordinates that hold on all levels.
 namespace tetrakis::detail {
 
 namespace {
 
-/// Rings of ghosts to look for the points of a regular row in.
+/// Largest number of ghost rings that interior rows may read.
 constexpr std::uint32_t k_most_rings = 5;
 
-/// Two rows of weights of the same points, turned and mixed until they are the same ones whichever base of their plane
-/// they were given as (with its orientation): with 1, 0 in the first column that is large, 0, +-1 in the second one.
+/// Replaces two tangent rows by a basis that depends only on the plane that they span and its orientation. In this
+/// basis the first large column is (1, 0), and the first column with a large second entry is (0, +-1).
 template <class Column>
 void make_canonical(std::vector<Column>& columns) {
-    // No simple fraction, at which some masks' weights are, give or take rounding.
+    // Not a simple fraction: ratios of some masks' weights are, and rounding would then decide which column is large.
     constexpr double k_large = 0.0871;
     const auto first_large = [&](const auto& size) {
         double largest = 0;
@@ -27,7 +27,7 @@ void make_canonical(std::vector<Column>& columns) {
         return std::find_if(columns.begin(), columns.end(),
                             [&](const Column& c) { return size(c) > 0 && size(c) >= k_large * largest; });
     };
-    // Sizes in the metric of all columns, which is the same for every base.
+    // Column sizes in the metric of the Gram matrix: another basis only multiplies all of them by one factor.
     double g11 = 0, g12 = 0, g22 = 0;
     for (const Column& c : columns) {
         g11 += c.w1 * c.w1;
@@ -56,7 +56,7 @@ void make_canonical(std::vector<Column>& columns) {
     other->w1 = 0;
 }
 
-/// Tangents as a pair of rows, in the order of their points, made canonical.
+/// Makes a pair of tangent rows canonical. Both are sorted by point, before and after.
 template <class Row>
 void make_canonical(Row& first_row, Row& second_row) {
     struct Column {
@@ -81,7 +81,7 @@ void make_canonical(Row& first_row, Row& second_row) {
     }
 }
 
-/// In the order of the points, each once.
+/// Sorts the terms by point, and adds up the weights of terms with the same point.
 template <class Row>
 void sort_terms(Row& row) {
     std::sort(row.begin(), row.end(), [](const auto& s, const auto& t) { return s.at < t.at; });
@@ -100,7 +100,7 @@ void sort_terms(Row& row) {
 RowPatterns::RowPatterns(const RootLattices& net, std::uint32_t factor, Kind kind)
     : net_(net), factor_(factor), kind_(kind), regular_corners_(regular_corners(net)) {}
 
-/// Weights of one row found in two places differ by rounding at most; tangents come from numeric eigenvectors.
+/// Weights of the same row read at two places differ by rounding only; tangents also by errors of the eigenvectors.
 double RowPatterns::tolerance() const { return kind_ == Kind::points ? 1e-13 : 1e-11; }
 
 template <class At>
@@ -110,8 +110,8 @@ bool RowPatterns::same(const RowOf<At>& a, const RowOf<At>& b) const {
     });
 }
 
-/// The rows of a result, in the order of their points; those that it has no tangents for are empty.
-/// @param seen_only  of the surfaces that meet there those alone whose points are seen
+/// Reads the rows of a result, sorted by point; without tangents they are empty. False: some point is not seen.
+/// @param seen_only  skip surfaces with points that are not seen; false: only if none is left
 template <class At, class SeenAt>
 bool RowPatterns::rows_of(const CornerRows& source, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
                           bool seen_only) const {
@@ -146,7 +146,7 @@ bool RowPatterns::rows_of(const CornerRows& source, int row, const SeenAt& seen_
     }
     if (seen_only && begin < end && found == 0) return false;
     if (found == 2) {
-        // Which of two surfaces comes first the rules leave open: the one whose points do.
+        // The rules leave the order of two surfaces open: the one with the lower points comes first.
         const auto less = [&](const RowOf<At>& a, const RowOf<At>& b) {
             return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
                                                 [](const auto& s, const auto& t) { return s.at < t.at; });
@@ -189,7 +189,7 @@ class RowPatterns::TemplateReader {
         grid_.fill(net_.base().face(h_), source_.corner.numbers().data(), numbers_.data());
     }
 
-    /// The rows of place (x, y), seen from there in the directions of the root's sides at the corner.
+    /// Reads the rows of place (x, y). Points are offsets from there, along the two sides of the root at the corner.
     bool rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<Step>> out) const {
         const auto dx = static_cast<std::ptrdiff_t>(x / p_.factor_), dy = static_cast<std::ptrdiff_t>(y / p_.factor_);
         const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
@@ -203,7 +203,7 @@ class RowPatterns::TemplateReader {
         };
         return p_.rows_of<Step>(source_, row(x, y), seen, out);
     }
-    /// Whether the rows of place (x, y) are those inside, of the points that lie there: one may be at two places.
+    /// Whether place (x, y) has the interior rows. A vertex that lies at two places of the grid is one point.
     bool is_regular(std::uint32_t x, std::uint32_t y) {
         const std::size_t count = p_.rows_inside();
         found_.resize(count);
@@ -225,14 +225,14 @@ class RowPatterns::TemplateReader {
         }
         if (count == 2) {
             make_canonical(expected_[0], expected_[1]);
-            // Where only two roots meet they may cancel.
+            // The weights of a tangent may cancel at a corner where only two roots meet.
             if (expected_[1].empty()) return false;
         }
         for (std::size_t i = 0; i < count; ++i)
             if (!p_.same(found_[i], expected_[i])) return false;
         return true;
     }
-    /// The half-edge of the side that place (x, y) is counted from: the root's first one, or the last.
+    /// Place (a, b) as seen from a side at the corner, the root's first or last: a along half-edge h, b away from it.
     struct OnSide {
         std::uint32_t h, a, b;
     };
@@ -240,7 +240,7 @@ class RowPatterns::TemplateReader {
         if (!last) return {h_, x, y};
         return {std::uint32_t(net_.base().prev(h_)), net_.side_count() == 4 ? last_ - y : last_ - x - y, x};
     }
-    /// The rows of place (a, b) of a side, seen from there along and away from it.
+    /// Reads the rows of a place near a side. Points are offsets from there, along the side and away from it.
     bool side_rows(const OnSide& at, std::span<RowOf<Step>> out) const {
         const bool cells = net_.in_cells();
         const auto n = static_cast<int>(net_.last_place(coarse_)), along = static_cast<int>(at.a / p_.factor_);
@@ -255,7 +255,7 @@ class RowPatterns::TemplateReader {
                 }
             return std::nullopt;
         };
-        // Where a crease ends there are both its sides, of which a place is on one.
+        // At the end of a crease the rules give tangents of both sides, but a place lies on one side only.
         const bool seen_only = source_.corner.kind().crease_end;
         return p_.rows_of<Step>(source_, source_.row[net_.number(fine_, at.h, at.a, at.b)], seen, out, seen_only);
     }
@@ -263,7 +263,7 @@ class RowPatterns::TemplateReader {
         return p_.rows_of<RootLattices::Seen>(
             source_, row(x, y), [&](std::uint32_t number) { return from_corner(number); }, out);
     }
-    /// Calls visit(x, y) for the places of the zone, the farthest first.
+    /// Calls visit(x, y) for all places within zone_size() of the corner, the farthest first.
     template <class Visit>
     void for_each_inwards(Visit&& visit) const {
         const bool quads = net_.side_count() == 4;
@@ -283,8 +283,8 @@ class RowPatterns::TemplateReader {
         const RootPlace& p = places_[vertex].front();
         return net_.number_at(coarse_, p.root, RootLattices::Place{p.x, p.y});
     }
-    /// Counter-clockwise around the corner, which all roots begin at, from the one looked at, in the nearest root that
-    /// has the point; else the nearest the other way round.
+    /// A point in the coordinates of the next root counter-clockwise around the corner, from the current root on, that
+    /// contains it; if there is none, of the next such root clockwise.
     std::optional<RootLattices::Seen> from_corner(std::uint32_t number) const {
         const CornerKind& kind = source_.corner.kind();
         const std::uint32_t n = net_.last_place(coarse_), roots = kind.roots();
@@ -294,7 +294,7 @@ class RowPatterns::TemplateReader {
             while (g < roots && net_.base().face(source_.corner.halfedge(g)) != int(place.root)) ++g;
             if (g == roots) continue;
             const auto [x, y] = net_.seen_from(n, source_.corner.halfedge(g) % net_.side_count(), {place.x, place.y});
-            // What lies on the far sides belongs to other corners as well.
+            // Points on the far sides of a root belong to other corners as well.
             if (!net_.in_cells() && (net_.side_count() == 4 ? std::max(x, y) : x + y) == n) continue;
             const int turn = kind.closed ? static_cast<int>((g + roots - root_) % roots) : static_cast<int>(g - root_);
             if (best && (best->turn >= 0 ? turn < 0 || turn > best->turn : turn < best->turn)) continue;
@@ -312,12 +312,12 @@ class RowPatterns::TemplateReader {
     GhostGrid grid_;
     std::uint32_t last_, zone_, root_ = 0, h_ = 0;
     GhostGrid::Side side_{};
-    std::vector<std::vector<RootPlace>> places_;  ///< in the roots, sides included, of each vertex
-    std::vector<int> numbers_;                    ///< the vertices at the grid's places
+    std::vector<std::vector<RootPlace>> places_;  ///< by vertex: its places in all roots, sides included
+    std::vector<int> numbers_;                    ///< by place of the grid: its vertex; -1: none
     std::vector<RowOf<std::uint32_t>> found_, expected_;
 };
 
-/// The rows inside, and how many rings of ghosts they see from a root's sides.
+/// Reads the interior rows, and finds how many rings of ghosts they need around a root.
 bool RowPatterns::learn_regular(const CornerRows& source) {
     const std::uint32_t count = rows_inside(), n = source.corner.segments();
     TemplateReader reader(*this, source, std::min(k_most_rings, n));
@@ -330,7 +330,7 @@ bool RowPatterns::learn_regular(const CornerRows& source) {
                                                count);
             if (!reader.rows(x, y, known) || known.back().empty()) return false;
         }
-    // From the sides of any lattice, in its points: places 0 to last, of the lattice above them 0 to end.
+    // Ghosts that the results of a root read: results are at places 0 to `fine`, the root's own points at 0 to `end`.
     const auto fine = static_cast<int>(net_.in_cells() ? factor_ * n - 1 : factor_ * n),
                end = static_cast<int>(net_.in_cells() ? n - 1 : n);
     const bool quads = net_.side_count() == 4;
@@ -350,7 +350,7 @@ bool RowPatterns::learn_regular(const CornerRows& source) {
     return rings_ <= n;
 }
 
-/// Whether the rows inside are those of Catmull-Clark or Loop.
+/// Whether the interior rows are those of Catmull-Clark or Loop.
 bool RowPatterns::has_kernel() const {
     if (kind_ != Kind::points || factor_ != 2 || net_.in_cells()) return false;
     using Row = RowOf<Step>;
@@ -386,7 +386,7 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
     if (!learn_regular(*sources.back())) return false;
     const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, sources.back()->corner.segments());
     sources = sources.first(sources.size() - 1);
-    // How deep sharp sides go: seen where the template is far from its corner, yet not at its end.
+    // The depth of sharp sides is measured at the outer places of the zone, where the corner has no influence any more.
     const auto far = [&](std::uint32_t x, std::uint32_t y) { return distance(x, y) + 2 * factor_ > zone; };
     depth_ = reach_ = 0;
     std::deque<TemplateReader> readers;
@@ -411,7 +411,7 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
         }
     }
     if (2 * depth_ > zone) return false;
-    // What is special elsewhere than along sharp sides in their own way belongs to the corner.
+    // Corner rows are needed for all special places that no sharp side's pattern describes.
     std::vector<std::vector<SidePattern>> sides(sources.size());
     std::vector<RowOf<Step>> found(each);
     bool any_wedge = false;
@@ -450,7 +450,7 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
             }
         }
     }
-    // A place is near one sharp side only, but for those near a corner between two.
+    // A place near two sharp sides is near the corner between them, and has corner rows.
     if (any_wedge && depth_ > 0) reach_ = std::max(reach_, net_.side_count() == 4 ? depth_ : 2 * depth_ - 1);
     if (reach_ + 2 * factor_ > zone + 1) return false;
 

@@ -16,69 +16,69 @@
 
 namespace tetrakis::detail {
 
-/// What the rules say of one kind of corner.
+/// Stencil rows that the scheme's rules give on the template of one kind of corner.
 struct CornerRows {
     CornerTemplate corner;
-    std::vector<int> row;  ///< at the results' places; -1: none
-    RuleLimits rows;       ///< of limits; of a step: its rows are the positions
+    std::vector<int> row;  ///< number of the row in `rows`, by place of the results' level; -1: none
+    RuleLimits rows;       ///< rows of limits; for a refinement step only `positions`, the rows of the finer points
 };
 
-/// Rows of weights that repeat themselves from level to level: the same all over a root's lattice and its ghosts; along
-/// each sharp side; and around each corner that is special, at the same places counted from there. Learned around each
-/// kind of corner by itself, they are read on every level that is fine enough, at places found by arithmetic.
+/// Stencil rows of one refinement step, or of limits, which are the same on every level that is fine enough. There is
+/// one set for the interior of roots and their ghosts, one for each sharp side and one for each special corner. They
+/// are read off a template of each kind of corner; the points that they combine are found by lattice arithmetic.
 class RowPatterns {
   public:
     enum class Kind {
-        points,  ///< a row per point: the point
-        normals  ///< pairs of rows, tangents t1 and t2 of each surface that meets there: the mean of their unit normals
+        points,  ///< one row per result, which is a point
+        normals  ///< two tangent rows for each surface at the point; the result is the mean of their unit normals
     };
-    /// @param net     must live as long
-    /// @param factor  segments of the level of the results to one of the level of the points; 1: the same level
+    /// @param net     is referred to and must outlive this object
+    /// @param factor  segments of the results' level per segment of the points' level; 1: both are the same level
     RowPatterns(const RootLattices& net, std::uint32_t factor, Kind kind);
 
-    /// Rows of a level, by the places of a root's grid.
+    /// Stencil rows whose points are given as offsets in a root's grid.
     using GridRows = std::vector<std::vector<GridTerm>>;
 
-    /// False where the rows do not repeat, or templates are too small to see whether they do.
-    /// @param corners  of the net
-    /// @param sources  one of each kind, then that of a regular corner
+    /// Returns false if the rows do not repeat, or if the templates are too small to decide this.
+    /// @param corners  kinds of the corners of the net
+    /// @param sources  rows of each of these kinds, in their order, and last those of a regular corner
     bool learn(const CornerKinds& corners, std::span<const std::shared_ptr<const CornerRows>> sources);
-    /// Results that far from the corner, in the places of the finer level, are looked at in its template.
+    /// Largest distance from a template's corner, in segments of the finer level, at which its rows are examined.
     static constexpr std::uint32_t zone(std::uint32_t factor, std::uint32_t segments) {
         return factor * segments * 2 / 3;
     }
     std::uint32_t factor() const { return factor_; }
-    /// Points that a result inside is made of.
+    /// Number of terms in the rows of the interior result at a coarse point.
     std::size_t terms_inside() const {
         return std::accumulate(regular_.begin(), regular_.begin() + rows_inside(), std::size_t{0},
                                [](std::size_t sum, const RowOf<Step>& row) { return sum + row.size(); });
     }
 
-    /// Whether a level's points are enough for the rows.
+    /// Whether the lattices of a level are large enough for the rows.
     bool fits(const RootLayout& coarse) const;
 
-    /// What is told of the progress of a call.
+    /// Range of progress values that a call reports.
     struct Progress {
         const RunContext& context;
         double from, to;
     };
-    /// Results at a level's places from the points of the one above, or of the same one: unit normals are zero where
-    /// there are no rows; at places of the same point (RootLattices::point_numbers) each is of its own side of a
-    /// crease. The same bytes for any number of threads.
+    /// Computes the results at all places of level `fine` from the points `in` of level `coarse`. A unit normal is zero
+    /// where there are no rows. Where a point has several places (RootLattices::point_numbers), the normal at each is
+    /// that of its side of the crease. The same bytes for any number of threads.
     void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
                const Progress& progress) const;
-    /// One result by itself, at a level of any depth: calls term(row, place, weight) for all points that it is made of.
-    /// A point has row 0 alone; a normal two rows, or four.
-    /// @param segments  of the points' level
-    /// @param at        its own place on the results' level
+    /// Calls term(row, place, weight) for each term of one result, on a level of any depth. A point has only row 0; a
+    /// normal has two rows or four.
+    /// @param segments  segments of a root's side on the points' level
+    /// @param at        own place (RootLattices::own_place) of the result on its level
     template <class Term>
     void read(std::uint32_t segments, const RootPlace& at, const Term& term) const;
-    /// The unit normal of four rows' sums.
+    /// The unit normal from the sums of its four rows.
     static Vec3d normal_of(const Vec3d* sums);
 
   private:
     static constexpr std::uint32_t none = RootLattices::none;
-    /// A point seen from the place of a result, in the directions of its lattice or side.
+    /// Lattice offset from a result's place to a point: along x and y, or along a side and away from it.
     struct Step {
         std::int16_t a, b;
         auto operator<=>(const Step&) const = default;
@@ -90,7 +90,7 @@ class RowPatterns {
     };
     template <class At>
     using RowOf = std::vector<TermOf<At>>;
-    /// Rows of a number of places, rows_per_point() each.
+    /// Rows of the places near a side, rows_per_point() for each place.
     using SidePattern = std::vector<RowOf<Step>>;
     struct CornerPlace {
         std::uint32_t x, y;
@@ -98,7 +98,7 @@ class RowPatterns {
     };
     using CornerPattern = std::vector<CornerPlace>;
 
-    /// At most two surfaces with tangents meet.
+    /// A normal has two tangent rows for each surface at the point; at most two surfaces meet there.
     std::uint32_t rows_per_point() const { return kind_ == Kind::points ? 1 : 4; }
     std::uint32_t rows_inside() const { return kind_ == Kind::points ? 1 : 2; }
     double tolerance() const;
@@ -123,10 +123,10 @@ class RowPatterns {
     void side(const GhostGrid& grid, const RootLayout& fine, std::uint32_t h, Vec3d* out, Work& work) const;
     template <class Finish>
     void corner(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in, Vec3d* out) const;
-    /// Calls visit(half-edge, point seen from there, weight) for the terms of a row at a corner.
+    /// Calls visit(half-edge, place seen from it, weight) for the terms of a row near a corner.
     template <class Visit>
     void for_each_seen(std::uint32_t h, const RowOf<RootLattices::Seen>& row, const Visit& visit) const {
-        // Terms come by turns, those against the clock first.
+        // Terms are sorted by their turn; negative turns, which are clockwise, come first.
         std::uint32_t g = h;
         int turn = 0;
         for (const auto& [at, weight] : row) {
@@ -143,17 +143,17 @@ class RowPatterns {
     std::uint32_t factor_;
     Kind kind_;
     std::vector<char> regular_corners_;
-    /// By the place modulo the factor: y, then x, then the row.
+    /// Interior rows, sorted by y modulo `factor_`, then x modulo `factor_`, then the number of the row.
     std::vector<RowOf<Step>> regular_;
-    bool kernel_ = false;      ///< whether RowKernels has one for them
-    std::uint32_t rings_ = 0;  ///< of ghosts
-    std::uint32_t depth_ = 0;  ///< results nearer than that to a sharp side have rows of their own
-    std::uint32_t reach_ = 0;  ///< and those nearer than that to a special corner
-    /// By the distance from the side, then the place along it modulo the factor.
+    bool kernel_ = false;      ///< whether RowKernels has compiled loops for the interior rows
+    std::uint32_t rings_ = 0;  ///< rings of ghosts that the rows read
+    std::uint32_t depth_ = 0;  ///< results less than this far from a sharp side use the side's rows
+    std::uint32_t reach_ = 0;  ///< results less than this far from a special corner use the corner's rows
+    /// Each is sorted by the distance from the side, then by the place along it modulo `factor_`.
     std::vector<SidePattern> side_patterns_;
     std::vector<CornerPattern> corner_patterns_;
-    std::vector<std::uint32_t> side_pattern_, corner_pattern_;  ///< of each half-edge; none: as inside
-    std::int16_t farthest_ = 0;                                 ///< place that a corner's rows see
+    std::vector<std::uint32_t> side_pattern_, corner_pattern_;  ///< index by half-edge; none: interior rows hold there
+    std::int16_t farthest_ = 0;                                 ///< distance of the farthest point in a corner's rows
 };
 
 template <class Term>

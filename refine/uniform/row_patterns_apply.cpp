@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-// The rows read again, at the places of a level.
+// Applies the stencil rows at all places of a level.
 namespace tetrakis::detail {
 
 namespace {
 
 constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 16384;  // per task
 
-/// What a result is made of, and how.
+/// How a result is computed from its rows: a point by one sum, a normal by pairs of tangents.
 struct PointOfRow {
     static constexpr std::size_t rows = 1, rows_inside = 1;
     static void run(const GridRow* rows, std::uint32_t count, std::uint32_t stride, Vec3d* to) {
@@ -23,9 +23,9 @@ struct PointOfRow {
 struct NormalOfTangents {
     static constexpr std::size_t rows = 4, rows_inside = 2;
     static void run(const GridRow* rows, std::uint32_t count, std::uint32_t /*stride*/, Vec3d* to) {
-        row_kernels().normals(rows[0], rows[1], count, &to->x);  // of the points' own level
+        row_kernels().normals(rows[0], rows[1], count, &to->x);  // stride 1: factor_ is 1
     }
-    // A normal that looks at a missing point is missing.
+    // A missing point is NaN (boundaries that recede), and so is each normal that is computed from it.
     static Vec3d unit_normal(const Vec3d* sums) {
         const Vec3d normal = glm::cross(sums[0], sums[1]);
         const double square = glm::dot(normal, normal);
@@ -37,7 +37,7 @@ struct NormalOfTangents {
     }
 };
 
-/// The row's sum for one point.
+/// The sum of a row for the point at `at`.
 Vec3d sum_of(const double* at, const std::vector<GridTerm>& row) {
     Vec3d sum(0);
     for (const GridTerm& term : row) {
@@ -76,11 +76,11 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
         rows.emplace_back();
         for (const auto& term : row) rows.back().push_back({3 * (term.at.a + term.at.b * grid.stride()), term.weight});
     }
-    // Small roots by many, so that no task is short.
+    // A task takes many small roots, so that no task is too short.
     const std::uint32_t at_once = std::max(k_roots_at_once, k_results_at_once / (fine.segments() * fine.segments()));
     const auto refine_roots = [&](std::uint32_t begin, std::uint32_t end) {
         Work work;
-        work.grid.resize(grid.size() + 1, Vec3d(0));  // kernels read on
+        work.grid.resize(grid.size() + 1, Vec3d(0));  // kernels read past the end
         for (std::uint32_t f = begin; f < end; ++f) {
             grid.fill(f, in, work.grid.data());
             regular<Finish>(grid, rows, fine, f, out, work);
@@ -94,13 +94,13 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
                             refine_roots);
 }
 
-/// All results of a root by the rows inside, with its ghosts; those that have other rows are written once more.
+/// Computes all results of a root by the interior rows. Results with side or corner rows are overwritten afterwards.
 template <class Finish>
 void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const RootLayout& fine, std::uint32_t f,
                           Vec3d* out, Work& work) const {
     const RuleMesh& base = net_.base();
     const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
-    // Results side by side, from one place on in a direction.
+    // Computes `count` results, from place `at` on in direction (dx, dy), and writes them side by side.
     const auto line = [&](RootLattices::Place at, std::uint32_t dx, std::uint32_t dy, std::uint32_t count, Vec3d* to) {
         const std::ptrdiff_t step = 3 * (static_cast<std::int32_t>(dx) + static_cast<std::int32_t>(dy) * grid.stride());
         for (std::uint32_t i = 0; i < std::min(factor_, count); ++i, at = {at.x + dx, at.y + dy}) {
@@ -124,7 +124,7 @@ void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const 
         const RootLattices::Place corner = net_.turned(m, s, 0, 0), next = net_.turned(m, s, 1, 0);
         const int side = static_cast<int>(h + s), v = base.origin(side);
         if (base.first(v) == side) line(corner, 1, 0, 1, out + v);
-        // Points along the half-edge that an edge is numbered by are side by side.
+        // The points of an edge are side by side in the direction of its leading half-edge.
         if (!base.leads(side) || m < 2) continue;
         Vec3d* const to = out + fine.along(h + s, 1);
         const auto& [origin, along, away] = grid.side(s);
