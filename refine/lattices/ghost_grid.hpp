@@ -9,7 +9,7 @@
 
 namespace tetrakis::detail {
 
-/// Which corners of a net's roots are surrounded as in a regular mesh: by six triangles or four quads.
+/// For each corner of a net's roots, whether it is regular: inside the net, between six triangles or four quads.
 inline std::vector<char> regular_corners(const RootLattices& net) {
     const RuleMesh& base = net.base();
     const int regular = net.side_count() == 4 ? 4 : 6;
@@ -22,8 +22,8 @@ inline std::vector<char> regular_corners(const RootLattices& net) {
     return result;
 }
 
-/// A root's lattice with rings of ghosts around it: the points of its neighbours at the places where the lattice would
-/// go on. Nothing lies beyond a boundary, and nothing between the neighbours at a corner that is not regular.
+/// A root's lattice with rings of ghosts around it: points of the neighbouring roots, where the lattice would continue.
+/// There are no ghosts beyond a boundary, nor between the neighbours at a corner that is not regular.
 class GhostGrid {
   public:
     using Place = FarPlace;
@@ -49,14 +49,14 @@ class GhostGrid {
         const auto w = static_cast<std::ptrdiff_t>(rings_);
         return {index % stride() - w, index / stride() - w};
     }
-    /// The lattice seen from a side: its place (0, 0), and how much further on the next ones are along it and away.
+    /// The lattice seen from a side: index of its place (0, 0), and index steps along the side and away from it.
     struct Side {
         std::ptrdiff_t origin, along, away;
         std::ptrdiff_t index(std::ptrdiff_t a, std::ptrdiff_t b) const { return origin + a * along + b * away; }
     };
     const Side& side(std::uint32_t s) const { return sides_[s]; }
 
-    /// Copies the values at root f's places and at those around it; the grid keeps what it has where nothing lies.
+    /// Copies the values at the places of root f and of its ghosts. Other entries of `grid` stay unchanged.
     template <class T>
     void fill(std::uint32_t f, const T* in, T* grid) const {
         fill_root(f, in, grid);
@@ -110,7 +110,7 @@ class GhostGrid {
         }
     }
 
-    /// The roots around a regular corner that are beside neither of this one's sides.
+    /// Copies values from the roots at a regular corner that share no side with this root.
     template <class T>
     void fill_corner(std::uint32_t h, std::uint32_t s, const T* in, T* grid) const {
         std::uint32_t g = net_.turned(h);
@@ -126,7 +126,7 @@ class GhostGrid {
                 for (std::ptrdiff_t a = first; a < end; ++a) grid[sides_[s].index(-a - shift, -b - shift)] = at(a, b);
             return;
         }
-        // A turn by 60 degrees takes (a, b) to (-b, a + b). Each root without its last ray, which the next one has.
+        // A turn by 60 degrees takes (a, b) to (-b, a + b). The last ray of a root is left to the next root.
         for (int turn = 0; turn < 3; ++turn) {
             g = net_.turned(g);
             for (std::ptrdiff_t b = 0; b <= reach; ++b)

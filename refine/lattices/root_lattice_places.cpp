@@ -8,7 +8,7 @@
 // Where a level's vertices are in the lattices of the roots: found by walking over its faces, once.
 namespace tetrakis::detail {
 
-/// The rules' numbers of a level's points in the order of its layout; nothing where its faces are no such lattices.
+/// Vertices of `mesh` in the order of the layout; empty if its faces do not form the lattices.
 std::optional<std::vector<int>> RootLattices::lattice(const RootLayout& at, const RuleMesh& mesh,
                                                       std::span<const int> corner_halfedge) const {
     const std::uint32_t n = at.segments(), sides = side_count();
@@ -50,7 +50,7 @@ std::optional<std::vector<int>> RootLattices::lattice(const RootLayout& at, cons
     return vertices;
 }
 
-/// The rules' numbers of the points of a dual scheme's level, all of which have four neighbours.
+/// Vertices of `mesh` by place, for a level of a dual scheme, all of whose inner vertices have four neighbours.
 std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const RuleMesh& mesh,
                                                     std::span<const int> last_halfedge) const {
     const std::uint32_t n = at.segments();
@@ -59,7 +59,7 @@ std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const 
     struct Way {
         int vertex = -1, edge = -1;
     };
-    // Where an edge leads that leaves a vertex so many quarter turns counter-clockwise after another one.
+    // The neighbour of `from.vertex` along the edge that is `turns` quarter turns counter-clockwise from `from.edge`.
     const auto after = [&](const Way& from, std::uint32_t turns) -> Way {
         if (from.vertex < 0) return {};
         const RuleMesh::Ring ring = mesh.ring(from.vertex);
@@ -72,7 +72,7 @@ std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const 
         if (i == ring.edges() || to >= ring.edges() || (ring.closed && ring.edges() != 4)) return {};
         return {ring.neighbour[to], edge(to)};
     };
-    // Per place, the edge beyond side 3 of its cell; in roots beyond the boundary side 0.
+    // `known`: by place, the edge of `mesh` that leaves its cell across side 3; in roots beyond the boundary, side 0.
     std::vector<int> vertices(place_count(at), -1), known(vertices.size(), -1);
     for (std::uint32_t f = 0; f < own_roots_; ++f) {
         Way last{mesh.origin(last_halfedge[f]), mesh.edge(last_halfedge[f])};  // the last cell of a row, its side 1
@@ -88,7 +88,7 @@ std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const 
             last = {below.vertex, after(below, 3).edge};
         }
     }
-    // Outwards from the cells along the first side: own ones, for a corner those beyond the edge that ends there.
+    // Roots beyond the boundary start at the neighbouring cells along their first side, and go outwards.
     for (std::uint32_t f = own_roots_; f < root_count(); ++f) {
         const std::uint32_t h = base_.twin(4 * f), to_side = (h / 4 < own_roots_ ? h + 1 : h) % 4;
         for (std::uint32_t x = 0; x < n; ++x) {
@@ -100,7 +100,7 @@ std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const 
             }
         }
     }
-    // A level that is made otherwise has other points.
+    // The places of a point must have the same vertex, and different points different vertices.
     std::vector<int> of_point(numbers.count, -1);
     std::vector<char> found(numbers.count, 0);
     for (std::uint32_t place = 0; place < vertices.size(); ++place) {

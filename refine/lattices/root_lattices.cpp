@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::uint32_t k_grain = 4;  // roots per task
 
-/// The corners of a root's cells, row by row.
-/// @param row   writes the points of a line of the lattice
+/// Writes the corners of a root's cells, row by row.
+/// @param row   (y, to): writes the numbers of the points of line y
 /// @param line  room for two lines
 template <class Row>
 void number_cells(std::uint32_t n, bool quads, const Row& row, std::uint32_t* line, std::uint32_t* out) {
@@ -43,8 +43,8 @@ void number_cells(std::uint32_t n, bool quads, const Row& row, std::uint32_t* li
     }
 }
 
-/// A mesh cut along its creases: a vertex for each of the parts around one between them, sharp where these are corners.
-/// Half-edges keep their numbers.
+/// A mesh cut along its creases. A vertex has a copy for each sector between creases; the copies are sharp if the
+/// vertex is a corner. Half-edges keep their numbers.
 RuleMesh cut_creases(const RuleMesh& mesh) {
     int count = mesh.vertex_count();
     std::vector<int> origin(static_cast<std::size_t>(mesh.halfedge_count()));
@@ -76,13 +76,13 @@ RuleMesh cut_creases(const RuleMesh& mesh) {
 
 struct Bordered {
     RuleMesh mesh;
-    /// Half-edges on its boundary that are beyond the two sides of one edge.
+    /// Pairs of half-edges on its boundary that lie beyond the two sides of one edge.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> glued;
-    /// Vertices that creases shrink to from their darts.
+    /// Vertices to which creases shrink from their darts.
     std::vector<std::uint32_t> crease_ends;
 };
 
-/// The half-edge from a dart along its crease, -1 where v is none.
+/// The half-edge that leaves the dart v along its crease; -1: v is no dart.
 int dart_halfedge(const RuleMesh& mesh, int v) {
     const RuleMesh::Ring ring = mesh.ring(v);
     const auto sharp = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
@@ -91,15 +91,15 @@ int dart_halfedge(const RuleMesh& mesh, int v) {
     return ring.halfedge[static_cast<int>(sharp - ring.sharpness.begin())];
 }
 
-/// Quads with a row of them beyond the boundary: a dual scheme's points there lie in their cells, the outermost ones on
-/// the boundary. First the mesh's own; then one for each half-edge on the boundary, in their order, which is beyond the
-/// first half-edge of it; then one at each corner, whose first half-edge is beside the quad of the edge that ends
-/// there; then one at each dart.
+/// Adds quads beyond the boundary, whose cells hold the outer points of a dual scheme; the outermost points are on the
+/// boundary. The quads of the mesh come first. Then each boundary half-edge, in their order, has a quad, whose first
+/// half-edge is its twin; then each corner has one, whose first half-edge is beside the quad of the edge that ends
+/// there; then each dart has one.
 ///
-/// A crease begins nearer to the middle of its last edge from level to level, and the surface closes around the dart as
-/// if one more face were there: its quad lies between both sides of that half of the edge. Only its last cell is on
-/// what is left of the crease.
-/// @param uncut  the same half-edges, with the twins that were cut
+/// From level to level, a crease ends nearer to the middle of its last edge. The surface closes around the dart like
+/// around one more face. The quad of this face lies between both sides of the half edge at the dart; only its last cell
+/// is on the remaining crease.
+/// @param uncut  the mesh before it was cut, with the same half-edges
 Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
     RuleMesh::Builder faces;
     for (int f = 0; f < mesh.face_count(); ++f) {
@@ -136,7 +136,7 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
         right = left;
         result.crease_ends.push_back(static_cast<std::uint32_t>(left.ahead));
     }
-    // Between two darts there is one for both.
+    // Two darts at the ends of one edge share a crease end.
     std::sort(result.crease_ends.begin(), result.crease_ends.end());
     result.crease_ends.erase(std::unique(result.crease_ends.begin(), result.crease_ends.end()),
                              result.crease_ends.end());
@@ -187,7 +187,7 @@ RootLattices RootLattices::of_corners(const RuleMesh& mesh, bool creases, std::v
     net.in_cells_ = true;
     net.glued_ = std::move(bordered.glued);
     net.crease_ends_ = std::move(bordered.crease_ends);
-    // What lies beyond a side belongs to the face there, a corner to that of the edge that starts there.
+    // A quad beyond a side has the control face of that side, a quad at a corner that of the edge that starts there.
     for (std::uint32_t f = net.own_roots_; f < net.root_count() && !net.base_face_.empty(); ++f) {
         const std::uint32_t before = net.base_.twin(4 * f) / 4;
         const bool corner = before >= net.own_roots_;
@@ -250,7 +250,7 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
     return faces;
 }
 
-/// Root by root the faces inside, edge by edge those across it, those around the corners.
+/// Faces inside each root come first, then faces across each edge between roots, then faces around the roots' corners.
 RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     const std::uint32_t n = at.segments(), inner = n - 1;
     std::vector<std::uint32_t> inner_edges;

@@ -23,45 +23,45 @@ Place turned_place(bool quads, Int n, std::uint32_t side, Int a, Int b) {
     return side == 1 ? Place{n - b, a} : side == 2 ? Place{n - a, n - b} : Place{b, n - a};
 }
 
-/// A place in the lattice of a root, at a level that goes without saying; those beyond 32 bits of numbers, too.
+/// A place in the lattice of a root. The level is known from the context, and may have more points than 32 bits number.
 struct RootPlace {
     std::uint32_t root = 0, x = 0, y = 0;
     friend constexpr auto operator<=>(const RootPlace&, const RootPlace&) = default;
 };
 
-/// A place of a root's lattice, or beyond it.
+/// Lattice coordinates of a place inside or outside a root.
 struct FarPlace {
     std::int64_t x, y;
 };
 
-/// Numbers of the points and faces of all levels below a mesh of quads or triangles, its roots: by arithmetic from the
-/// place in a root's lattice.
+/// Numbers of the points and faces of all levels below a mesh of roots, all quads or all triangles. They are computed
+/// from the coordinates in a root's lattice.
 ///
-/// Of a scheme that cuts faces into lattices the roots are the faces of a level; points are in the order of RootLayout.
-/// Of a dual scheme they are the quads of its first refinement by face splits, one per half-edge, and one beyond each
-/// side on the boundary; points lie in the cells of their lattices: root by root, row by row. A crease is a boundary of
-/// both of its sides, so points on it have a place on each; at a dart there is one more root, between both.
+/// For schemes that cut faces into lattices, the roots are the faces of a level; points are in the order of RootLayout.
+/// For dual schemes, the roots are the quads of a face split, one per half-edge, and one beyond each boundary side and
+/// corner. Points are the cells of their lattices: root by root, row by row. A crease is a boundary of each of its
+/// sides, so a point on it has a place on each; at a dart one more root lies between the sides.
 class RootLattices {
   public:
     static constexpr std::uint32_t none = 0xFFFF'FFFFu;  ///< RuleMesh::none
     struct Place {
         std::uint32_t x, y;
     };
-    /// A point seen from a corner: (a, b) of the lattice of the root `turn` half-edges counter-clockwise around the
-    /// corner, from there; or, seen from a side, of its own root (0) or the one beyond (1).
+    /// A point seen from a corner: place (a, b), counted from the corner, in the lattice of the root that is `turn`
+    /// roots further counter-clockwise around the corner.
     struct Seen {
         std::int16_t turn, a, b;
         auto operator<=>(const Seen&) const = default;
     };
 
-    /// The faces of a level as roots.
-    /// @param control_face  of each face of the mesh, for faces()
+    /// Roots that are the faces of a level.
+    /// @param control_face  the control face of each face of the mesh, for faces()
     static RootLattices of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face = {});
-    /// The quads at the corners of a level's faces.
-    /// @param creases       whether the scheme has them
-    /// @param control_face  of each corner, by half-edge, for faces()
+    /// Roots that are quads at the face corners of a level.
+    /// @param creases       whether the scheme has a rule for creases
+    /// @param control_face  the control face of each face corner, by half-edge, for faces()
     static RootLattices of_corners(const RuleMesh& mesh, bool creases, std::vector<std::uint32_t> control_face = {});
-    /// Whether all roots are quads, or all triangles, and each is between different vertices and edges.
+    /// Whether all roots are quads or all are triangles, and no root has a vertex or an edge twice.
     bool has_simple_roots() const;
 
     bool in_cells() const { return in_cells_; }
@@ -70,7 +70,7 @@ class RootLattices {
     std::uint32_t root_count() const { return base_.face_count(); }
     std::uint32_t root_of(std::uint32_t h) const { return sides_ == 4 ? h / 4 : h / 3; }
     std::uint32_t halfedge_count() const { return base_.halfedge_count(); }
-    /// The half-edge that leaves the origin of h next, counter-clockwise, which is not on the boundary.
+    /// The half-edge that leaves the origin of h next, counter-clockwise; `none` if a boundary is between them.
     std::uint32_t turned(std::uint32_t h) const {
         const std::uint32_t first = sides_ * root_of(h);
         return base_.twin(h == first ? first + sides_ - 1 : h - 1);
@@ -79,10 +79,10 @@ class RootLattices {
     std::uint32_t place_count(const RootLayout& at) const {
         return in_cells_ ? static_cast<std::uint32_t>(at.cell_count()) : at.vertex_count();
     }
-    /// The points of a level, of which some may have several places.
+    /// Numbers of the points of a level, by place; a point may have several places.
     struct Numbers {
-        std::uint32_t count;
-        std::uint32_t first_shared;  ///< places before that are points with the same numbers
+        std::uint32_t count;         ///< of points
+        std::uint32_t first_shared;  ///< lower places have the numbers of their points
         std::vector<std::uint32_t> number;
 
         std::uint32_t of(std::uint32_t place) const {
@@ -91,32 +91,32 @@ class RootLattices {
     };
     Numbers point_numbers(const RootLayout& at) const;
     bool shares_points() const { return !glued_.empty(); }
-    /// Half-edges of roots beyond the two sides of a crease, along which cells are the same points, the last of the one
-    /// at the first of the other.
+    /// Pairs of half-edges of roots beyond the two sides of a crease. Cells along both are the same points, in opposite
+    /// order.
     std::span<const std::pair<std::uint32_t, std::uint32_t>> glued() const { return glued_; }
     std::uint32_t control_face(std::uint32_t root) const { return base_face_[root]; }
-    /// Vertices that creases shrink to from their darts: of the roots around one, the cells of the first and the last
-    /// are glued, where there are three; where there are two, a crease of one edge is left between both.
+    /// Vertices to which creases shrink from their darts. Either three roots are around one, and the cells of the first
+    /// and the last are glued; or two, those of the darts at both ends of a crease of one edge.
     const std::vector<std::uint32_t>& crease_ends() const { return crease_ends_; }
 
-    /// The rules' vertices at a level's places; nothing where its faces are no such lattices.
-    /// @param halfedge  of each root's half-edges the child at its origin; in cells of each root the half-edge of its
-    ///                  last cell that stays in its face (the roots beyond the boundary have none)
+    /// The vertex of `mesh` at each place of a level; empty if the faces do not form the lattices.
+    /// @param halfedge  for each half-edge of a root its child at its origin; in cells, for each root the half-edge of
+    ///                  its last cell that stays in its face (the roots beyond the boundary have none)
     std::optional<std::vector<int>> vertices(const RootLayout& at, const RuleMesh& mesh,
                                              std::span<const int> halfedge) const {
         return in_cells_ ? cells(at, mesh, halfedge) : lattice(at, mesh, halfedge);
     }
 
-    /// Faces of a level, and the control face that each belongs to; corners of the same face of two refinements of
-    /// meshes with the same faces are in the same places.
+    /// Faces of a level, and the control face that each belongs to. Meshes with the same faces give face corners in the
+    /// same order.
     struct Faces {
         std::vector<std::uint32_t> offsets, vertices;
         PodArray<std::uint32_t> control;
     };
-    /// @param only  in lattices: unless null, the roots whose faces are wanted
+    /// @param only  the roots whose faces are wanted; null: all roots. Ignored in cells
     Faces faces(std::uint32_t segments, const RunContext& context,
                 const std::vector<std::uint32_t>* only = nullptr) const;
-    /// Calls visit(root) for each root that a point lies in. In lattices.
+    /// Calls visit(root) for each root that contains the point with this number. Not for roots in cells.
     template <class Visit>
     void for_each_root_of(const RootLayout& at, std::uint32_t number, const Visit& visit) const {
         if (number >= at.face_begin(0)) return visit((number - at.face_begin(0)) / at.root_points());
@@ -137,7 +137,7 @@ class RootLattices {
     Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {
         return turned_place<Place>(sides_ == 4, n, side, a, b);
     }
-    /// A root's place as seen from one of its sides.
+    /// The coordinates (a, b) of a root's place as seen from one of its sides.
     Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
         return turned(n, side == 0 ? 0 : side_count() - side, p.x, p.y);
     }
@@ -155,22 +155,22 @@ class RootLattices {
         const Place p = turned(last_place(segments), h - sides_ * f, a, b);
         return {f, p.x, p.y};
     }
-    /// Whether a place is off the root's sides.
+    /// Whether a place is inside the root, not on a side.
     bool is_inside(std::uint32_t segments, std::uint32_t x, std::uint32_t y) const {
         return x > 0 && y > 0 && (sides_ == 4 ? std::max(x, y) < segments : x + y < segments);
     }
-    /// A point's place, where roots that share it have one each: in the root of the first half-edge of its edge or
-    /// vertex.
+    /// The canonical place of a point, of which each root around it has one: in the root of the first half-edge of its
+    /// edge or vertex.
     RootPlace own_place(std::uint32_t segments, const RootPlace& at) const;
-    /// The places around one in a lattice, counter-clockwise: of quads the one along an edge and the far one of the
-    /// face after it by turns. On the boundary they begin and end along it.
+    /// The neighbours of a place, counter-clockwise; not in cells. On quads, edge neighbours and diagonal ones
+    /// alternate. A boundary vertex begins and ends with its neighbours along the boundary.
     struct Around {
         std::vector<RootPlace> places;
         bool closed = true;
     };
     Around around(std::uint32_t segments, const RootPlace& at) const;
-    /// The own place of the point at (x, y) of a root's lattice or beyond its sides, where the net goes on as if it
-    /// were regular.
+    /// The own place of the point at (x, y), inside a root or beyond its sides. The lattice continues there into the
+    /// neighbouring roots.
     RootPlace place_beyond(std::uint32_t segments, std::uint32_t root, std::int64_t x, std::int64_t y) const;
     /// Calls visit(a, number) for the places (a, b), begin <= a < end, of the line b away from side h.
     template <class Visit>
@@ -179,7 +179,7 @@ class RootLattices {
         const bool quads = sides_ == 4;
         const std::uint32_t f = root_of(h), side = h - sides_ * f, n = last_place(at), last = n - (quads ? 0 : b),
                             from = std::max(begin, 1u);
-        const bool inside = !in_cells_ && b > 0 && b < n;  // but for both ends
+        const bool inside = !in_cells_ && b > 0 && b < n;  // except at both ends
         const auto number = [&](std::uint32_t a) { return number_at(at, f, turned(n, side, a, b)); };
         const auto between = [&](std::uint32_t a) {
             const Place p = turned(n, side, a, b);
@@ -187,7 +187,7 @@ class RootLattices {
         };
         if (begin == 0 && end > 0) visit(0, number(0));
         if (from < std::min(end, last)) {
-            // Between both ends numbers have one second difference (modulo 2^32): of quads it is zero.
+            // Between both ends the second difference of the numbers is constant (modulo 2^32); on quads it is zero.
             std::uint32_t v = between(from), step = between(from + 1) - v;
             const std::uint32_t turn = quads ? 0 : between(from + 2) - v - 2 * step;
             for (std::uint32_t a = from; a < std::min(end, last); ++a) {
@@ -213,7 +213,7 @@ class RootLattices {
 
     bool in_cells_ = false;
     std::uint32_t sides_ = 4;
-    std::uint32_t own_roots_ = 0;  ///< in cells: the others lie beyond the boundary
+    std::uint32_t own_roots_ = 0;  ///< number of roots in the mesh; in cells, later ones lie beyond the boundary
     RuleMesh base_;
     std::vector<std::uint32_t> base_face_;  ///< control face of each root
     std::vector<std::pair<std::uint32_t, std::uint32_t>> glued_;

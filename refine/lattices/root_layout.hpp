@@ -20,7 +20,7 @@ constexpr std::uint32_t next_side(bool quads, std::uint32_t h) {
 /// * face f, a root: the lattice points (x, y) off its sides, row by row (y), with x from corner 0 to corner 1 and y
 ///   from corner 0 to the last corner: 0 < x, y < N for quads; 0 < x, y and x + y < N for triangles.
 ///
-/// So numbers are found by arithmetic, and a vertex has one number for all roots that share it.
+/// So numbers are computed, never searched for, and all roots that share a vertex give it the same number.
 class RootLayout {
   public:
     RootLayout(const RuleMesh& base, std::uint32_t segments)
@@ -62,7 +62,7 @@ class RootLayout {
         if (x == 0) return along(h + 2, segments_ - y);
         return inside(f, x, y);
     }
-    /// The same of a point off the sides.
+    /// The number of lattice point (x, y) inside face f, not on its sides.
     std::uint32_t inside(std::uint32_t f, std::uint32_t x, std::uint32_t y) const {
         return face_begin(f) + (y - 1) * inner_ - (quads_ ? 0 : (y - 1) * y / 2) + x - 1;
     }

@@ -34,7 +34,7 @@ class RowPoints final : public LevelSource {
 
     int first_level(const Site& site) const override {
         const Site minimal = rows_.own_site(site);
-        // A quad scheme's control vertices are there before the lattice is.
+        // A quad scheme has its control vertices on level 0, one level before the lattices begin.
         const bool control = !dual() && !triangles_ && minimal.level == 0 && minimal.at == LatticePoint{0, 0};
         return control ? 0 : rows_.own_level(site);
     }
@@ -90,14 +90,14 @@ class RowPoints final : public LevelSource {
             [](const WholeLevels::Level& made, std::size_t v, Vec3d& point) { point = made.points[v]; });
     }
 
-    /// @param finish   (sums of rows, result)
-    /// @param by_rule  (whole level, its vertex, result), of those that have no rows
+    /// @param finish   (sums of rows, result): for sites that have rows
+    /// @param by_rule  (whole level, its vertex, result): for the other sites
     template <class Result, class Finish, class ByRule>
     void evaluate(std::span<const Site> sites, Wanted wanted, int level, std::span<Result> out, const Finish& finish,
                   const ByRule& by_rule) const {
         const std::vector<std::size_t> others =
             rows_.evaluate(sites, wanted, level, [&](std::size_t i, const Sums& sums) { finish(sums, out[i]); });
-        // Level by level: limits are found together.
+        // Level by level, so that the limits of a level are found together.
         std::array<std::vector<std::size_t>, k_max_level + 2> by_level;
         for (const std::size_t i : others)
             by_level[static_cast<std::size_t>(level != k_own_level ? level : rows_.own_level(sites[i]))].push_back(i);
@@ -114,9 +114,9 @@ class RowPoints final : public LevelSource {
         }
     }
 
-    /// Tangents and normals.
+    /// Finds tangents and normals.
     void find_planes(std::span<const Site> sites, std::span<LimitPoint> out) const {
-        // On creases of dual schemes each side has rows of its own.
+        // On a crease of a dual scheme, each side has separate rows.
         std::vector<Site> sides;
         std::vector<std::size_t> begin;
         for (const Site& site : sites) {
@@ -156,15 +156,15 @@ class RowPoints final : public LevelSource {
         for (std::size_t i = 0; i < flat.size(); ++i) out[number[i]].normal = normals[i];
     }
 
-    /// From the faces around the sites where they are vertices first (FaceNormals).
+    /// Normals from the faces around the sites (FaceNormals), on the first level on which each site is a vertex.
     void face_normals(std::span<const Site> sites, std::span<Vec3d> out) const {
         std::vector<FaceNormals> sums(sites.size());
         for_each_face(sites, k_own_level, [&](std::size_t i, std::span<const Vec3d> face) { sums[i].add(face, 0); });
         for (std::size_t i = 0; i < sites.size(); ++i) out[i] = sums[i].normal();
     }
 
-    /// Calls visit(number of a site, points of a face around it that begin with the site's): for one site those of its
-    /// faces one after the other, for several from several threads.
+    /// Calls visit(number of a site, points of a face) for all faces around each site; the site's point comes first.
+    /// The calls for one site come one after the other; those for different sites may come from different threads.
     template <class Visit>
     void for_each_face(std::span<const Site> sites, int level, const Visit& visit) const {
         if (dual()) return for_each_face_of_cells(sites, visit);
@@ -227,7 +227,7 @@ LimitPoint frame_from(const Vec3d& position, const Vec3d& area_normal, const Vec
     if (!(length > 0)) return result;
     result.normal = area_normal / length;
     result.tangent1 = towards - glm::dot(towards, result.normal) * result.normal;
-    constexpr double k_along = 1e-12;  // of a direction along the normal rounding is left
+    constexpr double k_along = 1e-12;  // relative length left by rounding if `towards` is parallel to the normal
     if (!(glm::length(result.tangent1) > k_along * glm::length(towards))) {
         const Vec3d across = std::abs(result.normal.x) < 0.9 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
         result.tangent1 = glm::cross(across, result.normal);

@@ -11,23 +11,23 @@
 
 namespace tetrakis::detail {
 
-/// A frame from a position, a sum of normals by area and a direction from the position to a neighbour; any direction
-/// across the normal where that one is along it.
+/// A frame from a position, an area-weighted sum of normals and a direction `towards` a neighbour. If `towards` is
+/// parallel to the normal, the tangents have any direction orthogonal to it.
 LimitPoint frame_from(const Vec3d& position, const Vec3d& area_normal, const Vec3d& towards);
 
-/// The points of any scheme at any of its sites by the rows of weights that its rules repeat from level to level
-/// (RepeatedRows): of each level above a site only the vertices that its rows lead to, up to the last level that the
-/// rules have to make whole. That takes less than a microsecond a site and level.
+/// Points of any scheme at any of its sites, by stencil rows that repeat from level to level (RepeatedRows). The rules
+/// make the first levels whole. On later levels only the vertices that a site needs are computed, in less than a
+/// microsecond per site and level.
 ///
-/// Whole levels by the rules (WholeLevels) answer for the first levels, and where rows do not repeat: with semi-sharp
-/// creases of Chaikin's method, around vertices without a limit mask, and on cages whose first level is too large. The
-/// first call makes the first level and learns the rows: up to some seconds on a cage of 100,000 faces.
+/// Whole levels by the rules (WholeLevels) give the points of the first levels, and all points where rows do not
+/// repeat: with semi-sharp creases of Chaikin's method, around vertices without a limit mask, and if the first level is
+/// too large. The first call makes the first level and learns the rows: up to some seconds for 100,000 control faces.
 ///
-/// @param roots         of dual schemes, whose sites are cells; null for others
-/// @param context       its memory limit
-/// @param whole_levels  makes further levels whole where many sites are: faster, and the last bits then depend on the
-///                      calls before
-/// @param limit_positions  limit positions from elsewhere, unless null; limits() gives those by rules all the same
+/// @param roots         for dual schemes, whose sites are cells; null for others
+/// @param context       only its memory limit is used
+/// @param whole_levels  also computes later levels whole where calls ask for many of their sites: faster, but the last
+///                      bits then depend on earlier calls
+/// @param limit_positions  unless null, gives limit_positions(); limits() does not use it
 /// Keeps references to the mesh and the scheme.
 /// @throws Error  invalid_input: a mesh that the scheme cannot take
 std::shared_ptr<const LevelSource> row_points(const ControlMesh& mesh, const SchemeInfo& scheme,
@@ -39,11 +39,11 @@ std::shared_ptr<const LevelSource> row_points(const ControlMesh& mesh, const Sch
 
 namespace tetrakis {
 
-/// The sqrt(3) scheme's points over sites of control triangles (sqrt3_site()). Levels are simple steps, two of which
-/// are one level of refine(). Even levels and limits are those of detail::row_points(), odd levels are one simple step
-/// from the even ones. Keeps references to the mesh and the scheme.
+/// Points of the sqrt(3) scheme at sites of control triangles (sqrt3_site()). A level is one simple step; refine()
+/// counts two of them as a level. Even levels and limits come from detail::row_points(); an odd level comes by one
+/// simple step from the even level before it. Keeps references to the mesh and the scheme.
 /// @param mesh  of triangles
-/// @param context, whole_levels, limit_positions  as row_points() takes them
+/// @param context, whole_levels, limit_positions  as in row_points()
 std::shared_ptr<const LevelSource> sqrt3_levels(const ControlMesh& mesh, const SchemeInfo& scheme,
                                                 const RuleOptions& rules, const RunContext& context, bool whole_levels,
                                                 std::shared_ptr<const PositionSource> limit_positions = {});

@@ -17,42 +17,42 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// The rules make so many vertices in a minute, and take so many bytes for each; nothing can be cancelled meanwhile.
+/// Most vertices of a level by the rules, a minute's work that cannot be cancelled; and the bytes that each takes.
 constexpr std::uint64_t k_most_by_rules = std::uint64_t{1} << 24;
 constexpr std::uint64_t k_point_bytes = 300;
-/// So many points, or limits, are made by rows, with all of their level, in the time in which one is found by itself.
+/// Points, or limits, of a whole level that rows make in the time that a single point takes by itself.
 constexpr std::uint64_t k_points_whole = 8;
-/// Of such levels; 200 MB.
+/// Most points of a level that rows make whole: 200 MB.
 constexpr std::uint64_t k_most_whole = 1u << 22;
 constexpr std::uint64_t k_whole_bytes = 2 * sizeof(Vec3d);  ///< the point and its limit
 /// Share of the memory limit that the first level may take.
 constexpr std::uint64_t k_memory_share = 4;
-/// Steps in which all semi-sharp tags have to be gone.
+/// Steps after which no semi-sharp tag may be left.
 constexpr int k_settling_levels = 16;
-/// A cell's middle is looked for at most so many levels further down.
+/// Most levels below a cell on which the limit at its centre may be evaluated.
 constexpr int k_deepest_middle = 4;
 /// Sites evaluated together: enough to share ancestors, few enough for their levels to stay in the cache.
 constexpr std::uint32_t k_sites_at_once = 2048;
 /// Deepest lattice level of factor three: 3^20 is the last power below 2^32.
 constexpr int k_max_ternary_level = 20;
-/// Rows of a normal.
+/// Number of rows of a normal.
 constexpr std::uint32_t k_normal_rows = 4;
 
 struct PlaceHash {
     std::size_t operator()(const RootPlace& at) const {
-        // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants), the upper bits being the good ones.
+        // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants); its upper bits are the best mixed.
         std::uint64_t h = (std::uint64_t{at.x} << 32 | at.y) * 0x9E37'79B9'7F4A'7C15u;
         h = (h ^ h >> 29 ^ at.root) * 0xBF58'476D'1CE4'E5B9u;
         return h ^ h >> 32;
     }
 };
 
-/// The vertices of one level that a block needs, each once, and their stencils on the level above.
+/// The vertices of one level that a block of sites needs, each once, with stencils of points of the level before.
 struct LevelVertices {
     std::vector<RootPlace> keys;
     std::unordered_map<RootPlace, std::uint32_t, PlaceHash> number;  ///< of each key
     std::vector<std::uint32_t> stencil_begin;                        ///< per key, into `source` and `weight`
-    std::vector<std::uint32_t> source;                               ///< vertices of the level above
+    std::vector<std::uint32_t> source;                               ///< vertices of the level before
     std::vector<double> weight;
     std::vector<Vec3d> value;
 
@@ -66,13 +66,13 @@ struct LevelVertices {
 }  // namespace
 
 struct SiteRows::Workspace {
-    /// Of the sum of a site of a level that is not whole.
+    /// A term in the sums of a site whose level is not whole.
     struct Term {
-        std::uint32_t row, source;  ///< the source among the level's vertices
+        std::uint32_t row, source;  ///< source: number in the level's LevelVertices
         double weight;
     };
     struct Site {
-        std::size_t number, level, end;  ///< of its terms
+        std::size_t number, level, end;  ///< end: of the site's range in `terms`
     };
 
     std::array<LevelVertices, k_max_level + 2> levels;  ///< from the first level of the rows on
@@ -88,7 +88,7 @@ struct SiteRows::Workspace {
 };
 
 struct SiteRows::Rows {
-    /// A point of a mask, by its place relative to a vertex.
+    /// A term of a mask: the place of its point relative to the mask's centre, and its weight.
     struct LatticeTerm {
         int x = 0, y = 0;
         double weight = 0;
@@ -97,18 +97,18 @@ struct SiteRows::Rows {
     std::unique_ptr<const RepeatedRows> all;
     std::span<const std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
     int limit_level = 0;                           ///< RepeatedRows::limit_level()
-    /// Points of the levels from the first on that are whole; rows go up to the last of these.
+    /// Points and limits of the whole levels, from first_level() on. Deeper levels are summed from the last of them.
     std::array<std::vector<Vec3d>, k_max_level + 2> whole, whole_limits;
     std::atomic<std::size_t> whole_count = 0;
     std::array<std::atomic<bool>, k_max_level + 2> has_whole_limits{};
     std::array<std::uint64_t, k_max_level + 2> asked{}, asked_limits{};  ///< points and limits so far, by levels
-    /// In cells too large for rows of their own the limit at the middle of a cell, where four finer ones meet, is a sum
-    /// of their points: x, y = 0 stand right above.
+    /// Masks of limit and tangents at the centre of a cell before `limit_level`, on finer cells, four of which meet
+    /// there. The cell at x, y = 0 is to the upper right of the centre.
     std::vector<LatticeTerm> middle, tangents[2];
-    int middle_depth = 0;  ///< levels down to those; 0: there are none
+    int middle_depth = 0;  ///< levels from the cell to the finer cells; 0: there are no masks
 
-    /// So far down that beyond the points it takes as many again are left to the ends of the cell, where rows may be
-    /// others.
+    /// The fewest levels after which the masks use only cells of the cell's inner half: near its ends, points may obey
+    /// other rows.
     int find_middle_depth() const {
         for (int finer = 2; finer <= k_deepest_middle; ++finer) {
             const int reach = 1 << (finer - 1);
@@ -128,11 +128,11 @@ struct SiteRows::Rows {
     }
 };
 
-/// Where a site is in the lattices, at the level that its result has rows of.
+/// Lattice coordinates of a site on the level whose points its result is a sum of.
 struct SiteRows::Address {
-    int level = -1;  ///< of the scheme; -1: it has none
+    int level = -1;  ///< of the scheme; -1: the site has no rows
     std::uint32_t halfedge = 0, x = 0, y = 0;
-    std::uint32_t half_cell = 0;  ///< not 0: the middle of the cell is asked for
+    std::uint32_t half_cell = 0;  ///< not 0: the result is at the cell's centre, so far from x and y
 };
 
 SiteRows::SiteRows(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
@@ -152,10 +152,10 @@ SiteRows::SiteRows(const ControlMesh& mesh, const SchemeInfo& scheme, const Rule
     most_whole_ = std::min(most_whole_, max_memory_bytes_ / k_memory_share / k_whole_bytes);
 }
 
-/// Null where rows do not repeat, or the first level is too large.
+/// Null if rows do not repeat or the first level is too large.
 const SiteRows::Rows* SiteRows::rows_for(std::span<const Site> sites, Wanted wanted, int level) const {
     const std::lock_guard lock(mutex_);
-    // Tasks of callers that wait for the lock must not be taken up by this thread.
+    // This thread must not take over tasks of callers that wait for the lock.
     oneapi::tbb::this_task_arena::isolate([&] {
         if (!std::exchange(tried_, true)) rows_ = make();
         if (rows_ && whole_levels_) make_whole_levels(*rows_, sites, wanted, level);
@@ -165,7 +165,7 @@ const SiteRows::Rows* SiteRows::rows_for(std::span<const Site> sites, Wanted wan
 
 std::shared_ptr<SiteRows::Rows> SiteRows::make() const {
     auto rows = std::make_shared<Rows>();
-    // Without tangents, or without limits, where one vertex has none.
+    // If some vertex has no tangents, rows without normals are tried; if some has no limit, also rows without limits.
     const bool smooth = !scheme_.is_linear();
     for (const auto& [limit, normals] : {std::pair(true, smooth), std::pair(true, false), std::pair(false, false)})
         if (!rows->all) rows->all = repeated_rows(limit, normals);
@@ -195,12 +195,12 @@ std::unique_ptr<const RepeatedRows> SiteRows::repeated_rows(bool limit, bool nor
             RepeatedRows::make(mesh_, scheme_, k_settling_levels, rules_, levels, demand, limits);
         if (!rows || rows->corner_halfedges().empty() || (limit && !rows->limit_level())) return nullptr;
         return rows;
-    } catch (const Error&) {  // whole levels say what is wrong
+    } catch (const Error&) {  // WholeLevels reports the error
         return nullptr;
     }
 }
 
-/// Those of which enough points, and of levels further down, have been asked for; and limits, if enough of them were.
+/// Makes the next levels whole if calls have asked for enough points of them or of deeper levels; likewise the limits.
 void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted wanted, int level) const {
     for (const Site& site : sites) {
         const Address at = address(rows, site, wanted, level);
@@ -234,7 +234,7 @@ void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted
     }
 }
 
-/// The scheme's limit where four regular cells meet.
+/// Finds the scheme's masks for limit and tangents where four regular cells meet.
 void SiteRows::set_middle(Rows& rows) const {
     const int rings = rule_limit_rings(scheme_, rules_), side = 2 * rings + 4;
     RuleMesh::Builder faces;
@@ -244,7 +244,7 @@ void SiteRows::set_middle(Rows& rows) const {
     const int face = (rings + 1) * (side - 1) + rings + 1;
     const std::optional<LimitRows> found = LimitSearch(scheme_, rules_).at_face(mesh, mesh.face_begin(face));
     if (!found || found->tangents.size() != 1) return;
-    // The face's third corner is right above its middle.
+    // The face's third corner is to the upper right of its centre.
     const auto take = [&](const StencilRow& row, std::vector<Rows::LatticeTerm>& terms) {
         for (const auto& [v, weight] : row.terms) terms.push_back({v % side - rings - 2, v / side - rings - 2, weight});
     };
@@ -264,7 +264,7 @@ SiteRows::Address SiteRows::address(const Rows& rows, const Site& any, Wanted wa
         if (wanted == Wanted::limits ? !rows.all->has_limit() : !rows.all->has_normals()) return {};
         level = std::max(level, rows.limit_level);
         if (dual() && level > own) {
-            // Roots that are no faces' corners reach beyond the surface's end or a crease.
+            // Roots that are not at face corners reach beyond the end of the surface or a crease.
             if (site.root.value >= mesh_.halfedge_count() || rows.middle_depth == 0) return {};
             level = std::max(own + rows.middle_depth, rows.first_level());
             at.half_cell = 1u << (level - own - 1);
@@ -296,7 +296,7 @@ std::vector<std::size_t> SiteRows::evaluate(std::span<const Site> sites, Wanted 
     return others;
 }
 
-/// @param first  number of the first of the sites
+/// @param first  number of sites[0] among all sites
 void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std::size_t first, Wanted wanted,
                               int level, std::span<std::uint8_t> missing,
                               const std::function<void(std::size_t, const Sums&)>& finish) const {
@@ -346,8 +346,8 @@ void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std
     }
 }
 
-/// Points of the vertices collected on the levels below a whole one, from those that they lead to: everything above
-/// them is collected first, level by level.
+/// Computes the points of the vertices collected on the levels after the whole level `base`. It collects the vertices
+/// that these need on each level before, from the deepest level upwards, and then evaluates from `base` downwards.
 void SiteRows::evaluate_levels(const Rows& rows, std::size_t base, std::size_t deepest, Workspace& work) {
     const RootLayout base_layout = rows.layout(base);
     for (std::size_t l = deepest; l > base; --l) {

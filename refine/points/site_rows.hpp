@@ -18,30 +18,30 @@
 
 namespace tetrakis::detail {
 
-/// Sums of control points for the sites of a mesh, by rows of weights that repeat from level to level (RepeatedRows).
-/// The rules make the first levels of the mesh whole; of those further down only the vertices that the rows lead to are
-/// evaluated.
+/// Weighted sums of control points for the sites of a mesh, by stencil rows that repeat from level to level
+/// (RepeatedRows). The rules make the first levels of the mesh whole. On later levels only the vertices that these sums
+/// need are evaluated.
 class SiteRows {
   public:
     enum class Wanted {
         positions,
-        rings,  ///< of lattices: the point, then those around it (RootLattices::around()), the first again at the end
-                ///< where they close
+        rings,  ///< the point, then its neighbours (RootLattices::around()), if closed with the first one again at the
+                ///< end; not for dual schemes
         limits,
         normals  ///< four rows: tangents of one or two sides
     };
-    /// In place of a level: that at which each site is a vertex first.
+    /// As a level: for each site the first level on which it is a vertex.
     static constexpr int k_own_level = -1;
 
-    /// @param roots  of dual schemes; else without any
-    /// @param whole_levels  as row_points()
+    /// @param roots         of a dual scheme; otherwise empty
+    /// @param whole_levels  as in row_points()
     SiteRows(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots& roots,
              const RunContext& context, bool whole_levels);
 
     bool dual() const { return roots_.count() != 0; }
-    /// Levels of the scheme to one of lattices.
+    /// Level of the scheme minus level of the site for the same vertex.
     int offset() const { return triangles_ ? 0 : 1; }
-    /// Sites of sqrt(3) are canonical, and so are cells.
+    /// The site written at its lowest level. Sites of sqrt(3) and of cells always are.
     Site own_site(const Site& site) const { return dual() || factor_ != 2 ? site : minimal_level(site); }
     int own_level(const Site& site) const { return own_site(site).level + offset(); }
 
@@ -49,8 +49,8 @@ class SiteRows {
         std::vector<Vec3d> value;
         std::uint32_t last_row = 0;
     };
-    /// Calls finish(number of the site, sums), from several threads, for the sites that have rows.
-    /// @return  the numbers of the others
+    /// Calls finish(number of the site, sums) for each site that has rows, from several threads.
+    /// @return  the numbers of the sites without rows
     std::vector<std::size_t> evaluate(std::span<const Site> sites, Wanted wanted, int level,
                                       const std::function<void(std::size_t, const Sums&)>& finish) const;
 
@@ -77,7 +77,7 @@ class SiteRows {
     RuleOptions rules_;
     const VertexRoots& roots_;
     bool triangles_, whole_levels_;
-    std::uint32_t factor_;  ///< segments of a level to those of the one above
+    std::uint32_t factor_;  ///< segments of a level / segments of the level before
     std::uint64_t max_memory_bytes_, most_by_rules_, most_whole_;
     mutable std::mutex mutex_;
     mutable bool tried_ = false;

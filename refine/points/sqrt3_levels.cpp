@@ -19,14 +19,14 @@ namespace tetrakis {
 
 namespace {
 
-/// Of a level of refine(): an edge that leaves a vertex, and the face to its left.
+/// An edge of a level of refine() that leaves a vertex, and the face to its left.
 struct Spoke {
     Site to;
-    Site centre;  ///< of the face, on the next level of simple steps
+    Site centre;  ///< centre of the face, a vertex on the next level of simple steps
     bool sharp = false, has_face = true;
 };
 
-/// What surrounds a vertex, counter-clockwise, or the corners of a face, each with what lies beyond the edge after it.
+/// The edges around a vertex, counter-clockwise; or the corners of a face, each with the face across its next edge.
 struct Ring {
     std::vector<Spoke> spokes;
     bool closed = true;
@@ -38,21 +38,21 @@ struct Ring {
     }
 };
 
-/// The vertices and faces of a level of refine(), by sites.
+/// Adjacency of the vertices and faces of a level of refine(), in terms of sites.
 class RefinedLevel {
   public:
     RefinedLevel(const ControlMesh& mesh, int level) : mesh_(mesh), level_(level) {
         for (int l = 0; l < level; ++l) segments_ *= 3;
     }
 
-    /// Whether the next simple step makes the site's vertex as the centre of a face.
+    /// Whether the site's vertex is the centre of a face, which the next simple step makes.
     bool is_centre(const Site& site) const { return site.level > level_; }
 
     Ring around(const Site& site) const { return is_centre(site) ? around_face(site) : around_vertex(site); }
     VertexId control_vertex(const Site& site) const {
         return mesh_.origin(HalfedgeId(site.root.value + (site.at.x != 0 ? 1 : site.at.y != 0 ? 2 : 0)));
     }
-    /// What is left of the sharpness of a vertex's tag.
+    /// The sharpness of a vertex that is left on this level.
     float sharpness(const Site& site) const {
         return site.level > 0 ? 0 : mesh_.sharpness(control_vertex(site)) - static_cast<float>(level_);
     }
@@ -94,7 +94,7 @@ class RefinedLevel {
     Ring around_face(const Site& site) const {
         const FaceId root = mesh_.face(site.root);
         const Sqrt3Point p{{3 * segments_ - site.at.x - site.at.y, site.at.x, site.at.y}};
-        // Of a face turned by half a turn all coordinates are two above a multiple of three.
+        // In a face that is turned by half a turn, all coordinates are 2 modulo 3.
         const bool is_turned = p[1] % 3 != 1;
         Sqrt3Point way = (is_turned ? -1 : 1) * (2 * unit(0) - unit(1) - unit(2));
         Ring ring;
@@ -120,7 +120,7 @@ class RefinedLevel {
     Spoke spoke(FaceId root, const Sqrt3Point& p, const Sqrt3Point& way, bool sharp) const {
         return {site_of(root, p + way, level_), site_of(root, 3 * p + way + turned(way), level_ + 1), sharp, true};
     }
-    /// Along the end of the surface, with no face to its left.
+    /// The last edge at a boundary vertex, which has no face to its left.
     Spoke last_spoke(FaceId root, const Sqrt3Point& to) const { return {site_of(root, to, level_), {}, true, false}; }
 
     const ControlMesh& mesh_;
@@ -139,8 +139,8 @@ class Sqrt3Levels final : public LevelSource {
     int max_level() const override { return Sqrt3Lattice::max_level(mesh_); }
     void positions(std::span<const Site> sites, int level, std::span<Vec3d> out) const override {
         if (level % 2 == 0) return even_->positions(sites, level / 2, out);
-        // The points of the level before that the rows of the first simple step lead to: each vertex itself, or the
-        // corners of the face whose centre it is, then the ring around a vertex that moves.
+        // Points of the level before that the first simple step combines: for a centre the corners of its face,
+        // otherwise the vertex itself and, if it moves, its ring.
         const RefinedLevel before(mesh_, level / 2);
         std::vector<Site> from;
         std::vector<std::size_t> begin;
@@ -171,7 +171,7 @@ class Sqrt3Levels final : public LevelSource {
     }
     void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const override {
         if (level % 2 == 0) return even_->frames(sites, level / 2, out);
-        // The step flips all edges but sharp ones.
+        // The step flips all edges except sharp ones.
         const RefinedLevel before(mesh_, level / 2);
         std::vector<Site> all;
         std::vector<std::size_t> begin;
@@ -211,7 +211,7 @@ class Sqrt3Levels final : public LevelSource {
     }
 
   private:
-    /// Refuses vertices where a crease that stays sharp ends between two triangles; names the first.
+    /// Throws if an infinitely sharp crease ends at a vertex of two triangles; the message names the first such vertex.
     void require_limits(std::span<const Site> sites) const {
         VertexId first;
         for (const Site& site : sites) {

@@ -64,8 +64,8 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
     const std::vector<int> vertex = net.vertices(net.layout(1), step.mesh, step.child_halfedge).value();
     const RuleMesh& base = net.base();
     const std::uint32_t count = net.root_count();
-    // A vertex on a crease has a root of the net on each side. The one to the left of its first sharp edge has its
-    // number.
+    // A vertex on a crease has a root of the net on each side. The root to the left of its first sharp edge gets the
+    // number of the vertex.
     const auto is_other_side = [&](std::uint32_t r) {
         const RuleMesh::Ring ring = step.mesh.ring(vertex[r]);
         const auto sharp = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
@@ -78,8 +78,8 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
         if (is_other_side(r)) others.push_back(r);
     std::ranges::stable_sort(others, {}, [&](std::uint32_t r) { return vertex[r]; });
     for (std::size_t i = 0; i < others.size(); ++i) number[others[i]] = vertices + static_cast<std::uint32_t>(i);
-    // A corner has its root's axes. Beyond the surface's end or a crease side 0 of a root of the net is the inner one,
-    // and the inner sides of a cell are above.
+    // Roots at face corners keep the sides of the net. For roots beyond a boundary or crease the net's side 0 is the
+    // inner one; the cell is turned by half a turn.
     const auto turned = [&](std::uint32_t h) { return h < 4 * corners ? h : h ^ 2; };
     const auto place = [&](std::uint32_t h) { return 4 * number[h / 4] + turned(h) % 4; };
     VertexRoots roots;
@@ -105,7 +105,7 @@ VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, c
 
 ControlMeshData cell_mesh(const VertexRoots& roots) {
     const std::uint32_t count = 4 * roots.count();
-    detail::DisjointSets corners(count);  // those that linked sides share
+    detail::DisjointSets corners(count);  // a set for each vertex: corners that linked sides share
     const auto next = [](std::uint32_t c) { return c / 4 * 4 + (c + 1) % 4; };
     for (std::uint32_t side = 0; side < count; ++side)
         if (roots.link[side] != VertexRoots::outside) corners.unite(next(side), roots.link[side]);

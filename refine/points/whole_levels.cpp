@@ -19,9 +19,9 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Vertices of the largest level: it takes some 10 GB, and a minute or two.
+/// Most vertices of a level; such a level takes some 10 GB, and a minute or two.
 constexpr double k_most_vertices = 1u << 25;
-/// Vertices whose limits are found together: their rows take some 60 MB.
+/// Most vertices whose limits are found together; their rows take some 60 MB.
 constexpr std::size_t k_limits_at_once = std::size_t{1} << 16;
 
 }  // namespace
@@ -40,7 +40,7 @@ WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     levels_[0]->step.mesh = rule_mesh(mesh, scheme, rules);
     levels_[0]->points.assign(mesh.positions().begin(), mesh.positions().end());
     if (lattice_ != FanLattice::triangles || mesh.face_count() == 0) return;
-    if (!mesh.all_triangles()) level(1);  // says what is wrong
+    if (!mesh.all_triangles()) level(1);  // throws the scheme's error
     find_lattice(0, nullptr, *levels_[0]);
 }
 
@@ -50,9 +50,9 @@ const WholeLevels::Level& WholeLevels::level(int level) {
     return make(level);
 }
 
-/// Before any of it is made.
+/// Checks the size of a level before it is made.
 void WholeLevels::check_size(int level) const {
-    // About as many as the level above has half-edges.
+    // A level has about as many vertices as the level before has half-edges.
     const double vertices = level == 0 ? 0 : std::ldexp(mesh_.halfedge_count(), 2 * (level - 1));
     if (vertices > k_most_vertices)
         throw Error(
@@ -116,7 +116,7 @@ void WholeLevels::find_limits(int level, std::span<const int> vertices) {
     }
 }
 
-/// Lattices begin at level 0 of triangles, else at level 1.
+/// Level of the lattices: they begin at level 0 on triangles, otherwise at level 1.
 int WholeLevels::lattice_level(int level) const { return level - (lattice_ == FanLattice::triangles ? 0 : 1); }
 
 std::uint32_t WholeLevels::segments(int level) const {
@@ -125,7 +125,7 @@ std::uint32_t WholeLevels::segments(int level) const {
     return result;
 }
 
-/// Where the vertices of a new level are in the lattices of the first one.
+/// Finds the vertices of a new level by their places in the lattices.
 void WholeLevels::find_lattice(int level, const Level* above, Level& next) {
     const RuleMesh& mesh = next.step.mesh;
     if (lattice_level(level) > 0) {

@@ -20,33 +20,33 @@
 
 namespace tetrakis::detail {
 
-/// The levels of a mesh, made whole by the rules of its scheme, one after the other as they are asked for: the general
-/// way to the points of a site, for any scheme whose vertices are sites of corner cells or triangles, or cells of
-/// vertex quadtrees (written as sites). A level takes four times the time and the memory of the one above.
+/// Levels of a mesh, made whole by the rules of its scheme, one after the other on demand. This is the general way to
+/// the points of sites: of corner cells, of triangles, or of cells of vertex quadtrees (written as sites). Each level
+/// takes four times the time and the memory of the level before.
 ///
 /// Keeps references to the mesh, the scheme and the roots. All calls are safe from several threads.
 class WholeLevels {
   public:
-    /// @param roots    of dual schemes; else without any
-    /// @param context  its memory limit
+    /// @param roots    of a dual scheme; otherwise empty
+    /// @param context  only its memory limit is used
     /// @throws Error  invalid_input: a mesh that the scheme cannot take
     WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots& roots,
                 const RunContext& context);
 
     struct Level {
-        RuleStep step;  ///< from the level above, its mesh is this level's; without its stencils
+        RuleStep step;  ///< step from the level before, with this level's mesh but without its stencils
         std::vector<Vec3d> points;
-        std::vector<LimitPoint> limits;  ///< of those vertices whose limits have been asked for
+        std::vector<LimitPoint> limits;  ///< by vertex; valid where `has_limit` is not 0
         std::vector<char> has_limit;
-        // The vertices by place of the lattices, and the half-edges that RootLattices::vertices() takes.
+        // Vertices by place of the lattices, and the argument `halfedge` of RootLattices::vertices().
         std::vector<int> vertex, corner;
     };
     /// @throws Error  invalid_input: the scheme cannot take the mesh; unsupported: the level is too large; memory_limit
     const Level& level(int level);
-    /// Fills Level::limits of these vertices. A limit depends on its vertex alone.
+    /// Fills Level::limits of these vertices. The limit of a vertex does not depend on the other ones in the call.
     /// @throws Error  unsupported: the scheme has no limit mask for one of them
     void find_limits(int level, std::span<const int> vertices);
-    /// The vertex of a level at a site that it has, at its first lattice level.
+    /// The vertex of a level at a site of this level. The site must be written at its lowest level.
     int vertex(const Site& site, int level) const;
 
   private:
@@ -63,7 +63,7 @@ class WholeLevels {
     FanLattice lattice_;
     std::uint64_t max_memory_bytes_;
     ParallelBlocks runner_;
-    std::optional<RootLattices> net_;  ///< from its first level on
+    std::optional<RootLattices> net_;  ///< set when the first level of lattices is made
     std::mutex mutex_;
     LimitSearch search_;
     std::array<std::unique_ptr<Level>, k_max_level + 2> levels_;
