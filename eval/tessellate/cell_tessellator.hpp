@@ -25,16 +25,16 @@
 
 namespace tetrakis::detail {
 
-/// A tessellation whose leaves are triangles: bisected quads, red-green quadtrees, those of sqrt(3). A derived class
-/// says where vertices are and what estimates errors.
-/// @tparam Family  the hierarchy; all but sqrt(3), whose leaves lie in no cells: sites of their points, too
+/// A tessellation whose leaves are triangles: of bisected quads, red-green quadtrees, or sqrt(3) forests. A derived
+/// class computes vertex positions and chooses the error estimator.
+/// @tparam Family  the hierarchy; except for sqrt(3), whose leaves lie in no cells, also the sites of triangles' points
 template <class Family>
 class CellTessellator : public TessellationRun {
   protected:
     using TessellationRun::TessellationRun;
 
-    /// refine() by an estimator. hierarchy_ is known.
-    /// @param base_bytes  that are in use, for the memory limit
+    /// refine() with an estimator. hierarchy_ is set before.
+    /// @param base_bytes  memory in use already, which counts for the memory limit
     void refine_by(const ErrorEstimator& estimator, std::uint64_t base_bytes, std::uint64_t bytes_per_triangle) {
         AdaptiveOptions adaptive{aim_, options_.max_triangles, min_depth_, max_depth_};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
@@ -67,7 +67,7 @@ class CellTessellator : public TessellationRun {
         for (std::size_t t = 0; t < count; ++t) {
             const LeafId leaf = exported_.leaves[t];
             const FaceId face = exported_.faces[t];
-            // A fan's or a green leaf's triangles stand next to each other.
+            // Triangles of one fan or one green leaf have consecutive numbers.
             if (t > 0 && exported_.leaves[t - 1] == leaf && (leaf.valid() || exported_.faces[t - 1] == face))
                 part_[t] = static_cast<std::uint8_t>(part_[t - 1] + 1);
             result_.triangle_face[t] = face.value;
@@ -99,20 +99,20 @@ class CellTessellator : public TessellationRun {
         context_.report("attributes", 1);
     }
 
-    /// Where canonical sites are in the output. Reports a stage from 0 to `share`.
-    /// @param normals  may receive limit normals; may be empty
+    /// Computes the output positions of canonical sites. Reports progress of `stage` from 0 to `share`.
+    /// @param normals  if not empty, may receive limit normals
     virtual void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,
                        std::string_view stage, double share) = 0;
-    /// By face, of those that have one in fans_; infinite where there is no bound.
+    /// Errors of the fans in fans_, by face; infinite if there is no bound.
     virtual std::vector<double> fan_errors() { return {}; }
-    /// Of a triangle, as the last measurement found it.
+    /// Error of a triangle in the last measurement.
     virtual double error_of(std::uint32_t t) const { return double{result_.triangle_error[t]}; }
-    /// Those of the surface, split where one does not do.
+    /// Adds the surface's normals; vertices get several if one cannot serve all triangles around.
     virtual void add_normals() = 0;
-    /// Three a triangle; none where they are left out.
+    /// Texture coordinates of triangle corners, three a triangle; empty if they are left out.
     virtual std::vector<Vec2d> corner_uvs() = 0;
 
-    /// Measures against the mesh of limit points of the leaves of another one.
+    /// Measures the result against the mesh of limit points of another, finer hierarchy.
     void measure_against(const typename Family::Hierarchy& finer) {
         context_.report("measure", 0);
         ExportedTriangles leaves = finer.forest().exported();
@@ -123,28 +123,28 @@ class CellTessellator : public TessellationRun {
         measure_triangles(reference, result_, options_.measure_samples / 2, context_);
     }
 
-    /// Of a triangle, as its leaf or fan was estimated.
+    /// Error of a triangle, as estimated for its leaf or fan.
     double estimated_error(std::uint32_t t) const {
         if constexpr (std::is_same_v<Family, QuadFamily>)
             if (!exported_.leaves[t].valid()) return hierarchy_->fan_error(exported_.faces[t]);
         return refinement_->error(exported_.leaves[t]);
     }
 
-    /// The largest certified error, tight to a twentieth where it exceeds the aim that is certified, or what was
-    /// measured. The first triangle of a fan stands for all of it.
-    /// @param known  (t) an error that is certified already; infinite: none
-    /// @param bound  (triangles, floor, errors) finds errors of some, which need be tight above `floor` only; triangles
-    ///               of leaves come first, then those of fans
+    /// The largest certified error of all triangles. If it is above the certified estimator's aim, or else above the
+    /// measured error, it is tight to a twentieth. A fan is represented by its first triangle.
+    /// @param known  (t) an error of triangle t that is certified already; infinite: none
+    /// @param bound  (triangles, floor, errors) finds errors of some triangles, which must be tight only above `floor`;
+    ///               triangles of leaves come first, then triangles of fans
     template <class Known, class Bound>
     double largest_error(const Known& known, const Bound& bound) const {
         double largest = 0, floor = 0;
         if (certified())
             floor = aim_;
         else if (result_.measured_error)
-            floor = result_.measured_error->hausdorff;  // it settles most triangles at first sight
+            floor = result_.measured_error->hausdorff;  // loose bounds below it suffice for most triangles
         std::vector<std::uint32_t> open, rest;
         std::vector<double> errors;
-        // What one block finds settles most triangles of the next.
+        // Each block raises the floor, so most triangles of the next block need no tight bound.
         const auto settle = [&](double from, double to) {
             constexpr std::size_t k_first = 64, k_most = 2048;
             for (std::size_t begin = 0, size = k_first; begin < open.size();
@@ -162,7 +162,7 @@ class CellTessellator : public TessellationRun {
             for (std::uint32_t t = 0; t < part_.size(); ++t)
                 if (exported_.leaves[t].valid() != fans && (!fans || part_[t] == 0))
                     (std::isfinite(known(t)) ? rest : open).push_back(t);
-        // First those that nothing is known of; what is known may be loose, where all of it matters.
+        // Triangles without a known bound come first. Known bounds above the floor may be loose: they are found anew.
         settle(0, 0.9);
         open.clear();
         for (const std::uint32_t t : rest)
@@ -187,14 +187,14 @@ class CellTessellator : public TessellationRun {
         for (std::size_t k = 0; k < 3; ++k) from.fan_corner[k] = corners[k];
         return from;
     }
-    /// An address of each triangle's corner inside its root.
+    /// The site of corner k of triangle t, as an address inside its root.
     Site corner_site(std::uint32_t t, std::size_t k) const { return origin(t).template corner_site<Family>(mesh_, k); }
-    /// Limit normals at the corners of triangles, each seen from inside its triangle: continued linearly from two
-    /// points near by.
-    /// @param normals  (canonical sites, receives their limit normals)
+    /// Limit normals at triangle corners, from the triangle's own side of a crease: extrapolated linearly from two
+    /// points inside the triangle near the corner.
+    /// @param normals  (sites, normals) computes the limit normals of canonical sites
     SideNormals normals_from_inside(std::function<void(std::span<const Site>, std::span<Vec3d>)> normals) const {
         return [this, normals = std::move(normals)](std::span<const std::uint64_t> corners, std::span<Vec3d> out) {
-            // At 2^-8 of a triangle: continued from there, a normal is off by less than a thousandth of the bend.
+            // At 2^-8 of a triangle's size: the extrapolated normal's error is less than a thousandth of the bend.
             constexpr int k_finer = 8, k_least = 3;
             std::vector<Site> sites;
             std::vector<std::size_t> place;
@@ -219,9 +219,9 @@ class CellTessellator : public TessellationRun {
                               {.rules = chart_rules(options_.rules), .whole_levels = true, .context = context_});
     }
     /// Texture coordinates at the corners of triangles: limits of the chart by the scheme, or linear.
-    /// @param points   chart_hierarchy(), where the chart can be subdivided
-    /// @param site_of  (corner 3 t + k) its canonical site in the chart; else
-    /// @param linear   (corner) its coordinates
+    /// @param points   chart_hierarchy(), if the chart can be subdivided
+    /// @param site_of  (corner 3 t + k) the corner's canonical site in the chart; used with `points`
+    /// @param linear   (corner) the corner's coordinates; used without `points`
     template <class SiteOf, class Linear>
     std::vector<Vec2d> chart_uvs(const std::optional<Hierarchy>& points, const SiteOf& site_of,
                                  const Linear& linear) const {
@@ -246,12 +246,12 @@ class CellTessellator : public TessellationRun {
     std::optional<typename Family::Hierarchy> hierarchy_;
     std::optional<AdaptiveRefinement<typename Family::Hierarchy>> refinement_;
     FanChoice fans_;
-    std::vector<Vec3d> corners_;      ///< of the fans in the output, by control vertex
-    ExportedTriangles exported_;      ///< the triangles themselves are the result's
-    std::vector<std::uint8_t> part_;  ///< by triangle: which of its leaf's or fan's triangles it is
+    std::vector<Vec3d> corners_;      ///< output positions of fan corners, by control vertex
+    ExportedTriangles exported_;      ///< without its triangles, which are moved to result_
+    std::vector<std::uint8_t> part_;  ///< by triangle: its number among the triangles of its leaf or fan
 
   private:
-    /// eval/README.md, Coarsest mesh: faces that do without their centre.
+    /// Chooses the faces that are output without their centre (eval/README.md, Coarsest mesh).
     void choose_coarsest() {
         if constexpr (std::is_same_v<Family, QuadFamily>) {
             if (options_.min_level > 0) return;

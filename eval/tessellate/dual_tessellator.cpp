@@ -24,10 +24,10 @@ namespace {
 /// memory limit.
 constexpr std::uint64_t k_dual_bytes = 800;
 
-/// Per mending after the first.
+/// Factor of the aim in each repair after the first.
 constexpr double k_lower_aim = 0.8;
 
-/// Three vertices more for each leaf that is split, and two triangles for each of them.
+/// A split leaf adds three vertices, and each vertex two triangles.
 constexpr std::uint64_t k_triangles_per_split = 6;
 
 class DualTessellator final : public TessellationRun {
@@ -55,7 +55,7 @@ class DualTessellator final : public TessellationRun {
         ForestChange change;
         for (int level = 0; level < options_.min_level; ++level) {
             const std::vector<LeafId> leaves = forest_.ordered_leaves();
-            // A leaf is a vertex, and there are about two triangles to a vertex.
+            // Each leaf is a vertex, and a mesh has about two triangles a vertex.
             const std::uint64_t next = 4 * leaves.size(), triangles = 2 * next;
             if (options_.max_triangles != 0 && next > options_.max_triangles)
                 refuse_least_level(options_.max_triangles);
@@ -65,9 +65,9 @@ class DualTessellator final : public TessellationRun {
         refine({});
     }
 
-    /// Splits these leaves, then those whose error is above the aim, as far as levels and budget allow: in each round
-    /// all of them or, within a budget, those above half of the largest error, as many as it may take. Ends with mesh,
-    /// positions and errors of the last state.
+    /// Splits the leaves `marked`, then leaves with errors above the aim, as far as levels and budget allow. A round
+    /// splits all of them. Within a budget it splits those above half of the largest error, as many as the budget
+    /// allows. Afterwards mesh, positions and errors are those of the final forest.
     void refine(std::vector<LeafId> marked) {
         constexpr double k_share = 0.5;
         constexpr std::uint64_t k_all = std::numeric_limits<std::uint64_t>::max();
@@ -92,7 +92,7 @@ class DualTessellator final : public TessellationRun {
             std::optional<VertexForest> before;
             if (budget != 0) {
                 std::erase_if(open, [&](std::uint32_t v) { return errors_[v] < k_share * largest; });
-                // Vertices stand in the order of their leaves' paths, whatever the history.
+                // Vertices are in the order of their leaves' paths, so the sort does not depend on earlier rounds.
                 std::ranges::stable_sort(open, std::greater{}, [&](std::uint32_t v) { return errors_[v]; });
                 most = std::min(
                     {most, std::uint64_t{open.size()}, count < budget ? (budget - count) / k_triangles_per_split : 0});
@@ -106,7 +106,7 @@ class DualTessellator final : public TessellationRun {
             double done = 1.0 - 1.0 / pass;
             if (budget != 0) {
                 const std::uint64_t next = dual_triangles(forest_).triangle_count();
-                if (next > budget) {  // closure took more than there was: fewer at a time
+                if (next > budget) {  // closure split too many leaves: mark fewer at a time
                     forest_ = *before;
                     most /= 2;
                     continue;
@@ -124,7 +124,7 @@ class DualTessellator final : public TessellationRun {
         Stopwatch watch;
         positions_ = leaf_errors_.positions(forest_, triangles_, report);
         if (certified()) {
-            // A budget compares errors with each other: there all are looked at closely.
+            // Within a budget errors are compared with each other, so all of them must be tight.
             const bool budget = options_.max_triangles != 0;
             DualBound::Errors found =
                 bound_->errors(forest_, triangles_, positions_, {budget ? 0.0 : aim_, budget}, report);
@@ -163,7 +163,7 @@ class DualTessellator final : public TessellationRun {
         if (certified() || std::isfinite(certified_)) result_.certified_error = certified_;
     }
 
-    /// Against the mesh of all leaves' descendants some levels down.
+    /// Measures against the mesh that the forest gives if all leaves are split a few levels further.
     void measure() override {
         const std::size_t count = result_.mesh.triangles.size();
         int deepest = 0;
@@ -195,7 +195,7 @@ class DualTessellator final : public TessellationRun {
                     leaves.push_back(leaf);
         }
         if (leaves.empty()) return false;
-        // The measurement names the worst places, not all that are like them: those come with a lower aim.
+        // A measurement finds only some of the triangles above the tolerance; a lower aim splits similar ones, too.
         if (round > 0) aim_ *= k_lower_aim;
         refine(std::move(leaves));
         return true;
@@ -241,7 +241,7 @@ class DualTessellator final : public TessellationRun {
         }
     }
 
-    /// Calls take(number of the first, sites) for cells, some at a time, with a chance to cancel before each.
+    /// Calls take(index of the first cell, sites) for blocks of cells; reports progress before each block.
     template <class Take>
     void for_each_block(std::span<const VertexCell> cells, std::string_view stage, double share, const Take& take) {
         constexpr std::size_t k_block = 1u << 15;
@@ -255,7 +255,7 @@ class DualTessellator final : public TessellationRun {
     std::shared_ptr<const LevelSource> points_;
     DualLeafErrors leaf_errors_;
     std::optional<DualBound> bound_;
-    double certified_ = 0;  ///< of the certified estimator's last state
+    double certified_ = 0;  ///< largest certified error of the final forest
     bool left_over_ = false;
     DualTriangles triangles_;
     std::vector<Vec3d> positions_;
@@ -270,7 +270,7 @@ Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& o
         roots = vertex_roots(mesh, options.scheme.info(), options.rules);
     } catch (const Error& none) {
         if (none.code() != ErrorCode::unsupported) throw;
-        // Where two faces meet inside, level 0 has no limits.
+        // If a vertex inside the mesh has two faces only, level 0 has no limits.
         TessellateOptions from_level_1 = options;
         from_level_1.min_level = std::max(options.min_level, 1);
         return tessellate_by_levels(mesh, from_level_1, context, none.what());

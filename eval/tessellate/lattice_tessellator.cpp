@@ -31,10 +31,10 @@ class LatticeTessellator final : public CellTessellator<Family> {
 
     void prepare() override {
         hierarchy_.emplace(mesh_);
-        // A budget compares errors with each other: there all are looked at closely.
+        // Within a budget errors are compared with each other, so all of them must be tight.
         const double decide_at = options_.max_triangles != 0 ? 0.0 : aim_;
         if (options_.scheme.info().is_linear()) bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
-        // It takes several times as long as all else.
+        // MaskNormBound takes several times as long as all else, so the measured estimator does without it.
         else if (certified() && MaskNormBound<Family>::has(options_.scheme.info(), options_.rules, mesh_))
             bound_ =
                 std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules, decide_at);
@@ -67,7 +67,7 @@ class LatticeTessellator final : public CellTessellator<Family> {
         return errors;
     }
 
-    /// Against limit points of all leaves, those that fans hide, too, each cut in four some times.
+    /// Measures against limit points of all leaves (those under fans, too), each cut in four a few times.
     void measure() override {
         const auto& forest = hierarchy_->forest();
         const std::uint64_t count = forest.leaf_count();
@@ -78,9 +78,9 @@ class LatticeTessellator final : public CellTessellator<Family> {
         if constexpr (std::is_same_v<Family, LoopFamily>) {
             for (int i = 0; i < bits; ++i) finer.refine(finer.forest().ordered_leaves(), fresh);
         } else {
-            // Two bisections of all leaves halve each edge once, so nothing else has to be split. But one leaf is split
-            // with another, before its turn: what is deep enough is passed over. Leaves stand in the order of the
-            // larger ones that they are parts of.
+            // Two bisections of all leaves halve each edge once, so no other leaf has to be split. But a leaf may be
+            // split early, together with its neighbour: only parts that are not deep enough are marked. Parts of a leaf
+            // follow each other in the order of `leaves`.
             const std::vector<LeafId> leaves = forest.ordered_leaves();
             for (marked = leaves; !marked.empty();) {
                 finer.refine(marked, fresh);
@@ -98,10 +98,10 @@ class LatticeTessellator final : public CellTessellator<Family> {
         this->measure_against(finer);
     }
 
-    /// Nothing where a face's fan has no bound.
+    /// Sets no error if some fan has no bound.
     void certify() override {
         if (!bound_) return;
-        // What the bound has decided is certified already.
+        // With the certified estimator, estimates within the aim are certified already.
         const auto known = [&](std::uint32_t t) {
             const double error = this->estimated_error(t);
             return certified() && error <= aim_ ? error : std::numeric_limits<double>::infinity();
@@ -126,8 +126,8 @@ class LatticeTessellator final : public CellTessellator<Family> {
         Base::add_attributes();
     }
 
-    /// Those of the limit surface, or of the triangles where the rules would have to make whole levels that are too
-    /// large.
+    /// Adds normals of the limit surface; of the triangles, with a warning, if limit normals need whole levels that are
+    /// too large.
     void add_normals() override {
         TriangleMesh& mesh = result_.mesh;
         mesh.normals.resize(mesh.positions.size());

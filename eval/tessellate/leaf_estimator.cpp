@@ -17,7 +17,7 @@ namespace {
 constexpr int k_lattice = 4;
 constexpr int k_samples = detail::lattice_points(k_lattice);
 
-/// Lattice of a mapped leaf (target, displacement): nothing smooth can be assumed.
+/// Finer sample lattice of a leaf with target or displacement, which need not be smooth.
 constexpr int k_mapped_bits = 3;
 constexpr int k_mapped_lattice = 1 << k_mapped_bits;
 
@@ -78,7 +78,7 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf) const {
     double error = top.value;
     if (error > tolerance_) return error;
     if (top.value > detail::k_climb_from * tolerance_) {
-        // Between the samples it may be farther.
+        // Between the samples the distance may be larger.
         const auto distance = [&](const Vec2d& uv) {
             const double b0 = std::max(1 - uv.x - uv.y, 0.0);
             const Vec3d at = map_(Family::parameter(mesh, leaf, b0, uv.x, uv.y));
@@ -87,8 +87,8 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf) const {
         error = std::max(error, detail::local_maximum(distance, top, 0.5 / k_lattice).value);
         if (error > tolerance_) return error;
     }
-    // The way back: from points of the triangle whose own sample has drifted away sideways. Never above the
-    // deviation there, so that refining ends it.
+    // Distances back to the surface, from points of the triangle that are far from their own sample. They are never
+    // above the distance to that sample, which refining reduces; so refinement ends.
     const auto look_back = [&](double b0, double b1, double b2, const Vec3d& sample) {
         const Vec3d q = b0 * c0 + b1 * c1 + b2 * c2;
         if (error <= tolerance_ && glm::length(sample - q) > tolerance_)
@@ -97,7 +97,7 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf) const {
     detail::for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
         look_back(b0, b1, b2, s[static_cast<std::size_t>(i)]);
     });
-    // Both ways where creases of finite sharpness are rounded off.
+    // Distances in both directions near creases of finite sharpness, which the surface rounds off.
     detail::for_each_strip_point<Family>(mesh, leaf, [&](double b0, double b1, double b2) {
         if (error > tolerance_) return;
         const Vec3d at = map_(Family::parameter(mesh, leaf, b0, b1, b2));
@@ -119,7 +119,7 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
         samples[at] = map_.sample(Family::parameter(mesh, leaf, b0, b1, b2));
         s[at] = samples[at].position;
     });
-    // On control edges the displacement may jump (UV seams, hard creases): there the one value that vertices get.
+    // On control edges the displacement may jump (UV seams, hard creases): samples there take the vertices' value.
     if (map_.heights) {
         const bool edge[3] = {Family::control_edge(mesh, leaf, 0).valid(), Family::control_edge(mesh, leaf, 1).valid(),
                               Family::control_edge(mesh, leaf, 2).valid()};
@@ -148,8 +148,8 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
         const Vec3d q = b0 * c0 + b1 * c1 + b2 * c2;
         error = std::max(error, map_.target->closest(q).distance);
         if (!plane.flat()) return;
-        // Rays along the normal see what the closest point misses: a groove or a spike right under the
-        // triangle. The nearest hit counts, of either side: behind a thin part lies its other face.
+        // Rays along the normal find grooves or spikes under the triangle, which closest points miss. Of both rays the
+        // nearest hit counts: hits farther away may be on the other face of a thin part.
         const double reach = 4 * tolerance_;
         double along = std::numeric_limits<double>::infinity();
         for (const Vec3d& way : {plane.normal(), -plane.normal()})
@@ -184,7 +184,7 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
     const std::uint32_t n = mesh.face_size(face), h0 = mesh.face_halfedge(face).value;
     const auto at = [&](std::uint32_t i) { return positions_[mesh.origin(HalfedgeId(h0 + i)).value]; };
     const auto corner = [n](std::uint32_t i) { return detail::polygon_corner(n, i); };
-    // The fan's point over the polygon's centre.
+    // The point of the fan over the polygon's centre.
     Vec3d centre(0);
     double least = -std::numeric_limits<double>::infinity();
     for (const auto& t : fans_.of(face)) {
@@ -218,7 +218,7 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
     double error = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
         error = std::max(error, estimator_.bounder().root_error(HalfedgeId(h0 + i), centre, left, may_reject).upper);
-        // Other roots may have larger ones.
+        // Other roots may have larger errors, so this one is no bound for the fan.
         if (may_reject && error > left) return std::numeric_limits<double>::infinity();
     }
     return error + departure;
@@ -240,9 +240,9 @@ double FanError::measured(FaceId face, double tolerance) const {
         return nearest;
     };
     double error = 0;
-    // Where errors are compared with each other all of the fan counts.
+    // If errors are compared with each other, all samples of the fan are needed.
     const double enough = estimator_.compares() ? std::numeric_limits<double>::infinity() : tolerance;
-    // The centre and the middles of the edges decide most fans that do not hold.
+    // The centre and the middles of the edges reject most fans that are above the tolerance.
     error = to_fan(map_({HalfedgeId(h0), 1, 1}));
     for (std::uint32_t r = 0; r < n && error <= enough; ++r)
         error = std::max(error, to_fan(map_({HalfedgeId(h0 + r), 1, 0})));

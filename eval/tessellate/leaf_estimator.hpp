@@ -14,28 +14,28 @@ namespace tetrakis {
 
 /// The two estimators of eval/README.md for leaves of one family.
 ///
-/// certified: the certified bound itself. measured: the bound where it accepts; else the deviation of samples from the
-/// triangle's plane (two-sided, see PlaneMeasure), at a local maximum near the tolerance; Newton's method for a closest
-/// point where tangential drift makes the way back doubtful; ever more samples towards creases of finite sharpness.
-/// Edges on boundaries and hard creases are measured against themselves. With a target mesh or a displacement
-/// everything is sampled; against a target also by rays along the normal.
+/// certified: the certified bound itself. measured: the bound if it accepts the leaf; else distances of samples to the
+/// triangle (two-sided, see PlaneMeasure). Samples near the tolerance climb to a local maximum; samples are denser near
+/// creases of finite sharpness. Points of the triangle that lie far from their own sample get a closest point by
+/// Newton's method. Edges on boundaries and hard creases are compared with the surface's own edge curve. With a target
+/// or a displacement all leaves are sampled; with a target, rays along the triangle's normal are cast, too.
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
-    /// @param compares  errors above the tolerance are compared with each other; else it is enough that they are larger
+    /// @param compares  errors above `tolerance` must be comparable with each other; else they need only exceed it
     LeafEstimator(const SurfaceMap<Family>& map, EstimatorKind kind, double tolerance, bool compares = false);
 
-    /// From one thread at a time: on the way trees of the patches may be forgotten.
+    /// Call it from one thread at a time: it may free memory of the patches (their trees).
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
                   std::span<ErrorBasis> basis) const override;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
 
     bool compares() const { return compares_; }
-    /// Some leaf of a mapped surface could not be resolved: see mapped().
+    /// Whether some leaf of a mapped surface was accepted with an error above the tolerance: see mapped().
     bool gave_up() const { return gave_up_.load(std::memory_order_relaxed); }
     /// The calling thread's bounder.
     typename Family::Bounder& bounder() const { return bounders_.local(); }
-    /// The edges that the surface may cross: neither on a boundary nor on a hard crease.
+    /// Which edges of the leaf lie neither on a boundary nor on a hard crease: the surface continues across them.
     std::array<bool, 3> soft_edges(const CellTriangle& leaf) const {
         const std::array<bool, 3> hard = hard_edges<Family>(map_.patches->mesh(), leaf);
         return {!hard[0], !hard[1], !hard[2]};
@@ -43,7 +43,7 @@ class LeafEstimator final : public ErrorEstimator {
 
   private:
     double sampled(const CellTriangle& leaf) const;
-    /// Leaves much smaller than the tolerance are left as they are: there the map jumps, and refining would never end.
+    /// Leaves much smaller than the tolerance are accepted: the map jumps there, and refining them would never end.
     double mapped(const CellTriangle& leaf) const;
 
     const SurfaceMap<Family>& map_;
@@ -61,19 +61,19 @@ class FanError {
              std::span<const Vec3d> corner_positions)
         : map_(map), estimator_(estimator), fans_(fans), positions_(corner_positions) {}
 
-    /// Certified upper bound on the error of the fan: each root against a flat triangle over its sector of the regular
-    /// polygon that the fan's triangles cut, plus what the fan departs from those triangles.
-    /// Decides at `decide_at`: infinite where the error is certainly larger, unless may_reject is false: then tight.
+    /// Certified upper bound on the error of the fan, a sum of two bounds. The fan lies over a regular polygon; each
+    /// root is bounded against the flat triangle over its sector, and the fan against these triangles.
+    /// @param may_reject  the result is infinite if the error is certainly above `decide_at`; else the bound is tight
     double certified(FaceId face, double decide_at, bool may_reject) const;
-    /// What the default estimator goes by: the bound where it accepts; else what samples of the surface are off the
-    /// fan's planes, boundary edges against themselves.
+    /// Error for the measured estimator: the bound if it is within `tolerance`; else the largest distance of surface
+    /// samples to the fan's triangles, and of samples on hard edges to the fan's own edges.
     double measured(FaceId face, double tolerance) const;
 
   private:
     const SurfaceMap<QuadFamily>& map_;
     const LeafEstimator<QuadFamily>& estimator_;
     const FanChoice& fans_;
-    std::span<const Vec3d> positions_;  ///< of the control vertices in the output
+    std::span<const Vec3d> positions_;  ///< output positions of the control vertices
 };
 
 }  // namespace tetrakis

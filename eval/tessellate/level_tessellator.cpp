@@ -15,7 +15,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// The control mesh with each face of a material of its own, which then tells where faces of its levels come from.
+/// The control mesh, each face with its own material, so that materials of refined faces name the control face.
 ControlMesh with_faces_as_materials(const ControlMesh& mesh, bool uvs) {
     ControlMeshData data = mesh.data();
     data.face_material.resize(mesh.face_count());
@@ -39,7 +39,7 @@ class LevelTessellator final : public TessellationRun {
           without_uvs_(with_faces_as_materials(mesh, false)) {}
 
   private:
-    /// Level by level until one is within the tolerance, or the next one would be too much.
+    /// Makes one level after the other until one is within the tolerance or the next has too many triangles.
     void refine() override {
         for (int level = options_.min_level;; ++level) {
             TriangleMesh next = make(level);
@@ -68,7 +68,7 @@ class LevelTessellator final : public TessellationRun {
         }
         if (!options_.measure) result_.measured_error.reset();
     }
-    void export_mesh() override {}  // done with each level
+    void export_mesh() override {}  // refine() has done it
     bool repair(int) override { return false; }
     bool left_over() const override { return left_over_; }
     void add_attributes() override { split_creases(); }
@@ -78,12 +78,12 @@ class LevelTessellator final : public TessellationRun {
                                 {.rules = options_.rules, .limit = limit, .normals = normals, .context = context_});
     }
 
-    /// A level on the limit surface, its faces cut into triangles, whose materials are the control faces.
+    /// The limit points of a level, its faces cut into triangles; their materials are the control faces.
     TriangleMesh make(int level) {
         context_.report("refine", 0);
         const bool normals = options_.normals;
         PolygonMesh from = points(marked_, level, true, normals);
-        if (level == options_.min_level)  // all have the same
+        if (level == options_.min_level)  // all levels give the same warnings
             for (std::string& warning : from.warnings)
                 if (std::ranges::count(result_.warnings, warning) == 0) result_.warnings.push_back(std::move(warning));
         TriangleMesh result;
@@ -97,7 +97,7 @@ class LevelTessellator final : public TessellationRun {
         data.face_uvs = std::move(from.face_uvs);
         data.face_material = std::move(from.face_material);
         data.materials = std::move(from.materials);
-        // Where holes were left out, faces may touch in a vertex alone: two while they are cut, one afterwards.
+        // Where holes were left out, faces may share only a vertex: it is doubled for the cut and merged afterwards.
         const auto vertex_count = static_cast<std::uint32_t>(data.positions.size());
         const std::vector<std::uint32_t> origin = split_to_manifold(data).origin;
         const std::uint32_t copies = static_cast<std::uint32_t>(origin.size()) - vertex_count;
@@ -119,7 +119,7 @@ class LevelTessellator final : public TessellationRun {
                 result.triangles[t][k] = whole(triangles.face_vertices[3 * t + k]);
                 if (cut.has_uvs()) result.triangle_uvs[t][k] = triangles.face_uvs[3 * t + k];
             }
-        // A face that has no ear has become a fan around its mean.
+        // Faces without an ear become fans around their mean, a new vertex that has no limit normal.
         if (normals && result.normals.size() != result.positions.size()) geometric_normals(result);
         return result;
     }
@@ -132,8 +132,8 @@ class LevelTessellator final : public TessellationRun {
         }
         measure_triangles(reference(reference_steps()), result_, options_.measure_samples / 2, context_);
     }
-    /// Whether the level is within the tolerance. Most are refused by points of the next level alone, which are points
-    /// of the whole reference.
+    /// Whether the level is within the tolerance. Points of the next level, which the whole reference has as well, are
+    /// enough to refuse most levels.
     bool is_near() {
         if (has_centers() && reference_steps() > 1 && !result_.mesh.triangles.empty()) {
             const TriangleBvh bvh(result_.mesh, context_);
@@ -143,13 +143,13 @@ class LevelTessellator final : public TessellationRun {
         measure();
         return result_.measured_error->hausdorff <= off_above_;
     }
-    /// Centers of honeycomb's faces lie on the surface, as the corners' mean stays; elsewhere it is the mean of points
-    /// of the surface, and a level more makes up for that.
+    /// Whether the mean of a face's net points lies on the limit surface, as in honeycomb refinement, which keeps it.
+    /// Else faces of the reference have the mean of limit points, and the reference gets one more level instead.
     bool has_centers() const { return options_.scheme.info().family == MeshFamily::hexagons; }
     int reference_steps() const {
         return std::max(1, reference_bits(result_.mesh.triangles.size(), 0) - (has_centers() ? 1 : 0));
     }
-    /// A level further on, its faces as fans.
+    /// The limit points of a level `steps` further on, its faces as fans around their centers.
     TriangleMesh reference(int steps) const {
         check_reference_memory(std::uint64_t{3} * result_.mesh.triangles.size() << (2 * steps - 1), context_);
         context_.report("measure", 0);

@@ -26,7 +26,7 @@ constexpr std::size_t k_wanted_triangles = 60'000;
 constexpr std::size_t k_many_pieces = 250'000;
 constexpr int k_most_bits = 4;
 
-/// Mesh, search hierarchy and what is needed to number the vertices, per triangle of a reference.
+/// Bytes per triangle of a reference: mesh, search hierarchy, and scratch memory for numbering the vertices.
 constexpr std::uint64_t k_reference_bytes = 120;
 
 }  // namespace
@@ -64,13 +64,13 @@ namespace tetrakis {
 namespace {
 
 constexpr int k_least_intervals = 3, k_most_intervals = 24;
-constexpr double k_exact = 0.7;        // of the largest distance: from there on others are exact
+constexpr double k_exact = 0.7;        // distances above this share of the largest one are exact
 constexpr std::uint32_t k_block = 64;  // triangles; fixed, so that sums do not depend on the number of threads
 
-/// What was found at one pair of points, at one triangle, or at several.
+/// Distances found at one pair of points, or the largest ones and sums over several.
 struct Found {
     double forward = 0, backward = 0;
-    double own = 0;  ///< the largest distance of a point of the surface to its own triangle
+    double own = 0;  ///< largest distance of a surface point to its own triangle
     double weighted = 0, squared = 0, weight = 0;
     double largest() const { return std::max(forward, backward); }
     Found& operator+=(const Found& other) {
@@ -84,8 +84,8 @@ struct Found {
     }
 };
 
-/// The way from a target to the mesh, sampled on the target itself: what the projection never reached counts as well.
-/// At most as many samples are aimed at as the triangles of both could have in a lattice.
+/// Distances from a target to the mesh, sampled on the target itself, so that parts that the projection never reached
+/// count. The number of samples is limited to what lattices of k_most_intervals on the triangles of both would have.
 DirectedDistance measure_from_target(const TriangleMesh& target, const TriangleBvh& bvh, std::uint64_t samples,
                                      const RunContext& context) {
     RunContext last_tenth = context;
@@ -121,10 +121,10 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         const auto b = barycentrics(uv);
         return of.template parameter<Family>(control, b[0], b[1], b[2]);
     };
-    double most_own = 0;  // no point of the surface was found farther from the triangle that stands for it
-    // Distances from the surface above this are exact, and those to it that are above this are searched for.
+    double most_own = 0;  // estimated largest distance of a surface point to its own triangle
+    // Forward distances above `exact_from` are exact; backward distances above `search_from` get a wider search.
     double exact_from = 0, search_from = 0;
-    // The least distance that Newton's method finds from the feet on all triangles that may stand for a nearer point.
+    // The least distance that Newton's method finds from the foot points on all triangles near enough to be closer.
     const auto searched = [&](const Vec3d& q, double best) {
         struct Foot {
             double distance;
@@ -144,9 +144,9 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         }
         return best;
     };
-    // A triangle beside the part of the surface that it stands for. What is not above `exact_from` may be stated too
-    // large: as the distance of a point of the surface to this very triangle, which is one of a point of the triangle
-    // to the surface, too.
+    // Distances between a triangle and its own part of the surface. Those up to `exact_from` may be too large: they are
+    // the distance of the surface point to this triangle, which is also a distance of a point of the triangle to the
+    // surface.
     const auto distances = [&](const OutputTriangle& from, const std::array<Vec3d, 3>& corner, const Vec2d& uv) {
         const auto b = barycentrics(uv);
         const SurfaceParameter at = parameter(from, uv);
@@ -185,7 +185,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     ++samples_here;
                     return d;
                 };
-                // The farthest samples, each way; `step` is about half the distance of samples there.
+                // The farthest sample in each direction; `step` is about half the spacing of samples there.
                 struct Top {
                     double Found::*way;
                     detail::Maximum at{};
@@ -204,7 +204,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     found.squared += weight * (here.forward * here.forward + here.backward * here.backward);
                     found.weight += 2 * weight;
                 });
-                // Towards creases of finite sharpness.
+                // Denser samples near creases of finite sharpness.
                 if (!from.fan.valid())
                     detail::for_each_strip_point<Family>(control, from.cell, [&](double b0, double b1, double b2) {
                         double step = 1;
@@ -227,8 +227,8 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     };
     std::vector<std::uint32_t> all(count);
     std::iota(all.begin(), all.end(), 0u);
-    // Of closest points that were looked for near by alone, those above the tolerance and those that decide are
-    // searched for. The largest first: what is found settles those that can be no larger.
+    // Backward distances come from a local search only. The wider search is for those above the tolerance or above the
+    // largest distance. The largest come first: a distance found limits which others must be searched for.
     const auto search = [&](const Found& total) {
         constexpr double k_between = 1.25;  // samples
         most_own = k_between * total.own;

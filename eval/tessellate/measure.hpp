@@ -17,16 +17,16 @@
 
 namespace tetrakis::detail {
 
-/// How often pieces are cut in four for a reference: so that it has some ten thousands of triangles or more, and twice
-/// at least (once where there are more than a quarter of a million pieces).
+/// How often a reference cuts each piece in four: at least twice (once if there are more than 250 000 pieces), and more
+/// often, up to 4 times, until the reference has 60 000 triangles.
 int reference_bits(std::size_t pieces, int deepest_lattice_level);
 
-/// @throws Error  memory_limit: a reference of so many triangles does not fit
+/// @throws Error  memory_limit: a reference with this number of triangles does not fit
 void check_reference_memory(std::uint64_t triangles, const RunContext& context);
 
-/// The distances between a tessellation and its reference, both ways, by so many of compare()'s samples, into
-/// measured_error and triangle_error: what a triangle of the reference is off counts for the triangle that it is
-/// nearest to.
+/// Measures a tessellation against a reference in both directions, with compare()'s sampling, and sets its
+/// measured_error and triangle_error. A distance from a point of the reference counts for the triangle that is nearest
+/// to the point.
 void measure_triangles(const TriangleMesh& reference, Tessellation& result, std::uint64_t samples,
                        const RunContext& context);
 
@@ -43,12 +43,12 @@ namespace tetrakis {
 
 /// Where a triangle of the output comes from: a triangle of the hierarchy, or one of a face's fan (eval/README.md).
 struct OutputTriangle {
-    CellTriangle cell;                          ///< unless it belongs to a fan
-    FaceId fan;                                 ///< the face; invalid for triangles of the hierarchy
-    std::array<std::uint32_t, 3> fan_corner{};  ///< corners of the face, by number in it
+    CellTriangle cell;                          ///< unused if it belongs to a fan
+    FaceId fan;                                 ///< the fan's face; invalid for triangles of the hierarchy
+    std::array<std::uint32_t, 3> fan_corner{};  ///< numbers of the corners in the fan's face
 
-    /// The surface point that belongs to barycentrics (b0, b1, b2). A fan's triangles lie in the regular polygon whose
-    /// corners are the face's, each root over its sector of it.
+    /// The surface parameter at barycentrics (b0, b1, b2). A fan's triangles cut a regular polygon whose corners are
+    /// those of the face; each root lies over one sector of this polygon.
     template <class Family>
     SurfaceParameter parameter(const ControlMesh& mesh, double b0, double b1, double b2) const {
         if (!fan.valid()) return Family::parameter(mesh, cell, b0, b1, b2);
@@ -60,21 +60,21 @@ struct OutputTriangle {
         if (turns < 0) turns += 1;
         const std::uint32_t sector = std::min(n - 1, static_cast<std::uint32_t>(turns * n));
         const Vec2d from = corner(sector), to = corner(sector + 1);
-        // Corners and sides are met exactly: trees would grow down to the last bits beside them.
+        // Rounded to 2^-40, so that corners and sides are exact: patch trees would grow very deep close to them.
         const auto rounded = [](double value) { return std::round(std::max(0.0, value) * 0x1p40) * 0x1p-40; };
         const double det = cross2(from, to), v = rounded(cross2(p, to) / det), w = rounded(cross2(from, p) / det);
         const double sum = std::max(1.0, v + w);
         const CellTriangle root = root_triangle(HalfedgeId(mesh.face_halfedge(fan).value + sector));
         return Family::parameter(mesh, root, v / sum, w / sum, 1 - (v + w) / sum);
     }
-    /// An address of corner k inside one root.
+    /// The site of corner k, as an address inside one root.
     template <class Family>
     Site corner_site(const ControlMesh& mesh, std::size_t k) const {
         if (!fan.valid()) return Family::corner_site(mesh, cell, k);
         return {HalfedgeId(mesh.face_halfedge(fan).value + fan_corner[k]), {0, 0}, 0};
     }
-    /// An address of a point inside the triangle near corner k: `steps` of 2^finer from the corner towards each of the
-    /// two others. Of a fan's triangle, in the corner's own root. @param finer  levels below the triangle's
+    /// The site of a point inside the triangle near corner k: `steps` / 2^finer of the way to both others.
+    /// For a fan's triangle, in the corner's own root. @param finer  number of levels below the triangle's level
     template <class Family>
     Site inner_site(const ControlMesh& mesh, std::size_t k, int finer, std::uint32_t steps) const {
         if (fan.valid())
@@ -91,16 +91,15 @@ struct OutputTriangle {
 /// Measures a tessellation against its surface by dense sampling, both directions (eval/README.md, Errors).
 ///
 /// Samples: the barycentric lattice of every triangle (at least 3 intervals a side, more until there are about
-/// `samples` in all), on the surface and on the triangle. What is far below the tolerance counts as far as it is from
-/// its own triangle. Else, forward: each surface point to the nearest triangle by Embree, in double; backward: each
-/// point of a triangle to the surface, by Newton's method from the parameters it came with, above the tolerance from
-/// those of all triangles near enough, too; and from the farthest sample of a triangle, each way, up to a local
-/// maximum. Without a tolerance the largest distance takes its place. Mean and RMS weigh samples by the area of their
-/// triangle. With a target, forward is sampled on the target too, evenly by area: what no point was projected to
-/// counts.
-/// @param samples         that are aimed at, each way
+/// `samples` in all), on the surface and on the triangle. Far below the tolerance, the distance of a surface point to
+/// its own triangle counts. Else forward distances go from the surface point to the nearest triangle (Embree, then
+/// double). Backward distances go from a point of the triangle to the surface: by Newton's method from its parameters,
+/// above the tolerance also from nearby triangles' parameters. The farthest sample of a triangle in each direction
+/// climbs to a local maximum. Without a tolerance, the largest distance takes its place. Mean and RMS are weighted by
+/// area. With a target, the target itself is sampled, too, evenly by area, for parts that no point was projected to.
+/// @param origin          (t) where triangle t comes from
+/// @param samples         number of samples to aim at, in each direction
 /// @param tolerance       infinite: none
-/// @param origin          where the triangle of that number comes from
 /// @param triangle_error  receives the largest error found at each triangle
 template <class Family>
 MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
 
-/// Sides of a crease whose normals differ by less than this share the vertex's own: nobody sees the difference.
+/// If all sides' normals are within this angle of the vertex's own normal, that one is used: no difference is visible.
 constexpr double k_one_plane_degrees = 1;
 
 std::uint32_t vertex_of(const TriangleMesh& mesh, std::uint64_t corner) {
@@ -30,8 +30,8 @@ double corner_angle(const TriangleMesh& mesh, std::uint64_t corner) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-/// Whether a unit normal is within the angle with this cosine of a triangle's, given in any length. A triangle without
-/// area agrees with every normal.
+/// Whether the angle between a unit normal and a triangle's normal `area`, of any length, has at least this cosine. A
+/// triangle without area agrees with every normal.
 bool agrees(const Vec3d& normal, const Vec3d& area, double least_cosine) {
     return glm::dot(normal, area) >= least_cosine * glm::length(area);
 }
@@ -41,7 +41,7 @@ Vec3d area_vector(const TriangleMesh& mesh, std::size_t t) {
     return glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
 }
 
-/// The triangles around a vertex, by its corners.
+/// The triangles around a vertex, one for each corner at it.
 struct VertexFaces {
     std::vector<Vec3d> normals;  ///< unit normals
     std::vector<double> angles;  ///< at the vertex
@@ -53,10 +53,10 @@ struct VertexFaces {
             angles[i] = corner_angle(mesh, corners[i]);
         }
     }
-    /// `normal`, if the i-th triangle and those that are within the angle of it are within the angle of it, too; else
-    /// the mean of these triangles, weighted by their angles at the vertex: triangles that look like one face have the
-    /// same normal, or none of them has.
-    /// @param group  per corner: triangles of other groups do not count
+    /// The normal of corner i. The triangles of its group that are within the crease angle of triangle i count. If all
+    /// of them agree with `normal`, the result is `normal`; else their mean, weighted by their angles at the vertex. So
+    /// of triangles that look like one face, all keep `normal` or none does.
+    /// @param group  per corner: its group
     Vec3d agreed(const Vec3d& normal, std::size_t i, std::span<const std::uint32_t> group, double least_cosine) const {
         Vec3d sum(0);
         bool agreed = agrees(normal, normals[i], least_cosine);
@@ -71,12 +71,12 @@ struct VertexFaces {
     }
 };
 
-/// The corners at some of the vertices, one vertex after the other, by number.
+/// The corners at chosen vertices, vertex by vertex, in the order of their numbers.
 struct VertexCorners {
-    std::vector<std::uint32_t> vertices;  ///< which, in order
+    std::vector<std::uint32_t> vertices;  ///< chosen ones, in order
     std::vector<std::uint64_t> first, corners;
 
-    /// @param chosen  per vertex: whether it is one of them
+    /// @param chosen  per vertex: nonzero if it is chosen
     VertexCorners(const TriangleMesh& mesh, std::span<const std::uint8_t> chosen) {
         std::vector<std::uint32_t> place(chosen.size(), k_none);
         for (std::uint32_t v = 0; v < chosen.size(); ++v)
@@ -121,7 +121,7 @@ class NormalSplitter {
         for_each_index(count, [&](std::uint32_t i) {
             groups[i] = find_groups(around.of(i), std::span(group_).subspan(around.first[i]));
         });
-        // Each side is asked for at the first of its corners.
+        // `side` is called with the first corner of each group.
         std::vector<std::uint64_t> asked;
         std::vector<std::uint64_t> first_asked(count + 1, 0);
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -142,7 +142,7 @@ class NormalSplitter {
     }
 
   private:
-    /// Whether the edge of a control half-edge is infinitely sharp, between two faces of the surface.
+    /// Whether the edge of a control half-edge is infinitely sharp and lies between two faces that are no holes.
     bool divides(HalfedgeId h) const {
         const HalfedgeId t = control_->twin(h);
         return control_->sharpness(control_->edge(h)) == k_sharpness_infinity && t.valid() &&
@@ -156,7 +156,7 @@ class NormalSplitter {
         return false;
     }
 
-    /// Vertices of triangles that their normal does not agree with, and those that may be on a crease.
+    /// Per vertex: 1 if its normal does not agree with all its triangles, or if it may be on a crease.
     std::vector<std::uint8_t> vertices_to_look_at() const {
         const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
         std::vector<std::uint8_t> chosen(mesh_.positions.size(), 0);
@@ -180,8 +180,8 @@ class NormalSplitter {
         return mesh_.triangles[corner / 3][(corner % 3 + turn) % 3];
     }
 
-    /// Numbers the groups of a vertex's corners, which no sharp edge divides, by their first corners. Returns how many
-    /// there are.
+    /// Numbers the groups of a vertex's corners by their first corners: sharp edges divide the groups. Returns the
+    /// number of groups.
     std::uint32_t find_groups(std::span<const std::uint64_t> corners, std::span<std::uint32_t> group) const {
         const auto count = static_cast<std::uint32_t>(corners.size());
         if (is_beside_sharp_.empty()) {
@@ -199,8 +199,8 @@ class NormalSplitter {
         return groups;
     }
 
-    /// Continues the normals of the smooth vertices at a corner's edges to the corner: on a circular arc the normals at
-    /// both ends of a chord are mirror images.
+    /// Estimates a corner's normal from smooth vertices at the other ends of its two edges: on a circular arc the
+    /// normals at both ends of a chord are mirror images.
     Vec3d from_neighbours(std::uint64_t corner, std::span<const std::uint8_t> chosen) const {
         const Vec3d area = area_vector(mesh_, corner / 3);
         Vec3d sum(0);
@@ -215,8 +215,8 @@ class NormalSplitter {
         return length > 0 ? sum / length : face_normal(mesh_, corner / 3);
     }
 
-    /// @param sides    of each group, where there are several; zero: not known
-    /// @param normals  receives the corners'
+    /// @param sides    limit normal of each group, if there are several groups; zero: not known
+    /// @param normals  receives the normals of the corners
     void choose_normals(std::span<const std::uint64_t> corners, std::span<const std::uint32_t> group,
                         std::uint32_t groups, std::span<const Vec3d> sides, std::span<const std::uint8_t> chosen,
                         std::span<Vec3d> normals) const {
@@ -238,7 +238,7 @@ class NormalSplitter {
             normals[i] = faces.agreed(of_group[group[i]], i, group, least_cosine_);
     }
 
-    /// Each vertex's first normal takes the place of its own; the others follow after all of these.
+    /// Stores the normals: the first corner's replaces the vertex normal; other ones are appended to mesh_.normals.
     void number_normals(const VertexCorners& around) {
         const std::size_t vertex_count = mesh_.normals.size();
         std::vector<std::array<std::uint32_t, 3>> numbers = mesh_.triangles;
@@ -265,8 +265,8 @@ class NormalSplitter {
     const ControlMesh* control_;
     double least_cosine_;
     std::vector<std::uint8_t> is_beside_sharp_;  ///< per control face; empty: no edge is infinitely sharp
-    std::vector<std::uint32_t> group_;           ///< per corner looked at: its group at the vertex
-    std::vector<Vec3d> normals_;                 ///< per corner looked at
+    std::vector<std::uint32_t> group_;           ///< per corner at a chosen vertex: its group at the vertex
+    std::vector<Vec3d> normals_;                 ///< per corner at a chosen vertex
 };
 
 }  // namespace

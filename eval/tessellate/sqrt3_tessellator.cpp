@@ -14,8 +14,8 @@ namespace {
 
 bool is_linear(const ControlMesh& mesh) { return mesh.face_varying_rule() == FaceVaryingRule::linear_all; }
 
-/// Which edges a sqrt(3) forest has to keep for leaves that lie on one side of all seams: those of the UV layer (where
-/// UVs are linear, of faces), of materials and of groups.
+/// Whether a sqrt(3) forest must keep an edge, so that each leaf lies on one side of all seams: of materials, groups
+/// and the UV layer. With linear UVs, all edges are kept.
 std::function<bool(EdgeId)> sqrt3_seams(const ControlMesh& mesh, bool uvs) {
     const ControlMeshData& data = mesh.data();
     return [&mesh, &data, uvs = uvs && mesh.has_uvs()](EdgeId e) {
@@ -37,7 +37,7 @@ constexpr std::uint64_t k_sqrt3_bytes = 500;
 /// Simple steps that make one level of refine().
 constexpr int k_steps_a_level = 2;
 
-/// By the limit points that leaves would get.
+/// Estimates errors by the limit points that refined leaves would get (sqrt3_leaf_errors()).
 class Sqrt3Estimator final : public ErrorEstimator {
   public:
     Sqrt3Estimator(const Hierarchy& points, const Sqrt3Lattice& lattice) : points_(points), lattice_(lattice) {}
@@ -83,7 +83,7 @@ class Sqrt3Tessellator final : public CellTessellator<Sqrt3Family> {
 
     void measure() override {
         const std::size_t count = result_.mesh.triangles.size();
-        // As many triangles as by cutting each in four, of which a step makes three.
+        // The number of triangles is about that of reference_bits() cuts in four; a simple step cuts each in three.
         const double bits = reference_bits(count, 0);
         const int steps =
             std::max(static_cast<int>(std::lround(bits * std::log(4.0) / std::log(3.0))), k_steps_a_level);
@@ -132,7 +132,7 @@ class Sqrt3Tessellator final : public CellTessellator<Sqrt3Family> {
             });
     }
 
-    Hierarchy points_;  ///< asked for limits alone
+    Hierarchy points_;  ///< used for limit points and normals only
     std::optional<Sqrt3Estimator> estimator_;
 };
 

@@ -13,7 +13,7 @@
 namespace tetrakis {
 
 /// Texture coordinates anywhere on a surface: the limit of the UV layer's own mesh under the face-varying rule, or
-/// linear.
+/// linear interpolation.
 template <class Family>
 class UvSurface {
   public:
@@ -41,7 +41,7 @@ class UvSurface {
         const double step = std::ldexp(1.0, -address.level);
         return at(address.root, address.at.x * step, address.at.y * step);
     }
-    /// Of the UV layer; null where it is linear.
+    /// Patches of the UV layer; null if it is linear.
     const typename Family::Patches* patches() const { return patches_.get(); }
 
   private:
@@ -50,7 +50,7 @@ class UvSurface {
     std::unique_ptr<typename Family::Patches> patches_;  ///< null: linear
 };
 
-/// Where the vertices of the output stand: on the limit surface, displaced along its normal, projected onto a target.
+/// Maps limit points to output points: the same point, displaced along the normal, or projected onto a target.
 template <class Family>
 class SurfaceMap {
   public:
@@ -68,31 +68,31 @@ class SurfaceMap {
         if (target) p = target->closest(p).point;
         return p;
     }
-    /// apply() to a point of the surface, with what it takes to look for details of the displacement around it.
+    /// apply() at a point of the surface, with the data for a search of displacement details around it.
     detail::DisplacedSample sample(const SurfaceParameter& at) const {
         const SurfacePoint point = patches->evaluate(at.root, at.x, at.y);
         const Vec2d place = heights ? uv->at(at.root, at.x, at.y) : Vec2d(0);
         return {apply(point, place), point.normal, place};
     }
-    /// Whether details of a displacement are to be looked for: on a target they mean nothing.
+    /// Whether the displacement may have details between samples. With a target they do not matter.
     bool has_detail() const { return heights && !target; }
-    /// Of a displacement.
+    /// Height of the displacement at a point, as a length.
     double height(HalfedgeId root, double x, double y) const {
         return amplitude * heights->image().sample(uv->at(root, x, y));
     }
-    /// A vertex of the output, by its canonical site. @param normal  receives the limit normal; may be null
+    /// Position of an output vertex, by its canonical site. @param normal  receives the limit normal; may be null
     Vec3d vertex(const Site& site, Vec3d* normal) const {
         if (!normal && plain()) return patches->limit(site.root, site.at, site.level);
         const SurfacePoint point = patches->vertex(site.root, site.at, site.level);
         if (normal) *normal = point.normal;
         return apply(point, heights ? uv->at(site) : Vec2d(0));
     }
-    /// Anywhere. On edges where a displacement jumps (UV seams, hard creases) the value of the given root.
+    /// Output point at any parameter. On edges where a displacement jumps (UV seams, hard creases): of the given root.
     Vec3d operator()(const SurfaceParameter& at) const {
         if (plain()) return patches->position(at.root, at.x, at.y);
         return apply(patches->evaluate(at.root, at.x, at.y), heights ? uv->at(at.root, at.x, at.y) : Vec2d(0));
     }
-    /// Distance from q to a nearby point: nearby_distance() on the limit surface, displaced or not. Not on a target.
+    /// nearby_distance() from q to the limit surface or displaced surface; not for targets.
     double nearby_distance(const Vec3d& q, const SurfaceParameter& start) const {
         return tetrakis::nearby_distance<Family>(patches->mesh(), q, start, [&](const SurfaceParameter& at) {
             return heights ? displaced(at) : patches->frame(at.root, at.x, at.y);
@@ -100,8 +100,8 @@ class SurfaceMap {
     }
 
   private:
-    /// A point of a displaced surface with its first derivatives: those of the surface and its normal in closed form,
-    /// of the heights by differences.
+    /// A point of a displaced surface with its first derivatives. Derivatives of the surface and its normal are in
+    /// closed form, those of the heights are finite differences.
     SurfacePoint displaced(const SurfaceParameter& at) const {
         // Differences over a thousandth of a root: displacement images are smooth at that scale or coarser than the
         // mesh.
@@ -116,7 +116,7 @@ class SurfaceMap {
             return 0.0;  // a corner of a triangle
         };
         const double across = glm::length(glm::cross(s.du, s.dv));
-        const auto turn = [&](const Vec3d& by) {  // of the normal, by the derivative of du x dv
+        const auto turn = [&](const Vec3d& by) {  // derivative of the normal, from that of du x dv
             return s.has_second && across > 0 ? (by - glm::dot(by, s.normal) * s.normal) / across : Vec3d(0);
         };
         const Vec3d normal_u = turn(glm::cross(s.duu, s.dv) + glm::cross(s.du, s.duv));

@@ -22,7 +22,7 @@ namespace tetrakis {
 
 namespace {
 
-/// A repair that leaves more than this share of the error has not helped; after two of them it is left at that.
+/// A repair that leaves more than this share of the error has not helped; after two such repairs, repairing ends.
 constexpr double k_progress = 0.98;
 
 /// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
@@ -70,7 +70,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     using Base::hierarchy_, Base::refinement_, Base::fans_, Base::corners_, Base::exported_, Base::part_, Base::origin;
     using Base::mesh_, Base::options_, Base::context_, Base::result_, Base::tolerance_, Base::aim_, Base::certified;
 
-    /// Which way a target is too far from the mesh, and by how much.
+    /// Warns if target and mesh are farther apart than the tolerance, for each direction.
     void warn_of_target(bool left_over) {
         const MeasuredError& error = *result_.measured_error;
         const auto much = [&](double distance) {
@@ -89,8 +89,8 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         result_.warnings.push_back(text);
     }
 
-    /// Where the texture coordinates of a control vertex differ from face to face, so may its heights: the surface is
-    /// torn there, and no refinement brings the triangles that bridge it within the tolerance.
+    /// Warns if heights at a control vertex differ between faces, as on UV seams. The surface is torn there, and no
+    /// refinement brings the triangles that bridge the gap within the tolerance.
     void warn_of_torn_heights() {
         const auto height = [&](HalfedgeId h) {
             if constexpr (std::is_same_v<Family, QuadFamily>) return map_.height(h, 0, 0);
@@ -149,11 +149,11 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
             detail::for_each_batch(
                 patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
                     if (!fans_.has(FaceId(f))) return;
-                    // A budget opens the worst fans first: their errors must be known.
+                    // Within a budget the worst fans are split first, so their errors must be tight.
                     errors[f] = certified() ? fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0)
                                             : fan_error_->measured(FaceId(f), aim_);
-                    // Nobody else asks for the corner cells of a face, and of one that needs no more triangles nobody
-                    // will.
+                    // If the fan is good enough, the patches of the face's corner cells are not used again: their
+                    // memory is freed.
                     if (errors[f] <= aim_)
                         for (std::uint32_t i = 0; i < mesh_.face_size(FaceId(f)); ++i)
                             patches_->forget_tree(HalfedgeId(mesh_.face_halfedge(FaceId(f)).value + i));
@@ -163,7 +163,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     }
 
     void measure() override {
-        // What is certified needs no repair: searches for closest points that end short of them are no reason to split.
+        // Certified results are not repaired: their measured errors may be too large, and that is no reason to split.
         const bool mend =
             options_.tolerance && options_.max_triangles == 0 && !refinement_->left_over() && !certified();
         result_.measured_error = tetrakis::measure<Family>(
@@ -175,7 +175,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     bool may_repair() const override { return !refinement_->budget_spent(); }
 
     bool repair(int round) override {
-        // Where splitting no longer helps (a map that jumps) more of it would not either.
+        // If splitting no longer helps, as where the map jumps, it ends.
         stalled_ += result_.measured_error->hausdorff > k_progress * last_error_;
         last_error_ = result_.measured_error->hausdorff;
         if (stalled_ == 2) return false;
@@ -187,7 +187,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     void certify() override {
         if (!map_.plain()) return;
-        // The estimator has a bound for errors within the aim that it has not marked; fans are marked nowhere.
+        // Estimates within the aim are bounds for leaves with that basis; for fans with the certified estimator.
         const auto known = [&](std::uint32_t t) {
             const LeafId leaf = exported_.leaves[t];
             const double error = this->estimated_error(t);
@@ -201,7 +201,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
                                        [&](std::uint32_t i) { errors[i] = bound(triangles[i], floor, granted); });
             });
     }
-    /// The error with the neighbours unfolded or without, whichever is less.
+    /// The smaller of two bounds: without sliding over edges, and with the sliding that the mesh allows.
     double bound(std::uint32_t t, double floor, const MeshSliding& granted) const {
         const LeafId of = exported_.leaves[t];
         if (!of.valid()) return fan_error_->certified(exported_.faces[t], floor, false);
@@ -254,7 +254,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     std::optional<LeafEstimator<Family>> estimator_;
     std::optional<FanError> fan_error_;
     std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
-    double last_error_ = std::numeric_limits<double>::infinity();  ///< before the last repair
+    double last_error_ = std::numeric_limits<double>::infinity();  ///< measured before the last repair
     int stalled_ = 0;                                              ///< repairs that have not helped
 };
 

@@ -17,59 +17,59 @@ struct HeightImage;  // eval/surface/height_image.hpp
 
 /// Which estimator decides where to refine (eval/README.md, Errors).
 enum class EstimatorKind {
-    /// Cheap two-sided filters, then closest points and normal rays against the limit surface or a target. Of surfaces
-    /// without patches: the limit points that each triangle's edges and inside have one and two levels further down.
+    /// Measured distances. Bounds accept and samples reject most triangles; closest points (and rays, with a target)
+    /// decide the rest. Without patches: limit points that two more levels put on each triangle's edges and inside it.
     measured,
-    certified,  ///< refines until the certified bound itself is within the tolerance
+    certified,  ///< the certified bound itself: refines until it is within the tolerance
 };
 
 /// What tessellate() can do with a scheme.
 struct SchemeSupport {
-    bool adaptive = false;  ///< refined where that is needed; else by whole levels of refine(), as honeycomb
-    /// Patches, exact anywhere: targets and displacements, and what is measured is measured against the surface itself;
-    /// else against a mesh of limit points that cuts the result's triangles in 16 or more (in 4 above 250 000 of them).
+    bool adaptive = false;  ///< the mesh is refined only where needed; else by whole levels of refine() (honeycomb)
+    /// The surface is exact everywhere: results are measured against it; targets and displacements work. Else results
+    /// are measured against limit points that cut each triangle in 16 or more (in 4 if there are more than 250 000).
     bool patches = false;
-    bool certified = false;  ///< bounds that hold for every point
+    bool certified = false;  ///< there are error bounds that hold for every point
 };
-/// Patches: Catmull-Clark and Loop by their plain rules. Certified: these by any rules; bilinear and midpoint;
+/// Patches: Catmull-Clark and Loop with their plain rules. Certified: both with any rules; bilinear and midpoint;
 /// Doo-Sabin and midedge; tuned Loop, Butterfly, Kobbelt, 4-8 and even averaging, unless a tag stays semi-sharp for
-/// more than 6 levels. By whole levels: honeycomb refinement, whose texture coordinates are those of the level's net.
+/// more than 6 levels. Whole levels: honeycomb refinement; its texture coordinates are those of the level's net.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
-/// With such a mesh: there are no patches for corners with angles of their own.
+/// The same for one mesh: there are no patches if corners have prescribed angles (corner tags with an angle).
 SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules = {});
 
 struct TessellateOptions {
     SchemeChoice scheme = SchemeKind::catmull_clark;  ///< see scheme_support()
     RuleOptions rules{};                              ///< choices that the scheme's rules offer
     EstimatorKind estimator = EstimatorKind::measured;
-    /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refine to max_triangles, or
-    /// until no distance is above rounding.
+    /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refinement goes on to
+    /// max_triangles, or until no distance is above rounding.
     std::optional<double> tolerance{};
-    bool tolerance_is_absolute = false;  ///< else relative to the diagonal of the control mesh's bounding_box()
-    /// 0: no limit; else the best mesh within it, largest errors first. The coarsest mesh, which has all corners of the
-    /// control mesh, must fit.
+    bool tolerance_is_absolute = false;  ///< else a share of the diagonal of the control mesh's bounding_box()
+    /// Largest number of triangles; 0: no limit. The largest errors are refined first. The limit must have room for the
+    /// coarsest mesh, which has all vertices of the control mesh.
     std::uint64_t max_triangles = 0;
-    /// Quadtree levels that every face gets (sqrt3: levels of refine()); max_triangles must have room for them.
+    /// Least quadtree level of every face (sqrt3: level of refine()); max_triangles must have room for it.
     int min_level = 0;
-    int max_level = 28;  ///< no cell is refined beyond it
-    /// Project vertices onto this mesh and measure against it, in both directions: where it reaches beyond what the
-    /// control mesh covers, the tolerance is not met, and a warning says so.
+    int max_level = 28;  ///< cells of this level are not refined
+    /// Vertices are projected onto this mesh, and errors are distances to it, in both directions. If it has parts that
+    /// the control mesh does not cover, the tolerance cannot be met there; a warning says so.
     const TriangleMesh* target = nullptr;
     const HeightImage* displacement = nullptr;  ///< heights in [0, 1] by UV, along the limit normal
-    double amplitude = 0;                       ///< height 1 in the unit of the model
-    bool normals = true;                        ///< compute limit normals
-    /// Vertices are split for shading, in TriangleMesh::triangle_normals alone, where a limit normal is farther than
-    /// this off its triangle, as on roundings tighter than the tolerance. At infinitely sharp edges they always are.
+    double amplitude = 0;                       ///< displacement by a height of 1, in the unit of the model
+    bool normals = true;                        ///< limit normals; with target or displacement, the triangles'
+    /// Largest angle between a triangle and its normals. At larger ones, as on roundings tighter than the tolerance,
+    /// and at infinitely sharp edges, vertices get several normals (TriangleMesh::triangle_normals) for shading.
     double crease_degrees = 30;
-    bool uvs = true;  ///< carry the UV layer over, where there is one
-    /// Measure the result at the end (symmetric Hausdorff, mean, RMS); with the measured estimator what is found to be
-    /// off the tolerance is split and measured again, local maxima between the samples included. Takes one to five
-    /// times as long as tessellating. A target that reaches beyond the mesh is found by this alone.
+    bool uvs = true;  ///< the result gets the control mesh's texture coordinates, if there are any
+    /// Measures the result at the end (symmetric Hausdorff, mean, RMS), at local maxima between samples, too. With the
+    /// measured estimator, triangles above the tolerance are split, and the mesh is measured again. Takes one to five
+    /// times as long as tessellating. Parts of a target that the mesh does not cover are found by this only.
     bool measure = false;
-    /// Samples that measuring aims at, each way: a lattice on every triangle, of at least 3 and at most 24 intervals a
-    /// side (some 300 points). Against limit points, half as many, spread as compare() does.
+    /// Number of samples that measuring aims at in each direction: a lattice on every triangle with 3 to 24 intervals a
+    /// side (24: some 300 points). Without patches, half as many samples, which are spread as by compare().
     std::uint64_t measure_samples = 100'000;
-    bool floats_written = false;  ///< the caller writes floats (GLB): certified_error then includes that rounding
+    bool floats_written = false;  ///< the caller writes floats (GLB): certified_error includes their rounding
 };
 
 struct StageSeconds {
@@ -78,16 +78,16 @@ struct StageSeconds {
 
 struct Tessellation {
     TriangleMesh mesh;
-    std::vector<std::uint32_t> triangle_face;  ///< T: the control face each triangle comes from
-    std::vector<float> triangle_error;         ///< T: of each triangle, measured or else estimated, unit of the model
-    double tolerance_absolute = std::numeric_limits<double>::infinity();
-    /// No estimate is above the tolerance, and neither is what was measured and what the certified estimator certifies
-    /// (by that one, measured distances from the mesh to the surface do not count: they may be too large).
-    /// With the measured estimator and without TessellateOptions::measure the samples that refinement took say so.
+    std::vector<std::uint32_t> triangle_face;  ///< T: control face that each triangle comes from
+    std::vector<float> triangle_error;         ///< T: error of each triangle, measured or else estimated, as a length
+    double tolerance_absolute = std::numeric_limits<double>::infinity();  ///< in the unit of the model
+    /// Whether estimates, measured errors and the certified estimator's bound are all within the tolerance. With that
+    /// estimator, measured distances from mesh to surface do not count, as they may be too large. With the measured
+    /// estimator and without TessellateOptions::measure, only the samples of the refinement are known.
     bool tolerance_reached = true;
-    /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement,
-    /// for schemes without a bound (see scheme_support()), and with the measured estimator where the bound is by norms
-    /// of masks, which takes several times as long as all else.
+    /// Upper bound on the distance between mesh and limit surface, both directions. Empty: with target or displacement;
+    /// if there is no bound (see scheme_support()); and with the measured estimator if the bound would be by norms of
+    /// masks, which takes several times as long as all else.
     std::optional<double> certified_error;
     std::optional<MeasuredError> measured_error;
     int deepest_level = 0;  ///< quadtree level of the finest triangle (sqrt3: level of refine())
@@ -97,10 +97,10 @@ struct Tessellation {
 };
 
 /// Tessellates the limit surface of a control mesh to a tolerance: one watertight indexed mesh whose vertices are limit
-/// points (projected or displaced on request), the same bytes for any number of threads.
+/// points (projected or displaced on request). The result has the same bytes for any number of threads.
 /// @param mesh     control mesh; triangle schemes need triangles: triangulate() makes them
 /// @throws Error   invalid_input (options that contradict each other, UVs missing for a displacement), unsupported
-///                 (what scheme_support() says no to, a limit without a mask, more triangles in the coarsest mesh
+///                 (an option that scheme_support() denies, a limit without a mask, more triangles in the coarsest mesh
 ///                 than max_triangles), memory_limit, cancelled
 /// Cost: O(triangles); about one patch evaluation per vertex and two bounds per triangle. Without patches: about ten
 /// limit points per triangle and as many again to measure, at a few microseconds each.

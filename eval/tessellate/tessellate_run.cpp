@@ -54,7 +54,7 @@ double TessellationRun::tolerance_length() const {
     const Box3d box = mesh_.bounding_box();
     double tolerance = options_.tolerance.value_or(std::numeric_limits<double>::infinity());
     if (options_.tolerance && !options_.tolerance_is_absolute) tolerance *= box.diagonal();
-    // What rounds to nothing beside the coordinates can never be reached.
+    // A tolerance below the rounding of the coordinates can never be reached.
     constexpr double k_least_tolerance = 1e-14;
     const double largest = std::max(glm::length(box.lower), glm::length(box.upper));
     if (options_.tolerance && !(tolerance > k_least_tolerance * largest))
@@ -65,7 +65,7 @@ double TessellationRun::tolerance_length() const {
                   "model to the origin"
                 : "the control mesh has no extent, so that a relative tolerance means nothing; give an absolute "
                   "one");
-    // Squares of squares of lengths must not vanish.
+    // Fourth powers of lengths must not underflow to zero.
     if (box.diagonal() > 0 && box.diagonal() * k_max_coordinate < 1)
         throw Error(ErrorCode::invalid_input,
                     fmt::format("the control mesh is only {:.2g} across, too small to calculate with; scale it up",
@@ -73,12 +73,12 @@ double TessellationRun::tolerance_length() const {
     return tolerance;
 }
 
-/// What the estimator aims at. What is certified includes the rounding of the floats that are written: the certified
-/// estimator must do with the rest of the tolerance. Warns where rounding leaves nothing of it. Where there is no
-/// tolerance, rounding is the aim.
+/// The largest error that the estimator accepts. A certified error includes the rounding of written floats, so the
+/// certified estimator gets the rest of the tolerance. Warns if rounding leaves nothing of it. Without a tolerance:
+/// the rounding of points.
 /// @throws Error  invalid_input: the certified estimator with a tolerance below twice surface_rounding()
 double TessellationRun::aim_beside_rounding() {
-    // Every bound adds the rounding of points: half of the tolerance is left for the surface.
+    // Every bound adds the rounding of points; the factor 2 leaves half of the tolerance for the surface.
     const double least = 2 * surface_rounding(mesh_, averaging_steps(options_.scheme.info(), options_.rules));
     if (!options_.tolerance) return least;  // below it, more triangles would not bring the mesh closer
     if (certified() && !(tolerance_ > least))
@@ -91,7 +91,7 @@ double TessellationRun::aim_beside_rounding() {
             mesh_.data().source);
     if (!options_.floats_written) return tolerance_;
     const double rounding = glb_rounding_bound_within(mesh_.bounding_box());
-    constexpr double k_below = 1 - 1e-15;  // the sum of both is rounded once more
+    constexpr double k_below = 1 - 1e-15;  // the sum of error and rounding is rounded, too
     if (!certified() && rounding < tolerance_) return tolerance_;
     if (const double left = tolerance_ * k_below - rounding; certified() && left > least) return left;
     result_.warnings.push_back(
@@ -101,13 +101,13 @@ double TessellationRun::aim_beside_rounding() {
     return tolerance_;
 }
 
-/// What rounding the result's vertices to float may add, where floats are written.
+/// Upper bound on the error that rounding the result's vertices to float adds; 0 if no floats are written.
 double TessellationRun::written_rounding() const {
     return options_.floats_written ? glb_rounding_bound(bounding_box(result_.mesh.positions)) : 0;
 }
 
-/// Whether the result, its rounding included, is within the tolerance as far as it was measured and certified. A
-/// measured distance from the mesh to the surface may be too large, which a certified one outweighs.
+/// Whether the result, rounding included, is within the tolerance, as far as it was measured and certified. A measured
+/// distance from the mesh to the surface may be too large, so a certified bound replaces it.
 bool TessellationRun::tolerance_reached() const {
     if (!options_.tolerance) return true;
     if (left_over() || written_rounding() > tolerance_) return false;
@@ -140,7 +140,7 @@ void TessellationRun::warn_of_fine_control_mesh() {
     std::size_t own = 0;
     for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
         if (!mesh_.is_hole(FaceId(f))) own += mesh_.face_size(FaceId(f)) - std::size_t{2};
-    constexpr std::size_t k_dense = 1000;  // a few faces that suffice are no news
+    constexpr std::size_t k_dense = 1000;  // no warning for small meshes, which often suffice
     constexpr double k_hardly = 1.01;      // some faces may need more
     if (own < k_dense || static_cast<double>(triangles) > k_hardly * static_cast<double>(own)) return;
     result_.warnings.push_back(
@@ -150,7 +150,7 @@ void TessellationRun::warn_of_fine_control_mesh() {
 }
 
 Tessellation TessellationRun::run() {
-    // After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
+    // Most rounds in which leaves above the tolerance are split and the mesh is measured again.
     constexpr int k_repairs = 8;
     Stopwatch watch;
     result_.tolerance_absolute = tolerance_length();

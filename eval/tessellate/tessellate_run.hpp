@@ -30,16 +30,16 @@ Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& o
 /// and result are those of refine(), two simple steps each.
 Tessellation tessellate_sqrt3(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context);
 
-/// tessellate() by whole levels, for schemes that no hierarchy has (honeycomb): the first level of refine() that is
+/// tessellate() by whole levels, for schemes without a hierarchy (honeycomb): the first level of refine() that is
 /// within the tolerance, its faces cut into triangles.
-/// @param why_not_adaptive  for a warning, where a scheme's hierarchy cannot take the mesh
-/// @throws Error  unsupported: the certified estimator, where that is so
+/// @param why_not_adaptive  text of a warning, if the scheme's hierarchy cannot take this mesh; else empty
+/// @throws Error  unsupported: the certified estimator, if `why_not_adaptive` is not empty
 Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
                                   const std::string& why_not_adaptive = {});
 
 }  // namespace tetrakis::detail
 
-/// What all ways to tessellate have in common: lengths from options, time, memory, progress.
+/// The base class of all tessellators: lengths from options, time, memory, progress.
 namespace tetrakis::detail {
 
 class Stopwatch {
@@ -55,8 +55,8 @@ class Stopwatch {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// The course that every tessellation takes: refine, export; measure and mend until nothing is found that is off;
-/// certify. A domain says how its leaves are refined, written as a mesh and measured.
+/// The steps of every tessellation: refine; export; measure and repair until no error above the tolerance is found;
+/// certify. A derived class refines its kind of leaves, exports them as a mesh and measures it.
 class TessellationRun {
   public:
     TessellationRun(const TessellationRun&) = delete;
@@ -65,7 +65,7 @@ class TessellationRun {
     Tessellation run();
 
   protected:
-    /// @param aim  share of the tolerance that errors by samples aim at; unless it is what limit points see
+    /// @param aim  share of the tolerance that sampled errors must keep within; by default seen_share() of the scheme
     TessellationRun(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
                     std::optional<double> aim = {})
         : mesh_(mesh),
@@ -74,33 +74,33 @@ class TessellationRun {
           sampled_aim_(aim.value_or(seen_share(options.scheme.info()))) {}
     bool certified() const { return options_.estimator == EstimatorKind::certified; }
 
-    /// What refining needs. tolerance_ and aim_ are known.
+    /// Builds the data for refine(). tolerance_ and aim_ are set before.
     virtual void prepare() {}
-    /// From the coarsest leaves on, until errors are within the aim or levels or budget end. Adds to estimate_seconds_.
+    /// Refines the coarsest leaves until errors are within aim_, or levels or budget end; adds to estimate_seconds_.
     virtual void refine() = 0;
-    /// The leaves as a mesh: positions, triangles, an error for each.
+    /// Writes the leaves as a mesh into result_: positions, triangles, an error for each triangle.
     virtual void export_mesh() = 0;
-    /// Sets the measured error and the triangles' errors.
+    /// Sets the measured error of result_ and the errors of its triangles.
     virtual void measure() = 0;
-    /// Whether what a measurement finds to be off may be split.
+    /// Whether triangles that a measurement finds above the tolerance may be split.
     virtual bool may_repair() const { return options_.max_triangles == 0 && !left_over(); }
-    /// Splits what a measurement found above the tolerance; false where there is nothing to split.
-    /// @param round  how many repairs there were before
+    /// Splits triangles that a measurement found above the tolerance; returns false if none can be split.
+    /// @param round  number of repairs before this one
     virtual bool repair(int round) = 0;
-    /// Sets the certified error, where there is a bound.
+    /// Sets the certified error, if there is a bound.
     virtual void certify() {}
-    /// All but materials and groups.
+    /// Adds all attributes but materials and groups.
     virtual void add_attributes() = 0;
-    /// Whether parts were left above the aim, for a level or a budget.
+    /// Whether errors above aim_ remain, because the maximum level or the budget was reached.
     virtual bool left_over() const = 0;
 
-    /// @throws Error  unsupported: the result has more triangles than allowed, and is the coarsest one
+    /// @throws Error  unsupported: more triangles than max_triangles, which only the coarsest mesh can have
     void check_coarsest() const;
-    /// Gives each triangle corner its UV, three a triangle, and merges those of one vertex that are equal, bit for bit.
+    /// Sets the UVs of triangle corners, three a triangle. UVs at one vertex that have the same bits are stored once.
     void add_uvs(std::span<const Vec2d> corner_uvs);
-    /// split_normals() of a result that has one normal a vertex, or none, and its triangles' control faces.
+    /// split_normals() of result_, whose normals are one a vertex, or none, and whose triangle_face is set.
     void split_creases(const SideNormals& side = {});
-    /// Says so where the control mesh is as fine as the tolerance asks: of a scheme that keeps its faces at level 0.
+    /// Adds a warning if the control mesh's own faces are within the tolerance. For schemes that keep them at level 0.
     void warn_of_fine_control_mesh();
 
     const ControlMesh& mesh_;
@@ -108,8 +108,8 @@ class TessellationRun {
     const RunContext& context_;
     Tessellation result_;
     double tolerance_ = 0;  ///< as a length; 0: none
-    double aim_ = 0;        ///< what refining aims at: the tolerance, or what rounding and sampling leave of it
-    double off_above_ = 0;  ///< what measuring aims at: the tolerance, or what sampling leaves of it
+    double aim_ = 0;        ///< largest error after refining: the tolerance less room for rounding and sampling
+    double off_above_ = 0;  ///< largest measured error that is not repaired: the tolerance less room for sampling
     double estimate_seconds_ = 0;
 
   private:
