@@ -57,7 +57,7 @@ Vec2d on_side(int k, double s) {
 
 /// Sample k on an edge as a fraction of it. The two sides of an edge get different ones; `lower` starts at the middle.
 double edge_sample(std::uint32_t k, bool lower) {
-    // 0.382 is where the sequence that starts at the middle leaves its largest gap longest.
+    // 0.382 lies in that gap of the sequence from the middle which stays the largest one for longest.
     return glm::fract((lower ? 0.5 : 0.381966011250105) + k * 0.61803398874989484820);
 }
 
@@ -108,7 +108,7 @@ class Sampler {
     }
 
   private:
-    /// What is known of a vertex: the first of its corners, which stands for it, and a third of its triangles' area.
+    /// Data of a vertex: its first triangle corner, at which it is sampled, and a third of its triangles' area.
     struct Vertex {
         std::uint64_t corner = ~std::uint64_t{0};
         double area = 0;
@@ -116,7 +116,7 @@ class Sampler {
     };
     static constexpr double k_most_rows = 65535;
 
-    /// Samples inside a triangle: a square number, by its area.
+    /// Number of samples inside a triangle, a square that grows with its area.
     double inside_count(std::uint32_t t) const { return static_cast<double>(first_[t + std::size_t{1}] - first_[t]); }
 
     double distance_of(const Vec3d& point, CoherentClosest& walker) {
@@ -125,7 +125,7 @@ class Sampler {
             raise(nearest_max_[nearest.triangle], nearest.distance);
         return nearest.distance;
     }
-    /// From any thread.
+    /// Sets `largest` to `distance` if that is larger. Thread-safe.
     static void raise(float& largest, double distance) {
         const std::atomic_ref shared(largest);
         const float here = detail::round_up(distance);
@@ -134,7 +134,7 @@ class Sampler {
     }
 
     void sample(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
-        // About two milliseconds of closest points: enough to pay for the task, little enough to share evenly.
+        // About two milliseconds of closest points: long for a task's overhead, short enough for an even load.
         constexpr std::uint64_t k_block_samples = 4096;
         std::vector<BlockResult> results((first_.back() + k_block_samples - 1) / k_block_samples);
         for_each_reported(
@@ -152,8 +152,8 @@ class Sampler {
             for (const std::uint32_t v : mesh_.triangles[t]) raise(result.triangle_max[t], vertices_[v].distance);
     }
 
-    /// The samples inside triangles with these numbers; with the first ones of a triangle, those on its edges and at
-    /// the vertices that it stands for.
+    /// Takes the samples inside triangles with numbers in [begin, end). The first sample of a triangle brings those on
+    /// its edges and at vertices whose first corner it has.
     BlockResult sample_block(std::uint64_t begin, std::uint64_t end, DirectedDistance& result) {
         BlockResult out;
         CoherentClosest walker(to_);
@@ -182,7 +182,7 @@ class Sampler {
             if (!options_.vertices_alone) {
                 for (std::uint64_t k = begin; k < std::min(end, first_[t + std::size_t{1}]); ++k)
                     out.add(weight, inside(detail::inside_sample(k - first_[t], rows)));
-                // As dense along an edge as the inside is across, and not less where the triangle is thin.
+                // Along an edge as dense as inside the triangle; denser, by length, if the triangle is thin.
                 for (int side = 0; side < 3 && begin == first_[t]; ++side) {
                     const double by_length = std::min(k_most_rows, along_edges_ * corners.side(side));
                     const std::uint32_t samples = 1 + std::max(rows / 2, static_cast<std::uint32_t>(by_length));
@@ -235,8 +235,8 @@ class Sampler {
     const TriangleBvh& to_;
     SamplingOptions options_;
     double area_ = 0;
-    double along_edges_ = 0;               ///< samples for each unit of an edge's length
-    std::vector<std::uint64_t> first_{0};  ///< per triangle: samples inside those before it
+    double along_edges_ = 0;               ///< least number of samples per unit of an edge's length
+    std::vector<std::uint64_t> first_{0};  ///< per triangle: number of inside samples of all triangles before it
     std::vector<Vertex> vertices_;
     std::vector<float> nearest_max_;
 };

@@ -11,8 +11,8 @@
 
 namespace tetrakis::detail {
 
-/// Intervals a side of the lattice of limit points over a triangle of a hierarchy: the vertices that it would get in
-/// two levels.
+/// Intervals a side of the lattice of limit points over a triangle of a hierarchy. Its points are the vertices that the
+/// triangle would have after two more levels.
 inline constexpr int k_limit_lattice = 4;
 inline constexpr int k_limit_lattice_bits = 2;
 inline constexpr int k_limit_samples = (k_limit_lattice + 1) * (k_limit_lattice + 2) / 2;
@@ -41,15 +41,15 @@ Site lattice_site_of(const ControlMesh& mesh, const CellTriangle& t, int bits, i
         Family::lattice_site(mesh, t.root, {at(c[0].x, c[1].x, c[2].x), at(c[0].y, c[1].y, c[2].y)}, t.level + bits));
 }
 
-/// Those of the whole lattice, in the order of its points, from `out` on.
+/// Writes the canonical sites of all points of the lattice to `out`, row by row.
 template <class Family>
 void put_lattice_sites(const ControlMesh& mesh, const CellTriangle& t, int bits, Site* out) {
     for (int row = 0; row <= 1 << bits; ++row)
         for (int i = 0; i <= row; ++i) *out++ = lattice_site_of<Family>(mesh, t, bits, row, i);
 }
 
-/// The sample of a triangle's lattice with n intervals a side that is farthest off, as PlaneMeasure takes it; on
-/// hard edges, off the edge itself.
+/// The sample of a triangle's lattice with n intervals a side that is farthest from the triangle by PlaneMeasure.
+/// Samples on hard edges are compared with the edge itself, too.
 inline Maximum farthest_sample(std::span<const Vec3d> s, int n, const PlaneMeasure& plane,
                                const std::array<bool, 3>& hard) {
     const Vec3d ends[4] = {s[s.size() - 1 - static_cast<std::size_t>(n)], s.back(), s[0],
@@ -67,11 +67,11 @@ inline Maximum farthest_sample(std::span<const Vec3d> s, int n, const PlaneMeasu
     return top;
 }
 
-/// How far a point of a flat triangle is at most from the surface that these samples are points of: the distance to
-/// the small triangles between them, and what the surface may bend off those.
-/// @param most  the largest distance of a sample from the triangle
+/// Estimated upper limit of the distance from a point of a flat triangle to the surface with these samples: the
+/// distance to the small triangles between samples, plus how far the surface may bend away from these.
+/// @param most  the largest distance of a sample from the flat triangle
 inline double distance_to_samples(const Vec3d& q, const LimitSamples& s, double most) {
-    // A sixteenth where second derivatives are constant; twice that for where they are not.
+    // The bend is a sixteenth of `most` if second derivatives are constant; the double allows for others.
     constexpr double k_bend = 1.0 / 8;
     double squared = std::numeric_limits<double>::infinity();
     const auto at = [&](int row, int i) -> const Vec3d& { return s[static_cast<std::size_t>(lattice_index(row, i))]; };
@@ -84,11 +84,11 @@ inline double distance_to_samples(const Vec3d& q, const LimitSamples& s, double 
     return std::sqrt(squared) + k_bend * most;
 }
 
-/// 0 for what is smooth or sharp for good.
+/// The sharpness if it is finite; else 0.
 inline double finite_sharpness(double sharpness) { return sharpness < k_sharpness_infinity ? sharpness : 0; }
 
-/// The largest finite sharpness of the control edge that a corner of a leaf lies on, or of the control vertex it is and
-/// the edges there.
+/// The largest finite sharpness at corner k of a leaf: of the control edge that it lies on, or of its control vertex
+/// and the edges there.
 template <class Family>
 double finite_sharpness_at(const ControlMesh& mesh, const CellTriangle& leaf, std::size_t k) {
     if (const HalfedgeId h = Family::control_edge_at(mesh, leaf, k); h.valid())
@@ -104,13 +104,13 @@ double finite_sharpness_at(const ControlMesh& mesh, const CellTriangle& leaf, st
     return most;
 }
 
-/// Visits points of a leaf, as barycentrics, that a lattice with 4 intervals an edge or more may miss: the surface
-/// rounds an edge or vertex of sharpness s off within 2^-s of the faces there, so ever nearer to the leaf's edges and
-/// corners that lie on one. None where the leaf is no wider than that.
+/// Visits points of a leaf, as barycentrics, where a lattice with 4 or more intervals a side may miss a rounding. The
+/// surface rounds an edge or vertex of sharpness s within 2^-s of the width of its faces, so the points come ever
+/// closer to leaf edges and corners on it. There are none if the leaf is no wider than the rounding.
 template <class Family, class Visit>
 void for_each_strip_point(const ControlMesh& mesh, const CellTriangle& leaf, Visit&& visit) {
-    constexpr int k_intervals = 4;  // of a line along an edge, or across a corner
-    constexpr int k_within = 2;     // halvings more than the strip's own width takes
+    constexpr int k_intervals = 4;  // of a line of points along an edge, or across a corner
+    constexpr int k_within = 2;     // number of lines closer than the width of the rounded strip
     constexpr double k_first = 1.0 / 8;
     std::array<int, 3> at_edge, at_corner;
     const auto halvings = [&](double sharpness) {
@@ -121,7 +121,7 @@ void for_each_strip_point(const ControlMesh& mesh, const CellTriangle& leaf, Vis
         at_edge[k] = h.valid() ? halvings(finite_sharpness(mesh.sharpness(mesh.edge(h)))) : 0;
         at_corner[k] = halvings(finite_sharpness_at<Family>(mesh, leaf, k));
     }
-    // Points that have this weight of one corner.
+    // Visits points on the line where `corner` has the given barycentric weight.
     const auto visit_line = [&](std::size_t corner, double weight) {
         for (int j = 0; j <= k_intervals; ++j) {
             std::array<double, 3> b;

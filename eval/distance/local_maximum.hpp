@@ -15,14 +15,14 @@ struct Maximum {
     }
 };
 
-/// Share of the tolerance. Where the largest sample is above it, a larger local maximum is looked for nearby.
+/// If the largest sample is above this share of the tolerance, a local maximum is searched near it.
 inline constexpr double k_climb_from = 0.8;
 
-/// Climbs from a sample of f to a local maximum near by: along the three directions of a lattice in turn, each time to
-/// the top of the parabola through three points; then again with smaller steps.
-/// @param from  where it starts, with f there
-/// @param step    about half the distance of samples
-/// @param sweeps  how often; each brings a smooth maximum much nearer
+/// Climbs from a sample of f to a local maximum nearby. A sweep takes the three directions of a lattice in turn, each
+/// time to the top of the parabola through three points; the next sweep takes smaller steps.
+/// @param from    the start, with the value of f there
+/// @param step    about half the spacing of samples
+/// @param sweeps  number of sweeps; each brings a smooth maximum much nearer
 template <class F>
 Maximum local_maximum(F&& f, Maximum from, double step, int sweeps = 2) {
     constexpr double k_finer = 0.25, k_farthest = 2;  // the next sweep's step; the farthest top, in steps

@@ -9,10 +9,10 @@
 
 namespace tetrakis::detail {
 
-/// Sample k of the m^2 inside a triangle, as weights (u, v) of its second and third corner: the triangle is cut into
-/// m^2 equal ones, and each holds one sample; for m = 1 the centroid, else placed in it by the R2 sequence (M. Roberts
-/// 2018, generalised golden ratio) so that no regular pattern can hide between the samples. Consecutive samples are
-/// neighbours.
+/// Sample k of m^2 inside a triangle, as weights (u, v) of its second and third corner. The triangle is cut into m^2
+/// equal ones with one sample each. For m = 1 it is the centroid; else the R2 sequence (M. Roberts 2018, generalised
+/// golden ratio) places it, so that regular patterns cannot hide between samples. Consecutive samples are in
+/// neighbouring parts.
 inline Vec2d inside_sample(std::uint64_t k, std::uint32_t m) {
     // Rows are counted from the last one, the single triangle at the third corner, which closes the square m^2.
     const std::uint64_t left = std::uint64_t{m} * m - k;
@@ -21,7 +21,7 @@ inline Vec2d inside_sample(std::uint64_t k, std::uint32_t m) {
     while (rows_left > 1 && (rows_left - 1) * (rows_left - 1) >= left) --rows_left;
     const std::uint64_t row = m - rows_left;
     std::uint64_t column = rows_left * rows_left - left;
-    if (row % 2 == 1) column = 2 * rows_left - 2 - column;  // there and back
+    if (row % 2 == 1) column = 2 * rows_left - 2 - column;  // odd rows run backwards
     // 1/g and 1/g^2 of g^3 = g + 1.
     constexpr double k_step_u = 0.75487766624669276005, k_step_v = 0.56984029099805326591;
     Vec2d at(1.0 / 3, 1.0 / 3);

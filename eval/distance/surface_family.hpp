@@ -15,14 +15,14 @@ namespace tetrakis {
 /// The 4-8 triangle over an edge: from the edge's ends to the centre of the half-edge's face.
 inline CellTriangle root_triangle(HalfedgeId h) { return {h, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}}; }
 
-/// The point of a triangle with barycentrics (b0, b1, b2), in sides of its root.
+/// The root parameters of a triangle's point with barycentrics (b0, b1, b2); the root's sides have length 1.
 inline std::array<double, 2> point_of(const CellTriangle& t, double b0, double b1, double b2) {
     const double unit = std::ldexp(1.0, -t.level);
     return {(b0 * t.corner[0].x + b1 * t.corner[1].x + b2 * t.corner[2].x) * unit,
             (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit};
 }
 
-/// What tessellation needs to know of the quad family: Catmull-Clark on the 4-8 bisection forest.
+/// Types and functions of the quad family for tessellation: Catmull-Clark on the 4-8 bisection forest.
 struct QuadFamily {
     using Patches = QuadPatches;
     using Bounder = QuadBounder;
@@ -35,13 +35,13 @@ struct QuadFamily {
     static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         return bisection_control_edge(mesh, t, k);
     }
-    /// The control edge that corner k lies on, away from its ends; or an invalid one.
+    /// The control edge that corner k lies on, except at its ends; invalid if there is none.
     static HalfedgeId control_edge_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         const LatticePoint p = t.corner[k];
         if (control_vertex_at(mesh, t, k).valid()) return {};
         return p.y == 0 ? t.root : p.x == 0 ? mesh.prev(t.root) : HalfedgeId{};
     }
-    /// The control vertex that corner k is; or an invalid one.
+    /// The control vertex at corner k; invalid if there is none.
     static VertexId control_vertex_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         const LatticePoint p = t.corner[k];
         if (p == LatticePoint{0, 0}) return mesh.origin(t.root);
@@ -54,13 +54,13 @@ struct QuadFamily {
             return {mesh.next(t.root), std::min(y, 1.0), std::clamp(2 - x, 0.0, 1.0)};
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0)};
     }
-    /// An address of a leaf's corner inside one root.
+    /// The site of a leaf's corner, as an address inside one root.
     static Site corner_site(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         const LatticePoint p = t.corner[k];
         if (t.level == 0 && p.x == 2) return {mesh.next(t.root), {0, 0}, 0};
         return {t.root, p, t.level};
     }
-    /// An address inside one root of a lattice point of a leaf's frame, at any level.
+    /// The site, inside one root, of a lattice point of any level. `p` may lie in the next root, beyond x = 2^level.
     static Site lattice_site(const ControlMesh& mesh, HalfedgeId root, LatticePoint p, int level) {
         const std::uint32_t n = 1u << level;
         if (p.x > n) return {mesh.next(root), {p.y, 2 * n - p.x}, static_cast<std::uint8_t>(level)};
@@ -77,7 +77,7 @@ struct QuadFamily {
         const V v = corner(root), a = 0.5 * (v + corner(mesh.next(root))), b = 0.5 * (v + corner(mesh.prev(root)));
         return V((1 - y) * ((1 - x) * v + x * a) + y * ((1 - x) * b + x * centre));
     }
-    /// Moves parameters beyond a root's sides into the roots there; on boundaries, onto the side.
+    /// Moves parameters outside a root into the root beyond that side; on boundaries, onto the side.
     static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {
         for (int crossing = 0; crossing < 3; ++crossing) {
             const bool below = std::min(at.x, at.y) < 0;
@@ -87,7 +87,7 @@ struct QuadFamily {
                                        : (below ? CellSide::edge : CellSide::prev_cell);
             const HalfedgeId beyond = across(mesh, at.root, side);
             if (!beyond.valid() || mesh.is_hole(mesh.face(beyond))) break;
-            // A quarter turn about a corner of both: (0, 0), or (1, 1).
+            // The roots' frames differ by a quarter turn about their common corner (0, 0) or (1, 1).
             const double twice = below ? 0 : 2;
             at = by_x ? SurfaceParameter{beyond, at.y, twice - at.x} : SurfaceParameter{beyond, twice - at.y, at.x};
         }
@@ -142,7 +142,7 @@ struct LoopFamily {
         for (int crossing = 0; crossing < 3; ++crossing) {
             const std::size_t out = static_cast<std::size_t>(std::min_element(b.begin(), b.end()) - b.begin());
             if (b[out] >= 0) break;
-            // Beyond the edge opposite corner `out`: the lattice goes on straight, so the corner there is a + b - out.
+            // Beyond the edge (a, b) opposite corner `out` the lattice continues: its corner there is a + b - out.
             const std::uint32_t h0 = mesh.face_halfedge(mesh.face(at.root)).value;
             const std::size_t from = (out + 1) % 3;
             const HalfedgeId t = mesh.twin(HalfedgeId(h0 + static_cast<std::uint32_t>(from)));
@@ -159,7 +159,7 @@ struct LoopFamily {
     }
 };
 
-/// Whether edge k of a triangle of a hierarchy lies where the surface ends or is sharp for good.
+/// Whether edge k of a hierarchy's triangle lies on a boundary, at a hole, or on an infinitely sharp edge.
 template <class Family>
 bool is_hard_edge(const ControlMesh& mesh, const CellTriangle& triangle, std::size_t k) {
     const HalfedgeId h = Family::control_edge(mesh, triangle, k);
@@ -174,21 +174,21 @@ std::array<bool, 3> hard_edges(const ControlMesh& mesh, const CellTriangle& tria
             is_hard_edge<Family>(mesh, triangle, 2)};
 }
 
-/// Distance from q to a nearby point of a surface: Gauss-Newton from `at`, across roots, not across the boundary. Never
-/// more than the distance to the start, and never less than that to the surface.
+/// Distance from q to a nearby point of a surface: Gauss-Newton from `at`, across roots but not across the boundary.
+/// The result is at most the distance to the start, and at least the distance to the surface.
 /// @param evaluate  (SurfaceParameter) gives a SurfacePoint
 template <class Family, class Evaluate>
 double nearby_distance(const ControlMesh& mesh, const Vec3d& q, SurfaceParameter at, Evaluate&& evaluate) {
-    // Four steps bring a start in the basin to rounding, the rest is for slow ones.
+    // Four steps reach rounding from a start near the solution; the others are for slow convergence.
     constexpr int k_steps = 8, k_halvings = 4;
-    // It ends where the squared sine of the angle between the way to the surface point and the surface's normal is
-    // below this: a further step would change the distance by half of that share.
+    // The iteration ends if the squared sine of the angle between the normal and the line from q to the surface point
+    // is below this: a further step would change the distance by half of that share.
     constexpr double k_square = 1e-8;
     SurfacePoint s = evaluate(at);
     double best = glm::length(q - s.position);
     for (int step = 0; step < k_steps; ++step) {
         if (!s.has_derivatives) {
-            // At extraordinary points there are tangents alone: those of a point a little further inside.
+            // Extraordinary points have no derivatives: those of a point a little further inside replace them.
             constexpr double k_inside = 1e-3;
             const Vec3d position = s.position;
             s = evaluate(
@@ -200,7 +200,7 @@ double nearby_distance(const ControlMesh& mesh, const Vec3d& q, SurfaceParameter
             const Vec3d way = newton.x * s.du + newton.y * s.dv;
             if (glm::dot(way, way) < k_square * best * best) return best;
         }
-        // Where that does not get nearer, as on boundaries, or there is none: along the sides of the root.
+        // If the Newton step comes no nearer, as on boundaries, or fails: steps along the root's sides.
         const auto along = [&](const Vec3d& side) {
             const double square = glm::dot(side, side);
             return square > 0 ? glm::dot(side, q - s.position) / square : 0.0;
@@ -210,7 +210,7 @@ double nearby_distance(const ControlMesh& mesh, const Vec3d& q, SurfaceParameter
         const SurfaceParameter from = at;
         const double before = best;
         for (Vec2d move : moves) {
-            // No step longer than half a root: beyond the neighbour the linearisation means nothing.
+            // Steps are at most half a root: the linearisation is of no use farther away.
             const double length = std::max(std::abs(move.x), std::abs(move.y));
             if (length > 0.5) move *= 0.5 / length;
             for (int halving = 0; halving < k_halvings && best == before && length > 0; ++halving, move *= 0.5) {

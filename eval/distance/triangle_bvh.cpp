@@ -20,27 +20,27 @@ namespace tetrakis {
 
 namespace {
 
-// Squares and sums of local coordinates up to this stay finite in float.
+// Local coordinates up to this have squares and sums that stay finite in float.
 constexpr double k_farthest_float_query = 0x1p60;
 
 /// A search for the nearest triangle.
 struct NearestSearch {
-    double distance;  ///< the least so far
-    /// The distance of a triangle; may be any larger number where it exceeds `best`. What it throws ends the search and
-    /// is thrown from there.
+    double distance;  ///< least distance so far
+    /// The distance of a triangle; may be any larger number if it exceeds `best`. An exception from it ends the search
+    /// and is rethrown by State::run().
     std::function<double(std::uint32_t triangle, double best)> exact;
     double scale = 1;  ///< of the local frame
-    double slack = 0;  ///< in it: how far float rounding moved the query point and the triangles
+    double slack = 0;  ///< largest shift of query point and triangles by float rounding, in the local frame
     std::exception_ptr thrown{};
 
-    /// Returns whether this triangle is nearer than those before.
+    /// Takes one more candidate; returns whether it is nearer than all before.
     bool offer(std::uint32_t triangle) {
         const double offered = exact(triangle, distance);
         if (!(offered < distance)) return false;
         distance = offered;
         return true;
     }
-    /// A float radius that misses nothing as near as what has been found.
+    /// The search radius in float, rounded so that no triangle within `distance` is missed.
     float radius() const {
         // Embree computes squared box distances in float: one rounding in each difference of coordinates, five in
         // squares and sum, one in the squared radius; together below 8 * 2^-24 relative in the square, 2^-22 in the
@@ -69,7 +69,7 @@ struct NearestSearch {
     }
 };
 
-/// Passes Embree's progress on. Embree asks from all of its threads, the callback is for the calling one alone.
+/// Reports Embree's progress. Embree calls from all of its threads; reports are made by the calling thread only.
 struct BuildMonitor {
     explicit BuildMonitor(const RunContext& to) : context(to) {}
     const RunContext& context;
@@ -102,8 +102,8 @@ struct TriangleBvh::State {
     detail::LocalFrame frame;
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
-    std::atomic<std::int64_t> bytes = 0;  ///< that Embree holds now
-    std::int64_t limit = 0;               ///< of these; 0: none
+    std::atomic<std::int64_t> bytes = 0;  ///< memory that Embree holds now
+    std::int64_t limit = 0;               ///< largest allowed `bytes`; 0: no limit
     std::atomic<int> failure = RTC_ERROR_NONE;
 
     explicit State(std::uint64_t max_memory_bytes) : limit(static_cast<std::int64_t>(max_memory_bytes)) {
@@ -122,7 +122,7 @@ struct TriangleBvh::State {
     }
     State(const State&) = delete;
 
-    /// Attaches the geometry (as number 0), builds the hierarchy and takes over the reference. Reports stage "build".
+    /// Attaches the geometry as number 0, releases the caller's reference to it and builds. Reports stage "build".
     void build(RTCGeometry geometry, const RunContext& context) {
         rtcSetGeometryPointQueryFunction(geometry, &NearestSearch::on_candidate);
         rtcCommitGeometry(geometry);
@@ -130,7 +130,7 @@ struct TriangleBvh::State {
         rtcReleaseGeometry(geometry);
         BuildMonitor monitor(context);
         if (context.progress) rtcSetSceneProgressMonitorFunction(scene, &BuildMonitor::on_progress, &monitor);
-        // Where this is part of a parallel loop, a thread that waits here must not take up another piece of it.
+        // Inside a parallel loop, a thread that waits here must not start another iteration of that loop.
         oneapi::tbb::this_task_arena::isolate([&] { rtcCommitScene(scene); });
         rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
         if (monitor.thrown) std::rethrow_exception(monitor.thrown);
@@ -143,16 +143,16 @@ struct TriangleBvh::State {
         throw Error(ErrorCode::invalid_input, fmt::format("Embree rejects the geometry (error {})", failure.load()));
     }
 
-    /// Offers the triangles that may be within search.distance. Embree finds candidates in float, with radii rounded
-    /// outward, so that none is missed, equal ones neither; the distances compared are the caller's. Thread-safe.
+    /// Offers all triangles within search.distance, and perhaps more. Embree's float radii are rounded outward, so that
+    /// not even equal distances are missed; search.exact computes the distances. Thread-safe.
     void run(NearestSearch& search, const Vec3d& point) const {
-        // Rounding to float moves a local coordinate c by at most 2^-24 |c|. Of a box at the distance d from a point
-        // whose coordinates are at most r, the sides that the distance is taken to have coordinates of at most r + d:
-        // rounding moves it by sqrt(3) 2^-24 r, and by a share of d that the radii allow for.
+        // Rounding to float moves a local coordinate c by at most 2^-24 |c|. Let a point have coordinates up to r, and
+        // a box the distance d from it: the box's nearest sides have coordinates up to r + d. Rounding moves the
+        // distance by sqrt(3) 2^-24 r, and by a share of d that radius() allows for.
         constexpr double k_vertex_rounding = 1.7320508075688774 * 0x1p-24;
         const Vec3d local = frame.to_local(point);
         const double reach = std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)});
-        if (!(reach <= k_farthest_float_query)) {  // too far for squares of floats: every triangle is a candidate
+        if (!(reach <= k_farthest_float_query)) {  // squares of floats overflow: every triangle is a candidate
             for (std::uint32_t t = 0; t < triangles.size(); ++t) search.offer(t);
             return;
         }
@@ -173,7 +173,7 @@ struct TriangleBvh::State {
     static bool on_memory(void* self, ssize_t bytes, bool /*post*/) {
         auto& state = *static_cast<State*>(self);
         const std::int64_t total = state.bytes.fetch_add(bytes) + bytes;
-        // Embree must be allowed to give memory back, else it cannot unwind.
+        // Releasing memory is always allowed, else Embree cannot unwind.
         return bytes <= 0 || state.limit == 0 || total <= state.limit;
     }
     static void on_error(void* self, RTCError code, const char* /*text*/) {
@@ -184,8 +184,8 @@ struct TriangleBvh::State {
 
 namespace {
 
-/// The median of each coordinate, of what is finite. Where a few vertices lie far away from all else, floats about it
-/// resolve all else.
+/// The median of each coordinate, of finite values. Floats relative to it resolve most of the model even if a few
+/// vertices lie far away.
 Vec3d median(std::span<const Vec3d> positions) {
     Vec3d result{0.0};
     std::vector<double> values;
@@ -268,7 +268,7 @@ ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const
         const auto& corner = state.triangles[t];
         const Vec3d &a = state.positions[corner[0]], &b = state.positions[corner[1]], &c = state.positions[corner[2]];
         const double best_squared = best * best * (1 + 0x1p-50);
-        // Most candidates are out of reach by their boxes: Embree knows those of several triangles at a time alone.
+        // The triangle's own box excludes most candidates: Embree's boxes hold several triangles each.
         const Vec3d low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
         const Vec3d off = glm::max(glm::max(low - point, point - high), Vec3d(0));
         if (glm::dot(off, off) > best_squared) return k_too_far;
@@ -297,7 +297,7 @@ std::vector<std::uint32_t> TriangleBvh::within(const Vec3d& point, double distan
 
 namespace {
 
-// A ray in the local frame, its direction of unit length: t is at its own (t * unit - start).
+// A ray in the local frame with unit direction: a parameter t of the given ray is t * unit - start on this one.
 struct LocalRay {
     double unit = 1, start = 0;
 };
@@ -308,13 +308,13 @@ bool make_local_ray(const detail::LocalFrame& frame, const Vec3d& origin, const 
     const Vec3d along = direction / length;
     Vec3d local = frame.to_local(origin);
     const double unit = way.unit = length * frame.scale;
-    // From far away it starts before the model, which lies within 4 of the frame's middle.
+    // A far start moves along the ray to just before the model, which lies within 4 of the frame's middle.
     constexpr double k_far = 16, k_before = 8, k_rounding = 4e-15;
     if (const double away = -glm::dot(local, along); away > k_far) {
         way.start = away - k_before - k_rounding * away;
         local += way.start * along;
     }
-    // Embree takes no coordinates beyond this.
+    // Larger coordinates overflow in Embree.
     if (!(std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)}) <= k_farthest_float_query)) return false;
     ray.org_x = static_cast<float>(local.x);
     ray.org_y = static_cast<float>(local.y);
@@ -328,7 +328,7 @@ bool make_local_ray(const detail::LocalFrame& frame, const Vec3d& origin, const 
     ray.mask = 0xFFFF'FFFFu;
     ray.id = 0;
     ray.flags = 0;
-    // Embree has no answer for numbers that are not finite: such a ray meets nothing.
+    // Embree cannot take numbers that are not finite: such a ray meets nothing.
     return ray.tnear <= ray.tfar && std::isfinite(ray.org_x) && std::isfinite(ray.org_y) && std::isfinite(ray.org_z) &&
            std::isfinite(ray.tnear);
 }
@@ -356,7 +356,7 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
     const double slope = glm::dot(normal, direction);
     const double t = -glm::dot(normal, ao) / slope;
     const double unit = way.unit, float_t = (double{query.ray.tfar} + way.start) / unit;
-    // Edge-on, the plane says little about where the ray meets the triangle: keep what the float ray found.
+    // If the ray is almost parallel to the plane, t by the plane is inaccurate: keep Embree's float result.
     constexpr double k_float_error = 1e-5;
     if (!(std::abs(t - float_t) * unit <= k_float_error * (1 + double{query.ray.tfar}))) {
         result.t = float_t;
@@ -385,7 +385,7 @@ bool TriangleBvh::occluded(const Vec3d& origin, const Vec3d& direction, double t
 }
 
 void TriangleBvh::closest(std::span<const Vec3d> points, std::span<ClosestPoint> out, const RunContext& context) const {
-    // Points that one task looks up, and points between two progress reports.
+    // Points per task, and points between two progress reports.
     constexpr std::uint32_t k_grain = 256;
     constexpr std::size_t k_block = 1 << 16;
     if (points.size() != out.size())
@@ -404,7 +404,7 @@ void TriangleBvh::closest(std::span<const Vec3d> points, std::span<ClosestPoint>
 }
 
 ClosestPoint CoherentClosest::closest(const Vec3d& point) noexcept {
-    // The surplus covers the roundings of the distances; should it ever not, the search is repeated without a bound.
+    // The surplus covers rounding of the distances; if it ever does not, the search is repeated without a bound.
     constexpr double k_surplus = 1e-9;
     const double bound = (last_distance_ + glm::length(point - last_point_)) * (1 + k_surplus);
     ClosestPoint result = bvh_->closest(point, bound);

@@ -23,7 +23,7 @@ struct ClosestPoint {
     bool found() const { return triangle != k_none; }
 };
 
-/// Where a ray meets a triangle mesh: origin + t direction, or the same by barycentric coordinates as above.
+/// Where a ray meets a triangle mesh: at origin + t direction; u and v are the barycentrics there, as in ClosestPoint.
 struct RayHit {
     double t = std::numeric_limits<double>::infinity();
     std::uint32_t triangle = ClosestPoint::k_none;
@@ -32,14 +32,14 @@ struct RayHit {
 };
 
 /// Closest points and ray casts on a triangle mesh. Embree finds candidates in float, in a local frame and with radii
-/// rounded outward; distances are computed and compared in double. So the closest point is exact to double rounding
-/// however fine the distances are beside the model, and does not depend on the hierarchy (equals: lowest triangle).
-/// Degenerate triangles count as segments or points. All queries are thread-safe.
+/// rounded outward; distances are computed and compared in double. So the closest point is exact to double rounding,
+/// even for distances tiny beside the model. It does not depend on the hierarchy: of equal distances the lowest
+/// triangle counts. Degenerate triangles count as segments or points. All queries are thread-safe.
 class TriangleBvh {
   public:
-    /// Keeps references: positions and triangles must stay where they are while this object lives.
+    /// Keeps references: `positions` and `triangles` must not move or change while this object lives.
     /// @throws Error invalid_input: an index is out of range, or a position used is not finite;
-    ///               memory_limit: context.max_memory_bytes would be exceeded (Embree's share alone counts)
+    ///               memory_limit: context.max_memory_bytes would be exceeded (only Embree's memory counts)
     /// Cost: O(T log T), parallel; about 45 bytes a triangle.
     TriangleBvh(std::span<const Vec3d> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
                 const RunContext& context = {});
@@ -55,23 +55,23 @@ class TriangleBvh {
     Box3d bounds() const;                ///< of the positions that triangles use
     std::uint64_t memory_bytes() const;  ///< held by the hierarchy and its float copy of the vertices
 
-    /// The closest point within max_distance (inclusive). A distance known to be reached makes the search much cheaper.
+    /// The closest point within `max_distance` (inclusive). A known upper bound of the distance makes it much cheaper.
     ClosestPoint closest(const Vec3d& point,
                          double max_distance = std::numeric_limits<double>::infinity()) const noexcept;
-    /// The triangles within a distance, and perhaps some that are little farther away, in any order.
+    /// All triangles within `distance` of a point, and perhaps some a little farther away, in any order.
     std::vector<std::uint32_t> within(const Vec3d& point, double distance) const;
 
-    /// First hit with t in [t_min, t_max], t_min >= 0, from either side. Embree finds the triangle in float (so a ray
-    /// closer to an edge than 1e-7 of the model may be given to the neighbour, and one right through a vertex may meet
-    /// nothing); t, u and v are recomputed in double.
+    /// First hit with t in [t_min, t_max], t_min >= 0, on either side of a triangle. Embree finds the triangle in
+    /// float: a ray closer to an edge than 1e-7 of the model may hit the neighbour instead, one right through a vertex
+    /// nothing. Then t, u and v are recomputed in double.
     RayHit intersect(const Vec3d& origin, const Vec3d& direction, double t_min = 0,
                      double t_max = std::numeric_limits<double>::infinity()) const noexcept;
-    /// Whether anything lies between t_min and t_max.
+    /// Whether the ray meets a triangle at some t in [t_min, t_max].
     bool occluded(const Vec3d& origin, const Vec3d& direction, double t_min = 0,
                   double t_max = std::numeric_limits<double>::infinity()) const noexcept;
 
-    /// closest() of many points, in parallel. Neighbours in the span should be near each other: each search starts with
-    /// the distance that the triangle inequality gives from the one before.
+    /// closest() of many points, in parallel. Consecutive points should be near each other: the triangle inequality
+    /// gives each search an upper bound from the one before.
     /// @throws Error invalid_input: the spans differ in size; cancelled
     void closest(std::span<const Vec3d> points, std::span<ClosestPoint> out, const RunContext& context = {}) const;
 
@@ -80,7 +80,7 @@ class TriangleBvh {
     std::unique_ptr<State> state_;
 };
 
-/// Closest points for a sequence of query points that lie near each other: remembers the last answer as a bound.
+/// Closest points for a sequence of query points near each other: the last answer bounds the next distance.
 class CoherentClosest {
   public:
     explicit CoherentClosest(const TriangleBvh& bvh) : bvh_(&bvh) {}
