@@ -12,27 +12,27 @@ namespace tetrakis::detail {
 
 namespace {
 
-// Levels that a weight is looked at directly; below them it is a sum of others.
+// Number of levels for which a weight is computed directly; below them it is a sum of other weights.
 constexpr int k_levels = 3;
-// Weights and sums of rounding errors alone.
+// Weights and sums below this are rounding errors.
 constexpr double k_no_weight = 1e-11;
-// The iteration: it ends where nothing changes by more than this, and has failed where weights grow or creep.
+// The iteration ends once no weight changes by more than k_settled; it fails if weights exceed k_most_weight.
 constexpr double k_settled = 1e-10, k_most_weight = 1e3;
 constexpr int k_most_rounds = 400;
-// Added to each equation, so that the solution has room for what the iteration, which approaches it from below, leaves:
-// a hundred times its last change.
+// Added to each equation. The iteration approaches the solution from below; this room, a hundred times the last change,
+// makes up for the rest.
 constexpr double k_room = 1e-8;
-// The level where hardly any cell is near more than one extraordinary point, so that many have the same surroundings.
+// From this level on, hardly any cell is near two extraordinary points, so that many cells share their surroundings.
 constexpr int k_irregular_from = 2;
 
-/// Rules of edges look two rings around a cell; those of others, as Kobbelt's virtual points, up to one more; a step of
-/// averaging is by half a ring.
+/// Rings of faces on which the norms depend: two for edge rules, up to one more for other rules, such as Kobbelt's
+/// virtual points. A step of averaging takes half a ring.
 int rings_of(const SchemeInfo& scheme, const RuleOptions& options) {
     if (scheme.has_chosen_steps()) return options.averaging_steps / 2 + 1;
     return std::max(2, rule_rings(scheme, options) + (scheme.choice_rings > 0 ? 1 : 0));
 }
 
-/// What the rules may reproduce, the best first: points are where this has them from a cell's corners.
+/// Functions that the rules may reproduce, the best first. Expected points extend a cell's corners by this function.
 enum class Extension { bilinear, affine, constant };
 
 CellAnchor anchor_at(const Vec2d& p, Extension extension, int corners) {
@@ -41,11 +41,11 @@ CellAnchor anchor_at(const Vec2d& p, Extension extension, int corners) {
     return corner_weights(p, corners);
 }
 
-/// A cell some levels below, by its points as combinations of those of the first one.
+/// A cell some levels below the first one, with its points as combinations of the first one's points.
 struct CellBelow {
     const CellNorms& norms;
     StencilTable rows;
-    std::array<Vec2d, 4> corner;  ///< in sides of the first one
+    std::array<Vec2d, 4> corner;  ///< in the first cell, whose sides have length 1
 };
 
 template <class Take>
@@ -61,7 +61,7 @@ void for_each_below(const CellBelow& cell, int levels, int corners, const Take& 
     }
 }
 
-/// How far a point of a cell is from where its corners would have it.
+/// The vector from a point's expected position to the point, as a combination of points.
 StencilRow offset(const StencilTable& rows, int point, const CellAnchor& anchor) {
     StencilRow row = rows.row(point);
     for (int k = 0; k < 4; ++k)
@@ -70,7 +70,7 @@ StencilRow offset(const StencilTable& rows, int point, const CellAnchor& anchor)
     return row;
 }
 
-/// Whether a combination of points is 0 where all are where the corners would have them.
+/// Whether a combination of points is 0 if all points are at their expected positions.
 bool annihilates(const StencilRow& row, std::span<const CellAnchor> anchor) {
     CellAnchor sum{};
     double size = 1;
@@ -83,15 +83,15 @@ bool annihilates(const StencilRow& row, std::span<const CellAnchor> anchor) {
 
 }  // namespace
 
-/// Kinds of surroundings depth first (Tarjan 1972): those that are made of one another are solved together, after all
-/// others that they are made of. So the weights of a kind do not depend on what was asked for before.
+/// Depth-first search over kinds of surroundings. Strongly connected components (Tarjan 1972) are solved together,
+/// after all components that they depend on. So the weights of a kind do not depend on earlier requests.
 class CellNormTable::Search {
   public:
     explicit Search(const CellNormTable& table) : table_(table), corners_(table.corners_) {}
 
-    /// Returns the number of the first kind that this one, or what it is made of, leads back to.
+    /// Returns the least number of an unfinished kind that this one depends on, itself included (Tarjan's low-link).
     int visit(const SurroundingsKey& key) {
-        const auto of = kinds_.try_emplace(key).first;  // stays where it is
+        const auto of = kinds_.try_emplace(key).first;  // iterators of a map stay valid
         Kind& kind = of->second;
         const int number = kind.number = static_cast<int>(kinds_.size());
         stack_.push_back(of);
@@ -112,7 +112,7 @@ class CellNormTable::Search {
     }
 
   private:
-    /// A small cell: how far its points are from where its corners would have them, as sizes of weights.
+    /// A small cell, with the absolute weights of its points' offsets from their expected positions.
     struct Offsets {
         const CellNorms* norms;
         StencilTable sizes;
@@ -123,7 +123,7 @@ class CellNormTable::Search {
         std::unique_ptr<CellNorms> norms = std::make_unique<CellNorms>();
         std::vector<int> place;  ///< by point around the cell: its number in norms->point, or -1
         Extension extension = Extension::bilinear;
-        std::vector<double> direct;  ///< sizes of basis functions, less the hats of the corners
+        std::vector<double> direct;  ///< by point: largest |basis function less the corner's hat function|
         std::vector<Offsets> below;
     };
     using Kinds = std::map<SurroundingsKey, Kind>;
@@ -136,12 +136,12 @@ class CellNormTable::Search {
         const std::unique_lock lock(table_.reading_);
         for (const Kinds::iterator of : component) {
             table_.known_.emplace(of->first, solved ? std::move(of->second.norms) : nullptr);
-            of->second.below = {};  // most of a search's memory
+            of->second.below = {};  // frees most of the search's memory
         }
     }
 
-    /// Finds the children, and the points that matter: the corners, and those in the rows of children's points that
-    /// matter. False: a child has no norms, and so these kinds have none.
+    /// Links kinds to their children, and finds the points used: the corners, and all points in the rows of the
+    /// children's used points. Returns false if a child has no norms; then these kinds have none.
     bool link(std::span<Kind* const> kinds) const {
         for (Kind* const kind : kinds) {
             if (!kind->step) return false;
@@ -161,7 +161,7 @@ class CellNormTable::Search {
             for (Kind* const kind : kinds)
                 for (std::size_t c = 0; c < 4; ++c) {
                     const std::vector<int>& points = kind->norms->children[c].norms->point;
-                    for (std::size_t j = 0; j < points.size(); ++j)  // they may be the kind's own, and become more
+                    for (std::size_t j = 0; j < points.size(); ++j)  // may grow: `points` may be the kind's own
                         for (const int i : kind->step->rows.points(kind->step->children[c].vertices[points[j]]))
                             again = add_point(*kind, i) || again;
                 }
@@ -184,14 +184,14 @@ class CellNormTable::Search {
         return true;
     }
 
-    /// The best that the rules reproduce.
+    /// Finds the best extension that the rules reproduce, for each kind. Returns false if there is none.
     bool find_extensions(std::span<Kind* const> kinds) const {
         for (Kind* const kind : kinds) {
             std::vector<Vec2d> at;
             for (const int i : kind->norms->point) at.push_back(kind->step->at[i]);
             const auto before = [](const Vec2d& p, const Vec2d& q) { return p.x != q.x ? p.x < q.x : p.y < q.y; };
             std::ranges::sort(at, before);
-            // Around many edges a lattice may close after several turns: its points are far from there.
+            // Around many edges the unrolled lattice overlaps itself, and its positions mean nothing.
             if (std::ranges::adjacent_find(at) != at.end()) kind->extension = Extension::constant;
             set_anchors(*kind);
         }
@@ -212,7 +212,7 @@ class CellNormTable::Search {
         for (const int i : kind.norms->point)
             kind.norms->anchor.push_back(anchor_at(kind.step->at[i], kind.extension, corners_));
     }
-    /// Whether points that are where a cell's corners have them are so around its children, too.
+    /// Whether points at their expected positions give points at their expected positions around the children.
     bool reproduces(const Kind& kind) const {
         bool all = true;
         for_each_below(whole(kind), 1, corners_, [&](const CellBelow& cell) {
@@ -228,7 +228,7 @@ class CellNormTable::Search {
         for (int k = 0; k < corners_; ++k) cell.corner[k] = cell_corner(k, corners_);
         return cell;
     }
-    /// A corner of a small cell, less where it would be on the large one.
+    /// The vector from a place on the large cell to the small cell's corner that belongs there, as a combination.
     StencilRow without_hat(const CellBelow& cell, int corner) const {
         StencilRow row = cell.rows.row(corner);
         const CellAnchor hats = corner_weights(cell.corner[corner], corners_);
@@ -267,12 +267,12 @@ class CellNormTable::Search {
                 kind->norms->weight = std::move(now);
             }
         }
-        // The equations grow with the weights, so where all hold, none is below the solution.
+        // The equations are monotone in the weights: if all hold as inequalities, no weight is below the solution.
         return change <= k_settled && std::ranges::all_of(kinds, [&](const Kind* kind) {
                    return std::ranges::equal(least(*kind), kind->norms->weight, std::less_equal<>());
                });
     }
-    /// What the weights of a kind have to reach at least, by those that the cells below it have now.
+    /// Least values for the weights of a kind, from the present weights of the cells below it.
     static std::vector<double> least(const Kind& kind) {
         const std::vector<CellAnchor>& anchor = kind.norms->anchor;
         std::vector<double> result(anchor.size(), 0.0), sum(anchor.size());
@@ -283,7 +283,7 @@ class CellNormTable::Search {
                     sum[cell.sizes.points(j)[t]] += cell.sizes.weights(j)[t] * cell.norms->weight[j];
             for (std::size_t i = 0; i < sum.size(); ++i) result[i] = std::max(result[i], sum[i]);
         }
-        // A corner that is where it would be counts for nothing.
+        // A corner is at its own expected position, so its weight does not count.
         for (std::size_t i = 0; i < result.size(); ++i)
             result[i] = i < 4 && anchor[i][i] == 1 ? 0 : result[i] + kind.direct[i];
         return result;
@@ -342,7 +342,7 @@ NormedCell CellNormTable::of_cell(const RuleMesh& mesh, int halfedge, int level,
         };
         if (!std::ranges::all_of(parts.vertices(), is_regular)) return {};
     }
-    // Beside corners of some angles there are weights only as seen from the corner itself.
+    // Beside corners with certain angles there are norms only if the corner itself is the first corner.
     for (int k = 0; k < corners_; ++k, halfedge = mesh.next(halfedge)) {
         const std::optional<CellSurroundings> around = cell_surroundings(mesh, halfedge, rings_, parts);
         if (!around) break;

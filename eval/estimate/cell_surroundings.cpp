@@ -11,13 +11,13 @@ namespace tetrakis::detail {
 
 namespace {
 
-// In a key: vertices that are corners follow; then half-edges of sectors with angles, each with the halves of its
-// angle.
+// Separators in a key. After the first, the sharp vertices follow; after the second, half-edges with corner angles,
+// each with the two halves of its angle's bits.
 constexpr int k_sharp_vertices = std::numeric_limits<int>::min(), k_angles = k_sharp_vertices + 1;
 
-/// A mesh of these surroundings. Half-edge 0 leaves the cell's first corner, and the first half-edge of every other
-/// face lies beside a face before it.
-/// @throws std::invalid_argument  it ends in another way than a mesh does
+/// The mesh of these surroundings. Half-edge 0 leaves the cell's first corner, and the first half-edge of every other
+/// face has its twin in an earlier face.
+/// @throws std::invalid_argument  the surroundings are no valid mesh at their border
 RuleMesh surroundings_mesh(const SurroundingsKey& key) {
     RuleMesh::Builder faces;
     int vertices = 0;
@@ -42,7 +42,7 @@ RuleMesh surroundings_mesh(const SurroundingsKey& key) {
     return RuleMesh(vertices, std::move(faces), std::move(sharpness));
 }
 
-/// Where a lattice that goes on from the first face has its vertices: face by face across edges.
+/// Lattice coordinates of all vertices: the lattice of the first face is continued face by face across edges.
 std::vector<Vec2d> unrolled(const RuleMesh& mesh, int corners) {
     std::vector<Vec2d> at(mesh.vertex_count());
     std::vector<char> seen(mesh.vertex_count(), 0);
@@ -87,7 +87,7 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
                 if (is_semi_sharp(mesh.vertex_sharpness(v))) return std::nullopt;
                 if (is_sharp(mesh.vertex_sharpness(v))) sharp_corners.push_back(number_of_v);
             }
-            // Inner edges alone: where the part ends nothing is known of them.
+            // Only inner edges have a sharpness: at the border of the part it is unknown.
             const bool inner = t != RuleMesh::none && parts.has_face(mesh.face(t));
             if (inner && is_semi_sharp(mesh.sharpness(h))) return std::nullopt;
             key.push_back(2 * number_of_v + (inner && is_sharp(mesh.sharpness(h)) ? 1 : 0));
@@ -100,7 +100,7 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
             h = mesh.next(h);
         } while (h != entry[i]);
     }
-    if (entry.size() != parts.faces().size()) return std::nullopt;  // in pieces
+    if (entry.size() != parts.faces().size()) return std::nullopt;  // not connected by edges
     key.push_back(k_sharp_vertices);
     key.insert(key.end(), sharp_corners.begin(), sharp_corners.end());
     if (angles.empty()) return result;
@@ -110,7 +110,7 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
 }
 
 SurroundingsKey fan_surroundings(FanLattice lattice, const FanShape& shape, int rings) {
-    // One ring more than there is around the cell, so that the fan's own end is out of sight.
+    // The fan is larger than the rings around the cell, so that its border does not count.
     const SectorFan fan(lattice, shape, rings + 2);
     MeshPartFinder parts;
     return cell_surroundings(fan.mesh, fan.start[0], rings, parts)->key;

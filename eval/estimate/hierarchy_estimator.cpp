@@ -15,9 +15,9 @@ namespace tetrakis {
 
 namespace {
 
-/// Errors of those leaves that later levels have points of; none for the others.
-/// @param reaches   reaches(leaf): whether they have
-/// @param estimate  estimate(leaves, errors)
+/// Errors of leaves for which later levels have points; 0 for the other leaves.
+/// @param reaches   reaches(leaf): whether later levels have points for it
+/// @param estimate  estimate(leaves, errors): largest distances of these points
 template <class Leaf, class Reaches, class Estimate>
 void estimate_reached(const SchemeInfo& scheme, std::span<const Leaf> leaves, std::span<double> errors,
                       Reaches&& reaches, Estimate&& estimate) {

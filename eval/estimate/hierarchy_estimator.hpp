@@ -13,25 +13,24 @@ namespace tetrakis {
 ///
 ///     hierarchy.refine_where(HierarchyEstimator(hierarchy, tolerance), tolerance, max_depth);
 ///
-/// Errors come from limit points that later levels put on and between a leaf's edges ("vertices": over its cell, and
-/// the error is that of the triangles around the vertex), on boundaries ("bisection", "triangles": hard creases, too)
-/// from those along them, and are 6 % larger than what is seen there, for what lies between the points. No bound. None
-/// for leaves inside holes, and for leaves so deep that the lattice ends before it has such points (2 levels on; sqrt3:
-/// 6 simple steps), which are too small to be off by more than rounding.
+/// An error is the largest distance of the limit points that two more levels put on a leaf's edges and inside it. On
+/// boundaries ("bisection", "triangles": also hard creases) they are compared with the leaf's own edge. For "vertices"
+/// the points lie over the leaf's cell, and the error is that of the triangles around the vertex. As the surface may be
+/// farther off between these points, errors are divided by 0.94 (interpolating schemes: 0.9); they are no bounds. The
+/// error is 0 inside holes, and for leaves so deep that the lattice ends before (2 levels; sqrt3: 6 simple steps).
 ///
-/// Knows nothing of the leaves' history: one estimator does for any leaves of the hierarchy at any time. Cost: some 20
-/// limit points a leaf; "vertices": one for each leaf that there is, too, a call. The same errors for any number of
-/// threads.
+/// Errors depend on the leaves only, so one estimator can be used again after changes; they are the same for any number
+/// of threads. Cost: some 20 limit points a leaf; "vertices": also one, in each call, for each leaf of the hierarchy.
 class HierarchyEstimator final : public ErrorEstimator {
   public:
     /// @param hierarchy  gives the limit points (family "sqrt3": its mesh, by the scheme's rules); outlives the
     ///                   estimator
-    /// @param tolerance  what errors will be compared with: of those above it, it is known only that they are, which
-    ///                   is cheaper. 0: all are as seen
+    /// @param tolerance  errors are only as exact as a comparison with it needs, which is cheaper. 0: all errors are
+    ///                   estimated fully
     HierarchyEstimator(const Hierarchy& hierarchy, double tolerance);
     HierarchyEstimator(const Hierarchy&&, double) = delete;
 
-    /// Only those over the very same mesh, of the same family.
+    /// True for leaves of the same family over the same mesh object.
     bool is_for(const ControlMesh& mesh, const HierarchyTree& tree) const override {
         return &mesh == &hierarchy_.mesh() && tree == hierarchy_.tree();
     }
@@ -44,7 +43,7 @@ class HierarchyEstimator final : public ErrorEstimator {
 
   private:
     const Hierarchy& hierarchy_;
-    double aim_;  ///< seen errors above it are looked at no closer; 0: none
+    double aim_;  ///< errors of samples above it are final; 0: none are
 };
 
 }  // namespace tetrakis

@@ -24,12 +24,12 @@ namespace {
 
 constexpr std::uint32_t k_grain = 64;
 
-/// How far the surface may be off the triangle where its lattice does not see that an edge or vertex of finite
-/// sharpness s is rounded off, which is within 2^-s of the control mesh's faces there. 0 where it does, and where the
-/// scheme rounds nothing off.
+/// Error that a rounding too small for the triangle's lattice may cause. An edge or vertex of finite sharpness s is
+/// rounded within 2^-s of the width of the control faces there. 0 if the lattice has points in the rounding, and for
+/// schemes that do not round.
 template <class Family>
 double unseen_rounding(const Hierarchy& points, const CellTriangle& triangle, const std::array<Vec3d, 3>& corner) {
-    constexpr double k_off = 0.25;  // of the width that is rounded off; a cubic B-spline at a right angle
+    constexpr double k_off = 0.25;  // error as a share of the rounded width: a cubic B-spline at a right angle
     double most = 0, longest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         most = std::max(most, detail::finite_sharpness_at<Family>(points.mesh(), triangle, k));
@@ -62,7 +62,7 @@ double fan_error(const Hierarchy& points, FaceId face, std::span<const std::arra
     const auto at = [&](std::uint32_t i) { return corner_positions[mesh.origin(HalfedgeId(h0 + i)).value]; };
     std::vector<PlaneMeasure> planes;
     for (const auto& t : fan) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
-    // Points that lie nearer than the farthest one so far do not change the error.
+    // The search for a point's nearest triangle stops early once its distance is within the error so far.
     double error = 0;
     for (std::uint32_t r = 0; r < size; ++r) {
         const CellTriangle root = root_triangle(HalfedgeId(h0 + r));
@@ -99,7 +99,7 @@ double LimitEstimator<Family>::of_samples(const CellTriangle& triangle, const Li
         farthest_sample(s, k_limit_lattice, PlaneMeasure(corner), hard_edges<Family>(points_.mesh(), triangle)).value;
     double error = std::max(most, unseen_rounding<Family>(points_, triangle, corner));
     if (tolerance_ > 0 && error > tolerance_) return error;
-    // Never above the deviation there, so that refining ends it.
+    // Distances back; they are never above the distance to the sample, so that refinement ends.
     for_each_lattice_point(k_limit_lattice, [&](int i, double b0, double b1, double b2) {
         const Vec3d q = b0 * corner[0] + b1 * corner[1] + b2 * corner[2];
         const double parametric = glm::length(s[static_cast<std::size_t>(i)] - q);

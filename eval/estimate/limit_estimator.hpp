@@ -13,30 +13,30 @@ namespace tetrakis {
 
 namespace detail {
 
-/// What limit points one and two levels further down see is at least this share of the error: the surface may be
-/// farther between them, by a sixteenth where it is smooth; of interpolating schemes by a tenth, where faces are five
-/// times narrower than their neighbours (Kobbelt's on Suzanne).
+/// Least share of the true error that limit points of the next two levels show. Between them a smooth surface may be
+/// farther off by a sixteenth; surfaces of interpolating schemes by a tenth, where faces are five times narrower than
+/// their neighbours (measured: Kobbelt's scheme on Suzanne).
 inline double seen_share(const SchemeInfo& scheme) { return scheme.interpolating && !scheme.is_linear() ? 0.9 : 0.94; }
 
-/// The errors of faces' fans (eval/README.md) over a surface that is known by its limit points, as LimitEstimator finds
-/// those of triangles: limit points over all of the face to the nearest triangle of its fan, and back; hard edges to
-/// themselves. 0 for faces without a fan.
-/// @param points            of the bisection family
-/// @param corner_positions  of the control vertices in the output
+/// Errors of faces' fans (eval/README.md) by limit points, as LimitEstimator finds errors of triangles. Limit points of
+/// the whole face are measured to the nearest triangle of its fan, and back; points on hard edges to the fan's own
+/// edge. 0 for faces without a fan.
+/// @param points            gives the limit points; of the bisection family
+/// @param corner_positions  output positions of the control vertices
 std::vector<double> fan_limit_errors(const Hierarchy& points, const FanChoice& fans,
                                      std::span<const Vec3d> corner_positions, const RunContext& context);
 
 }  // namespace detail
 
-/// The error of triangles of a hierarchy over a surface that is known by its limit points alone: the distances of the
-/// points that the triangle's edges and inside have two levels further down, to the triangle as PlaneMeasure takes it;
-/// back from the triangle to them where they have drifted away sideways; and along boundaries and hard creases to the
-/// triangle's own edge. No bound: the surface can be farther between the points.
+/// Errors of a hierarchy's triangles by the limit points that two more levels put on a triangle's edges and inside it.
+/// Distances are measured from these to the triangle (PlaneMeasure), and on boundaries and hard creases to the
+/// triangle's own edge; also back from points of the triangle that are far from their own sample. The result is no
+/// bound: between the points the surface may be farther off.
 template <class Family>
 class LimitEstimator final : public ErrorEstimator {
   public:
-    /// @param points     gives the limit points; lives longer
-    /// @param tolerance  triangles that are farther off are not looked at from the other side. 0: all are
+    /// @param points     gives the limit points; must outlive the estimator
+    /// @param tolerance  errors are only as exact as a comparison with it needs. 0: all are estimated fully
     LimitEstimator(const Hierarchy& points, double tolerance) : points_(points), tolerance_(tolerance) {}
 
     using ErrorEstimator::estimate;

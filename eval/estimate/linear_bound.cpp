@@ -39,7 +39,7 @@ Vec3d LinearBound::twist(HalfedgeId cell) const {
 double LinearBound::bound(const CellTriangle& t) const {
     if (flat_) return rounding_;
     const double of_face = face_bound_[mesh_.face(t.root).value];
-    if (t.level == 0 && t.corner[1].x == 2)  // two flat halves, each of one cell
+    if (t.level == 0 && t.corner[1].x == 2)  // two flat halves, one over each of two cells
         return std::min(
             of_face, rounding_ + 0.25 * std::max(glm::length(twist(t.root)), glm::length(twist(mesh_.next(t.root)))));
     const double unit = std::ldexp(1.0, -t.level);

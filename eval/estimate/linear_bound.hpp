@@ -8,21 +8,21 @@
 
 namespace tetrakis {
 
-/// Certified errors over the surfaces of bilinear and midpoint refinement, which are polynomials: midpoint refinement
-/// stays on the triangles of the control mesh; a corner cell of bilinear refinement is the bilinear patch of its
-/// corners, whose difference from the flat triangle between three of its points is the twist vector times that of x y
-/// from its own interpolation, which is largest on an edge: |dx dy| / 4. It bounds the parametric difference, and so
-/// the distance in both directions; the rounding of positions is included. Over a convex face that is flat but for e,
-/// cells and triangles lie over the same polygon, whatever slides along it: there it is 2 e if that is less.
+/// Certified errors over the surfaces of bilinear and midpoint refinement, which are polynomials. Midpoint refinement
+/// stays on the triangles of the control mesh. A corner cell of bilinear refinement is the bilinear patch of its
+/// corners. It differs from the flat triangle between three of its points by the twist vector times the interpolation
+/// error of x y, at most |dx dy| / 4 of an edge. This bounds the parametric difference, and so the distance in both
+/// directions; the rounding of positions is included. Over a convex face whose corners are within e of a plane, cells
+/// and triangles lie over the same polygon: there the bound is 2 e if that is less.
 class LinearBound final : public SurfaceBound {
   public:
-    /// @param mesh    lives longer
-    /// @param scheme  is_linear()
+    /// @param mesh    must outlive the bound
+    /// @param scheme  a scheme with is_linear()
     LinearBound(const ControlMesh& mesh, const SchemeInfo& scheme);
     LinearBound(const ControlMesh&&, const SchemeInfo&) = delete;
 
     double bound(const CellTriangle& triangle) const;
-    /// Of a face cut along its diagonals; infinite for more than four corners that are no flat convex polygon.
+    /// Bound of a face cut along diagonals; infinite if it has more than four corners and is no flat convex polygon.
     double fan_bound(FaceId face) const;
     void bound(std::span<const CellTriangle> triangles, std::optional<double> known,
                std::span<double> errors) const override;
@@ -36,7 +36,7 @@ class LinearBound final : public SurfaceBound {
     const ControlMesh& mesh_;
     bool flat_;
     double rounding_;
-    std::vector<double> face_bound_;  ///< of flat convex faces; infinite for the others
+    std::vector<double> face_bound_;  ///< per face, if it is flat and convex; else infinite
 };
 
 }  // namespace tetrakis

@@ -18,32 +18,32 @@ namespace tetrakis {
 namespace {
 
 constexpr std::uint32_t k_block = 256;
-// Levels below a piece that are looked at. Around an extraordinary point the remainder halves from one to the next, so
-// that this is where it is smaller than anything asked for.
+// Most levels below a piece. Around an extraordinary point the remainder halves with each level, so after this many it
+// is smaller than any accuracy required.
 constexpr int k_deepest = 16;
-// Of a piece no more cells are looked at on one level: those count by what is known of them. Where hardly any error is
-// attained, as on a flat sheet whose parameters run unevenly, no bound is ever tight.
+// Most cells of a piece on one level; beyond it, the bounds so far are used. If the true error is almost 0, as on a
+// flat sheet with uneven parameters, no bound is ever tight.
 constexpr std::uint32_t k_most_cells = 256;
-// Beside semi-sharp edges nothing is known before they are smooth: cells as small as that are many along an edge.
+// Beside semi-sharp edges there are no norms until the edges are smooth; on deeper levels too many cells lie along one.
 constexpr float k_most_sharp_levels = 6;
-// Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
+// Without an aim, errors below this share of the model's diagonal need not be tight.
 constexpr double k_no_error = 1e-7;
-// Of levels that are made as a whole, some 10 MB: most cells of small meshes have norms there, whatever is around them.
+// Size limit of levels that are made as a whole, some 10 MB. In these most cells of small meshes get norms.
 constexpr int k_most_halfedges = 1 << 18;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
-/// What a cell has of a flat triangle over the surface, in lengths of its sides, with the edges of the triangle that
-/// the part's sides lie over.
+/// The part of a flat triangle over one cell, in cell coordinates (sides of length 1). Its sides are labelled with the
+/// edges of the triangle that they lie over.
 using Part = detail::LabelledPolygon;
 
 /// The error of a level's mesh over a part of one of its cells.
 struct PartError {
-    double at_corners;  ///< the largest there
+    double at_corners;  ///< largest error at corners
     double most;
-    bool whole;  ///< the part is the cell
+    bool whole;  ///< whether the part is the whole cell
 };
 
-/// @param corner  of the cell
+/// @param corner  corners of the cell
 PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int cell_corners,
                      const detail::TriangleDistance& triangle) {
     PartError error{0, 0, part.size() == static_cast<std::size_t>(cell_corners)};
@@ -62,8 +62,8 @@ PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int c
         high = glm::max(high, at);
     }
     // Errors are convex, and every point (x, y) of the part is a weighted mean of its corners. In a whole cell the
-    // bilinear patch is the mean of its corners with the same weights. In a smaller part it is off that mean by the
-    // twist times the covariance of the corners' x and y, which is at most a quarter of the product of their ranges.
+    // bilinear patch is the mean of its corners with the same weights. In a smaller part it differs from that mean by
+    // the twist times the covariance of the corners' x and y: at most a quarter of the product of their ranges.
     error.most = error.at_corners;
     if (cell_corners == 4 && !error.whole)
         error.most +=
@@ -73,11 +73,11 @@ PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int c
 
 }  // namespace
 
-/// A cell that has norms, with the points around it that matter: those below it need no mesh.
+/// A cell with norms, and the points around it that they use: its children can be made without a mesh.
 struct KnownCell {
     const detail::CellNorms& norms;
     std::vector<Vec3d> points;
-    double rest = -1;  ///< norms.remainder(points), once it is asked for
+    double rest = -1;  ///< norms.remainder(points); negative: not computed yet
     std::array<KnownCell*, 4> children{};
 
     explicit KnownCell(const detail::CellNorms& of) : norms(of), points(of.point.size()) {}
@@ -90,7 +90,7 @@ struct KnownCell {
         if (rest < 0) rest = norms.remainder(points);
         return rest;
     }
-    /// One of the four cells of the next level, which is made where `finer` does not have it yet.
+    /// One of the four cells of the next level; if it does not exist yet, it is made in `finer`.
     KnownCell& child(int number, std::deque<KnownCell>& finer) {
         KnownCell*& child = children[static_cast<std::size_t>(number)];
         if (child == nullptr) {
@@ -102,24 +102,24 @@ struct KnownCell {
     }
 };
 
-/// A piece in one of the cells that it reaches into: one of a mesh, or a known one, which needs no mesh.
+/// The part of a piece in one cell: a cell of a mesh, or a known cell, which needs no mesh.
 template <class Family>
 struct MaskNormBound<Family>::Walker {
     detail::CellFrame frame;
     std::uint32_t piece;
-    Part part;                   ///< of the piece, in the cell
-    KnownCell* known = nullptr;  ///< the part is then as seen from the corner that its norms are for
-    double most = 0;             ///< bound on the error in the cell's part, once it is known
+    Part part;                   ///< of the piece, in cell coordinates
+    KnownCell* known = nullptr;  ///< if set, the coordinates of `part` start at the first corner of its norms
+    double most = 0;             ///< bound on the error over `part`, once computed
 };
 
-/// The meshes that lead walkers down until they are in known cells: whole levels, where there are any, then parts.
+/// The meshes of walkers that are in no known cell yet, level by level: first whole levels, then parts of levels.
 template <class Family>
 class MaskNormBound<Family>::MeshDescent {
   public:
     explicit MeshDescent(const MaskNormBound& bound) : bound_(bound), here_(&bound.whole_.front()) {}
 
-    /// Moves walkers from the mesh to known cells, where there are norms.
-    /// @param level  of the cells
+    /// Moves walkers from cells of the mesh to known cells, if these have norms.
+    /// @param level  level of the cells
     void leave(std::span<Walker> walkers, int level, std::deque<KnownCell>& known) {
         std::unordered_map<int, KnownCell*> found;  // by face
         for (Walker& w : walkers) {
@@ -138,7 +138,7 @@ class MaskNormBound<Family>::MeshDescent {
                                        [&](int v) { return here_->net[static_cast<std::size_t>(v)]; });
             }
             w.known = of_face;
-            // As seen from the next corner.
+            // Coordinates from the next corner, until it is the first one of the norms.
             for (; h != cell.first; h = mesh().next(h))
                 w.part = w.part.mapped(
                     [&](const Vec2d& p) { return Vec2d(p.y, bound_.norms_.corners() == 4 ? 1 - p.x : 1 - p.x - p.y); });
@@ -150,7 +150,7 @@ class MaskNormBound<Family>::MeshDescent {
         for (int k = 0; k < bound_.norms_.corners(); ++k, h = mesh().next(h)) corner[k] = here_->net[mesh().origin(h)];
         return corner;
     }
-    /// Makes the next level around the walkers that are in the mesh; their frames are those of the level above still.
+    /// Makes the next level around the walkers that are in the mesh; their frames remain those of the level above.
     void go_down(std::span<Walker> walkers) {
         if (std::ranges::none_of(walkers, in_mesh)) return;
         above_ = &mesh();
@@ -158,7 +158,7 @@ class MaskNormBound<Family>::MeshDescent {
             here_ = &bound_.whole_[depth_];
             return;
         }
-        // A level's rings give twice as many on the next one, less the two that rules reach.
+        // n rings of a level give 2 n rings of the next one, less the two that the rules' stencils take.
         const int rings = std::max(bound_.norms_.rings() + 1, 4);
         std::vector<int> seeds;
         for (const Walker& w : walkers)
@@ -187,7 +187,7 @@ class MaskNormBound<Family>::MeshDescent {
     const MaskNormBound& bound_;
     const Level* here_;
     std::size_t depth_ = 0;            ///< steps from the control mesh
-    const RuleMesh* above_ = nullptr;  ///< what the last step was made of
+    const RuleMesh* above_ = nullptr;  ///< mesh that the last step refined
     detail::MeshPart part_;
     Level own_;
     detail::MeshPartFinder parts_;
@@ -221,7 +221,7 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       decides_(aim > 0),
       tight_(tight),
       norms_(scheme, rules) {
-    rules_.runner = nullptr;  // a thread must not take up another block amid one
+    rules_.runner = nullptr;  // no nested parallelism: a thread must not start another block inside one
     rounding_ = detail::surface_rounding(mesh_, averaging_steps(scheme, rules));
     aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * mesh_.bounding_box().diagonal(), 0.0);
     Level control;
@@ -283,11 +283,11 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     for (std::uint32_t i = 0; i < pieces.size(); ++i)
         walkers.push_back({{static_cast<int>(pieces[i].cell.value), 0}, i, pieces[i].part});
     std::fill(errors.begin(), errors.end(), rounding_);
-    std::vector<double> least(pieces.size(), 0.0);  // an error that there is
+    std::vector<double> least(pieces.size(), 0.0);  // lower bounds on the errors
     std::vector<std::uint8_t> decided(pieces.size(), 0);
-    std::vector<std::uint32_t> open(pieces.size());  // cells
+    std::vector<std::uint32_t> open(pieces.size());  // number of undecided cells
     MeshDescent mesh(*this);
-    std::deque<KnownCell> known, finer;  // of this level and of the next one
+    std::deque<KnownCell> known, finer;  // cells of this level, and of the next one
     // Quads: one more step, from the control mesh to its corner cells.
     for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
         if (level >= 0) mesh.leave(walkers, level, known);
@@ -302,7 +302,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             const double rest = w.known != nullptr ? w.known->remainder() : k_infinite;
             const PartError off =
                 part_error(w.part, w.known != nullptr ? w.known->corners() : mesh.corners(w), n, piece.triangle);
-            // Points of an interpolating scheme are limit points.
+            // Vertices of an interpolating scheme are limit points.
             const double apart = scheme_.interpolating && off.whole ? 0 : rest;
             least[w.piece] = std::max(least[w.piece], off.at_corners - apart);
             const double most = off.most + rest, sure = least[w.piece];
@@ -372,8 +372,8 @@ template <class Family>
 void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const FaceId> faces,
                                        std::span<const Vec3d> corners, std::optional<double> known,
                                        std::span<double> errors) const {
-    // Each half of a corner's cell, cut from the corner to the centre, over a triangle that lies in the fan: from the
-    // corner to the middle of an edge and to the middle of the fan, which is on the diagonal.
+    // Each corner cell is cut in two halves, from the corner to the centre. Each half is bounded against a triangle in
+    // the fan: its corners are the corner, the middle of an edge, and the middle of the fan, which is on the diagonal.
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> of;
     for (std::uint32_t i = 0; i < faces.size(); ++i) {
@@ -383,7 +383,7 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         const auto at = [&](std::uint32_t c) { return corners[mesh_.origin(HalfedgeId(h0 + c % size)).value]; };
         Vec3d centre = (at(0) + at(1) + at(2)) / 3.0;
         if (size == 4) {
-            // The corner that is in one triangle alone lies beside the diagonal.
+            // The corner that is not in the first triangle lies opposite the diagonal.
             const auto& one = fans.of(faces[i])[0];
             const std::uint32_t out_of_it = 6u - one[0] - one[1] - one[2];
             centre = 0.5 * (at(out_of_it + 1) + at(out_of_it + 3));

@@ -13,28 +13,28 @@
 
 namespace tetrakis {
 
-/// Whether a scheme has the bounds below: those of triangles and quads by face split, averaging in even numbers of
-/// steps (two at least) among them.
+/// Whether a scheme has the bounds below: schemes on triangles or quads by face split, also averaging in an even number
+/// of steps, at least two.
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
 
-/// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
-/// triangles and quads. The error of a triangle is that of CellBounder. It is found on the mesh of a finer level, at
-/// the corners of the parts of its cells that lie over the triangle, and how far the limit is from that mesh is known
-/// by mask norms (CellNormTable): errors change no faster than points move. Levels are made around a triangle until
-/// that does: by the rules, in a part of the mesh, until a cell has norms, and from there on by the rows that come with
-/// these. The rounding of positions is included.
+/// Certified errors over limit surfaces that are no polynomials, of schemes on triangles and quads. The error of a
+/// triangle is defined as in CellBounder. It is computed on the mesh of a finer level, at the corners of those parts of
+/// cells that lie over the triangle. Mask norms (CellNormTable) bound the distance from that mesh to the limit, which
+/// is added, as errors change no faster than points move. Levels are made around a triangle until the bound is tight
+/// enough: by the rules, in a part of the mesh, until a cell has norms; then by the rows that belong to the norms. The
+/// rounding of positions is included.
 template <class Family>
 class MaskNormBound final : public SurfaceBound {
   public:
-    /// Whether there is one over this mesh. Semi-sharp tags change the rules from level to level, and the bound has to
-    /// wait for the levels where they are smooth: none may last for more than six. Nor may a vertex have more than 64
-    /// edges, or a face more than 64 corners: the weights would take too long to find.
+    /// Whether there is a bound over this mesh. Semi-sharp tags change the rules from level to level, so norms exist
+    /// only on levels where they have become smooth: no tag may last for more than six levels. Vertices with more than
+    /// 64 edges and faces with more than 64 corners are excluded, too: their weights would take too long to compute.
     static bool has(const SchemeInfo& scheme, const RuleOptions& rules, const ControlMesh& mesh);
 
-    /// @param points  gives the limit points; lives longer
-    /// @param rules   live longer
-    /// @param aim     errors above it are lower bounds; 0: there is none, and all are tight
-    /// @param tight   bounds are tight where they are within this factor of an error that there is
+    /// @param points  gives the limit points; must outlive the bound
+    /// @param rules   must outlive the bound
+    /// @param aim     errors above it are lower bounds; 0: no aim, all errors are tight upper bounds
+    /// @param tight   a bound counts as tight if it is within this factor of an error that exists
     MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules, double aim,
                   double tight = 1.05);
 
@@ -44,34 +44,34 @@ class MaskNormBound final : public SurfaceBound {
                     std::optional<double> known, std::span<double> errors) const override;
 
   private:
-    /// What a root's cell has of a flat triangle.
+    /// The part of a flat triangle that lies over one root's cell.
     struct Piece {
         HalfedgeId cell;
-        int level = 0;                   ///< of cells that are as large as the triangle
-        detail::LabelledPolygon part{};  ///< in lengths of the cell's sides
+        int level = 0;                   ///< level whose cells are as large as the triangle
+        detail::LabelledPolygon part{};  ///< in the cell, whose sides have length 1
         detail::TriangleDistance triangle{};
     };
     /// The mesh of a level, or a part of it.
     struct Level {
-        RuleStep made;  ///< its mesh, and how the level above has become it
+        RuleStep made;  ///< the step that made the level: its mesh, and where it comes from
         std::vector<Vec3d> net{};
-        /// By face, found when they are first asked for.
+        /// Norms by face, added on first use.
         mutable oneapi::tbb::concurrent_unordered_map<int, detail::NormedCell> cells{};
     };
     struct Walker;
     class MeshDescent;
-    /// How well an error is to be known.
+    /// Required accuracy of an error.
     struct Wanted {
-        double floor;  ///< errors up to this need not be tighter
-        bool decide;   ///< errors above it may be lower bounds; else they are tight
+        double floor;  ///< bounds up to this need not be tight
+        bool decide;   ///< errors above `floor` may be lower bounds; else they are tight upper bounds
     };
 
-    /// The level that so many steps make of the control mesh, from the one above.
+    /// Makes level `depth` (number of steps from the control mesh) from the mesh and net of the level above.
     Level level(std::size_t depth, const RuleMesh& mesh, std::span<const Vec3d> net) const;
     void add_pieces(const CellTriangle& cells, const std::array<Vec3d, 3>& corners, std::vector<Piece>& pieces) const;
     Wanted wanted(std::optional<double> known) const;
-    /// @param of      per piece: whose part it is
-    /// @param errors  receives the largest of its pieces for each
+    /// @param of      per piece: number of its triangle or face
+    /// @param errors  receives the largest error of the pieces of each triangle or face
     void bound_pieces(std::span<const Piece> pieces, std::span<const std::uint32_t> of, Wanted wanted,
                       std::span<double> errors) const;
     void bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
@@ -84,7 +84,7 @@ class MaskNormBound final : public SurfaceBound {
     double aim_, tight_, rounding_;
     detail::CellNormTable norms_;
     RuleStep (*first_step_)(const RuleMesh&, const RuleOptions&) = nullptr;
-    std::vector<Level> whole_;  ///< the control mesh, and the first levels of small ones
+    std::vector<Level> whole_;  ///< the control mesh; if it is small, also its first levels
 };
 
 }  // namespace tetrakis

@@ -17,9 +17,9 @@ constexpr std::uint32_t k_grain = 64;
 constexpr std::size_t k_leaves_at_once = 1u << 14;  // their sites take some 20 MB
 constexpr std::size_t k_samples = 22, k_on_side = 4, k_inside = 15, k_edges = 16;
 
-/// Two lattice levels below the cell's. The corners; of each side the thirds, and those of its middle third; from
-/// k_inside on a point about the middle, and from k_edges on two points each of edges inside: between the corners and
-/// the middle, where the first edge is cut from its new points to the corner opposite.
+/// Sample points of a cell, two lattice levels below its own. First its corners, then four points a side: at 3, 4, 5
+/// and 6 ninths. From k_inside on: the middle. From k_edges on: two points on each of three inner edges, from the
+/// middle to the corners; in a cell whose first edge is cut, from the cut's points to the opposite corner.
 std::array<Sqrt3Point, k_samples> samples(const Sqrt3Cell& cell) {
     const auto& [a, b, c] = cell.corner;
     const Sqrt3Point middle = a + b + c, first = 2 * a + b, second = a + 2 * b;
@@ -46,7 +46,7 @@ void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std
     std::vector<Sqrt3Cell> cells;
     std::vector<Site> sites;
     std::vector<Vec3d> limits;
-    // The inside of a half triangle is seen from the whole one that it becomes.
+    // Half triangles have no samples on inner edges: the whole triangle that they become has them.
     const auto used = [&](std::size_t leaf) { return leaves[leaf].half ? k_edges : k_samples; };
     for (std::size_t begin = 0; begin < leaves.size(); begin += k_leaves_at_once) {
         const auto count = static_cast<std::uint32_t>(std::min(k_leaves_at_once, leaves.size() - begin));
