@@ -16,8 +16,8 @@ namespace tetrakis {
 
 namespace {
 
-// Moving the origin gains a bit of the floats for each halving of the largest coordinate. Less than two bits are not
-// worth a translation that some readers overlook.
+// Moving the origin gains one bit of precision for each halving of the largest coordinate. For less than two bits it is
+// not worthwhile, as some readers ignore the translation.
 constexpr double k_worthwhile = 4;
 
 double half_extent(const Box3d& box) {
@@ -42,8 +42,8 @@ double glb_rounding_bound(const Box3d& box) {
     const Vec3d origin = glb_origin(box);
     double squares = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        // Half a unit in the last place of the largest float; the smallest float covers underflow; the subtraction of
-        // the origin is rounded in double first.
+        // The error is half a unit in the last place of the largest float, plus half of the smallest float for
+        // underflow. Before that, the subtraction of the origin is rounded in double.
         const double reach =
             std::max(std::abs(box.lower[axis] - origin[axis]), std::abs(box.upper[axis] - origin[axis]));
         const double error = reach * (0x1p-24 + 0x1p-52) + 0x1p-150;
@@ -55,10 +55,10 @@ double glb_rounding_bound(const Box3d& box) {
 double glb_rounding_bound_within(const Box3d& box) {
     if (box.empty()) return 0;
     const double half = half_extent(box), reach = largest_coordinate(box);
-    // A box inside reaches at least to reach - 2 half: it may keep the origin where this one moves it, but then none of
-    // its coordinates is above k_worthwhile times its own half extent.
+    // The largest coordinate of a box inside is at least reach - 2 half. The inner box may keep origin 0 although this
+    // one moves it; then its coordinates are at most k_worthwhile times its own half extent.
     if (glb_origin(box) == Vec3d(0) || reach - 2 * half > k_worthwhile * half)
-        return glb_rounding_bound(box) * (1 + 0x1p-20);  // origins are rounded to float themselves
+        return glb_rounding_bound(box) * (1 + 0x1p-20);  // the factor covers the origins' own rounding to float
     return glb_rounding_bound({Vec3d(-k_worthwhile * half), Vec3d(k_worthwhile * half)});
 }
 
@@ -70,7 +70,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t k_no_group = 0xFFFF'FFFFu;
 
-// Triangles of one group and material: a primitive.
+// The triangles of one group and material.
 struct Primitive {
     std::uint32_t group = 0, material = 0;
     std::uint64_t first_index = 0, index_count = 0;
@@ -91,7 +91,7 @@ TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split
         return std::pair(mesh.face_group.empty() ? 0 : mesh.face_group[f],
                          mesh.face_material.empty() ? 0 : mesh.face_material[f]);
     };
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint64_t> place;  // counts, then where the next index goes
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint64_t> place;  // counts, then next positions
     for (std::uint64_t f = 0; f < mesh.face_count(); ++f) place[group_material(f)] += 3 * triangle_count(mesh, f);
     std::uint64_t index_count = 0;
     for (auto& [key, count] : place) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to eval/io: one encoder per format; mesh_writer picks.
+// Private to eval/io: one encoder per format; mesh_writer chooses one.
 
 #include "../../hier/base/files.hpp"
 #include "../../hier/base/parallel.hpp"
@@ -15,13 +15,13 @@ namespace tetrakis::detail {
 
 void encode_obj(const MeshView& mesh, AtomicFile& file, const RunContext& context);
 void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& context);
-/// @param whole  the box whose local origin is used: the mesh's own, or that of a model which it is a part of
+/// @param whole  box that determines the local origin: of the mesh, or of the whole model if the mesh is a part
 void encode_glb(const MeshView& mesh, const Box3d& whole, AtomicFile& file, const RunContext& context);
 
 static_assert(std::endian::native == std::endian::little, "PLY and GLB are written as the machine's own bytes");
 
-/// Writes elements [0, count) in order: append(text, element) adds the bytes of one to a string. Stretches of them are
-/// made in parallel, a few at a time, so memory stays small and the bytes do not depend on the threads.
+/// Writes elements [0, count) in order; append(text, element) adds the bytes of one element to a string. A few pieces
+/// at a time are made in parallel, so little memory is needed, and the bytes do not depend on the threads.
 template <class Append>
 void write_in_pieces(AtomicFile& file, std::uint64_t count, const RunContext& context, double from, double to,
                      Append&& append) {
@@ -44,19 +44,19 @@ void write_in_pieces(AtomicFile& file, std::uint64_t count, const RunContext& co
     }
 }
 
-/// Adds a value's bytes.
+/// Appends the bytes of a value, as in memory.
 template <class T>
 void append_bytes(std::string& out, const T& value) {
     out.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
-/// A name that cannot break a line-based format: control characters and a '\' at the end become '_', the empty name a
-/// word.
+/// A name that is safe in a line-based format: control characters and a final '\' become '_', and the empty name
+/// becomes a word.
 std::string printable_name(std::string_view name);
 
 }  // namespace tetrakis::detail
 
-// Private to eval/io, but for cut_faces(): one decoder per format, from the bytes of a whole file; mesh_reader picks.
+// Private to eval/io, except cut_faces(): one decoder per format, for the bytes of a whole file; mesh_reader chooses.
 
 #include "../../hier/base/run_context.hpp"
 #include "../../refine/rules/polygon_mesh.hpp"
@@ -71,15 +71,15 @@ std::string printable_name(std::string_view name);
 
 namespace tetrakis::detail {
 
-/// Elements of a kind that 32-bit indices can tell apart, with one number left for none.
+/// Most elements of one kind: the 32-bit index that remains means "none".
 inline constexpr std::uint32_t k_most_elements = 0xFFFF'FFFEu;
 
 TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
 
-/// The faces of a file, cut into triangles by their shapes: the fan of a concave face may reach outside of it.
-/// @param corner_normals  into the normals, one per face corner; or empty
+/// Cuts the faces of a file into triangles, with regard to their shapes: a fan may leave a concave face.
+/// @param corner_normals  indices into the normals, one per face corner; or empty
 TriangleMesh cut_faces(PolygonMesh&& faces, std::span<const std::uint32_t> corner_normals = {});
 
 }  // namespace tetrakis::detail

@@ -13,7 +13,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-// An array of arrays of three is one array of numbers.
+// An array of triples as an array of numbers.
 std::span<const std::uint32_t> flat(const std::vector<std::array<std::uint32_t, 3>>& triples) {
     static_assert(sizeof(std::array<std::uint32_t, 3>) == 3 * sizeof(std::uint32_t));
     return triples.empty() ? std::span<const std::uint32_t>{} : std::span(triples.front().data(), 3 * triples.size());
@@ -100,7 +100,7 @@ SplitVertices::SplitVertices(const MeshView& mesh, bool uvs) : count(mesh.positi
     std::vector<std::uint8_t> met(vertex_count, 0);
     std::vector<std::uint32_t> next_copy(vertex_count, k_none);  // chains from a vertex through its copies
     for (std::size_t c = 0; c < mesh.corners.size(); ++c) {
-        // Equal normals or coordinates under two numbers are one.
+        // Normals and UVs are compared by value: equal ones may have different indices.
         const auto same = [&](std::uint32_t v) {
             return (!by_normal || vertex_normal[v] == mesh.corner_normals[c] ||
                     mesh.normals[vertex_normal[v]] == mesh.normals[mesh.corner_normals[c]]) &&
@@ -153,7 +153,7 @@ void join_split_vertices(TriangleMesh& mesh) {
     std::uint32_t kept = 0;
     for (std::uint32_t v = 0; v < count; ++v) {
         if (target[v] != v) {
-            target[v] = target[target[v]];  // the first of its kind comes earlier and has its new number already
+            target[v] = target[target[v]];  // the first vertex there has a lower index, so its new one is known
             continue;
         }
         mesh.positions[kept] = mesh.positions[v];

@@ -15,7 +15,7 @@ namespace tetrakis::detail {
 
 inline bool fits_float(double x) { return std::abs(x) <= double{std::numeric_limits<float>::max()}; }
 
-/// What the writers see: triangle and polygon meshes alike, nothing copied.
+/// A view for the writers of a triangle or polygon mesh, without copies.
 struct MeshView {
     std::span<const Vec3d> positions, normals;
     std::span<const Vec2d> uvs;
@@ -35,42 +35,42 @@ struct MeshView {
     std::uint64_t face_end(std::uint64_t f) const { return face_begin(f + 1); }
     bool has_uvs() const { return !corner_uvs.empty(); }
     bool has_normals() const { return !normals.empty(); }
-    /// The number of a face corner's normal.
+    /// Index of a face corner's normal.
     std::uint32_t normal(std::uint64_t corner) const {
         return corner_normals.empty() ? corners[corner] : corner_normals[corner];
     }
 
-    /// @throws Error invalid_input: arrays that do not belong together, an index out of range, a number that is not
+    /// @throws Error invalid_input: arrays whose sizes do not match, an index out of range, a number that is not
     ///         finite, a face with fewer than three corners
     void check() const;
 };
 
-/// Vertices as formats want them that have one normal, and perhaps one UV, for each: the first ones met at a vertex
-/// stay with it, each further pair makes a copy after all vertices, in the order of the corners.
+/// Vertices for formats with one normal, and perhaps one UV, per vertex. A vertex keeps the normal and UV of its first
+/// corner; each further pair makes a copy. Copies come after all vertices, in the order of the corners.
 struct SplitVertices {
     std::vector<std::uint32_t> corner_vertex;  ///< per corner; empty: as in the mesh
-    std::vector<std::uint32_t> copy_of;        ///< per copy: the vertex
-    std::vector<std::uint32_t> vertex_normal;  ///< per vertex and copy; empty: normals are by vertex
-    std::vector<std::uint32_t> vertex_uv;      ///< per vertex and copy, k_no_uv at isolated vertices; empty: no UVs
-    std::uint64_t count = 0;                   ///< vertices and copies
+    std::vector<std::uint32_t> copy_of;        ///< per copy: its vertex in the mesh
+    std::vector<std::uint32_t> vertex_normal;  ///< normal per vertex and copy; empty: normals are by vertex
+    std::vector<std::uint32_t> vertex_uv;      ///< UV per vertex and copy (isolated: k_no_uv); empty: no UVs
+    std::uint64_t count = 0;                   ///< number of vertices and copies
 
     static constexpr std::uint32_t k_no_uv = 0xFFFF'FFFFu;
 
-    /// @param uvs  whether vertices are split where UVs differ, too
+    /// @param uvs  whether different UVs split vertices, too
     /// @throws Error unsupported: more than 2^32 - 2 vertices
     SplitVertices(const MeshView& mesh, bool uvs);
 
-    /// The mesh's vertex that a vertex or copy is.
+    /// The mesh's vertex for a vertex or copy.
     std::uint32_t original(std::uint64_t v) const {
         return copy_of.size() + v < count ? static_cast<std::uint32_t>(v) : copy_of[v - (count - copy_of.size())];
     }
-    /// Its number among the mesh's normals.
+    /// Index of its normal in the mesh's normals.
     std::uint32_t normal(std::uint64_t v) const { return vertex_normal.empty() ? original(v) : vertex_normal[v]; }
 };
 
-/// The way back: vertices with the same bits of position become the first of them. Where their normals differ, normals
-/// are by corner from then on.
-/// @param mesh  with one normal a vertex, or none. O(V log V)
+/// Undoes SplitVertices: vertices with the same position bits are replaced by the first of them. If their normals
+/// differ, the mesh's normals are by corner afterwards.
+/// @param mesh  has one normal a vertex, or none. O(V log V)
 void join_split_vertices(TriangleMesh& mesh);
 
 }  // namespace tetrakis::detail

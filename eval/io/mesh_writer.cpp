@@ -32,7 +32,7 @@ void encode(AtomicFile& file, const detail::MeshView& view, const Box3d& whole, 
 
 template <class Mesh>
 void write_whole(const std::filesystem::path& path, const Mesh& mesh, const RunContext& context) {
-    mesh_format(path);  // before the directory is touched
+    mesh_format(path);  // throws before anything is written
     AtomicFile file(path);
     write_mesh(file, mesh, context);
     file.commit();

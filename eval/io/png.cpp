@@ -23,7 +23,7 @@ std::string encode_png(const Image& image) {
         image.rgb.size() !=
             std::size_t{3} * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
         throw Error(ErrorCode::invalid_input, "a picture without pixels cannot be written");
-    // stb counts the bytes in an int, with one more for each row.
+    // stb counts the bytes, with one more for each row, in an int.
     if ((3 * std::int64_t{image.width} + 1) * image.height > std::numeric_limits<int>::max())
         throw Error(
             ErrorCode::unsupported,
@@ -40,7 +40,7 @@ std::string encode_png(const Image& image) {
 void write_png(AtomicFile& file, const Image& image) { file.write(encode_png(image)); }
 
 void write_png(const std::filesystem::path& path, const Image& image) {
-    AtomicFile file(path);  // before the encoding: a directory that is missing is known at once
+    AtomicFile file(path);  // before the encoding, so that a missing directory is reported at once
     write_png(file, image);
     file.commit();
 }

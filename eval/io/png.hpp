@@ -20,7 +20,8 @@ void write_png(const std::filesystem::path& path, const Image& image);
 /// The same into a file that the caller commits.
 void write_png(AtomicFile& file, const Image& image);
 
-/// The bytes of a PNG. @throws Error invalid_input: a picture without pixels; unsupported: of more than 2 GiB
+/// The bytes of a PNG. @throws Error invalid_input: a picture without pixels; unsupported: more than 2 GiB of pixel
+/// data
 std::string encode_png(const Image& image);
 
 }  // namespace tetrakis

@@ -8,7 +8,7 @@ namespace tetrakis {
 
 class AtomicFile;  // hier/base/files.hpp
 
-/// Writes a stencil table as text, for programs that refine with kernels of their own:
+/// Writes a stencil table as text, for programs that refine with their own kernels:
 ///
 ///     tetrakis-stencils 2
 ///     <rows> <control vertices> <terms>
@@ -16,9 +16,9 @@ class AtomicFile;  // hier/base/files.hpp
 ///     <control vertex of each term>
 ///     <weight of each term>
 ///
-/// compressed rows (CSR), each array a line: the terms of row r are those from begin r to begin r + 1. Vertices and
-/// terms count from 0; vertices increase along a row; weights are the shortest decimals that read back the same. Row r
-/// applied to any value per control vertex, term by term from the left, gives that of vertex r.
+/// These are compressed rows (CSR), one line for each array. Row r has the terms from begin r to before begin r + 1.
+/// Vertices and terms count from 0; vertices increase along a row; weights are the shortest decimals that read back the
+/// same. Row r, applied to control values term by term from the left, gives the value of refined vertex r.
 /// @throws Error  io
 void write_stencils(const std::filesystem::path& path, const StencilTable& table, int control_vertices);
 /// The same into a file that the caller commits.

@@ -29,8 +29,8 @@ Camera fit_camera(std::span<const Vec3d> points, double aspect, const ViewDirect
     const Vec3d centre = box.empty() ? Vec3d(0) : box.centre();
     const double tan_v = std::tan(glm::radians(view.vertical_fov_degrees) / 2) * (1 - view.margin);
     const double tan_h = tan_v * aspect;
-    // Each point bounds the eye by four planes, |x - eye.x| <= tan (z - eye.z) and the same in y. The eye farthest
-    // forward that satisfies all of them is found for x and y apart; the nearer of the two planes decides.
+    // A point is visible if |x - eye.x| <= tan_h (z - eye.z), and the same for y. For x and y separately, the eye
+    // farthest forward that satisfies all inequalities is computed; the one farther back is used.
     const double k_none = -std::numeric_limits<double>::infinity();
     double right_most = k_none, left_most = k_none, top_most = k_none, bottom_most = k_none, nearest = -k_none;
     for (const Vec3d& p : points) {

@@ -12,8 +12,8 @@ namespace tetrakis {
 
 namespace {
 
-// A copy that stb_easy_font may be given: its table has ASCII's printable characters alone, and its functions take
-// pointers to char that is not const.
+// A copy for stb_easy_font: its table has only printable ASCII characters, and its functions take pointers to
+// non-const char.
 std::string printable(std::string text) {
     for (char& c : text)
         if (c != '\n' && (c < ' ' || c > '~')) c = '?';

@@ -8,8 +8,8 @@
 
 namespace tetrakis {
 
-/// A part of a letter: x to the right and y downwards from the text's upper left corner, in units of which a capital
-/// is k_text_height high.
+/// A part of a letter: x to the right and y downwards from the text's upper left corner. Capital letters are
+/// k_text_height units high.
 struct TextRectangle {
     Vec2d low, high;
 };
@@ -17,16 +17,16 @@ inline constexpr int k_text_height = 7;
 
 /// One line of plain ASCII text as rectangles to fill.
 std::vector<TextRectangle> text_rectangles(const std::string& text);
-/// How wide it is, in the same units.
+/// Width of a text in the same units.
 int text_width(const std::string& text);
 
-/// Colour of x in [0, 1], sRGB: dark blue through green to yellow, of evenly rising lightness (after matplotlib's
-/// viridis, by S. van der Walt and N. Smith).
+/// The sRGB colour of x in [0, 1], from dark blue through green to yellow, with evenly rising lightness (after
+/// matplotlib's viridis, by S. van der Walt and N. Smith).
 Vec3f heat_colour(double x);
 
 namespace detail {
 
-/// Draws a vertical bar with the colours of [lower, upper] and their numbers at the right edge of the picture.
+/// Draws a vertical bar with the colours of [lower, upper], and their values, at the right edge of the picture.
 void draw_legend(Image& image, double lower, double upper, const std::string& title);
 
 }  // namespace detail

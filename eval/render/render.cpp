@@ -17,15 +17,15 @@ namespace tetrakis {
 
 namespace {
 
-// The look, found by eye on the project's models. Light in units of the key light's.
+// Constants of the lighting, tuned by eye on the project's models. Intensities have one common unit.
 constexpr double k_key_light = 2.65, k_fill_light = 0.42, k_rim_light = 0.55, k_sky_light = 0.60;
 constexpr double k_key_spread = 0.10;       // radius of the key light on the unit sphere: how soft its shadow is
-constexpr double k_occlusion_reach = 0.35;  // of the model's diagonal
+constexpr double k_occlusion_reach = 0.35;  // as a share of the model's diagonal
 constexpr double k_specular = 0.045;        // reflectance looking straight at the surface
 constexpr double k_roughness = 0.42;
 constexpr double k_legend_strip = 0.17;                  // of the picture's width
-constexpr double k_ground_shadow = 0.55;                 // how dark the ground gets at most
-constexpr double k_ground_reach = 1.5;                   // of the model's diagonal, where the ground has faded away
+constexpr double k_ground_shadow = 0.55;                 // largest darkening of the ground
+constexpr double k_ground_reach = 1.5;                   // distance where shadows end, as a share of the diagonal
 constexpr double k_wire_faint = 1.5, k_wire_full = 6.0;  // pixels of triangle height between which lines fade in
 
 Vec3d linear(const Vec3f& srgb) {
@@ -43,13 +43,13 @@ std::uint8_t encoded(double x) {
     return static_cast<std::uint8_t>(std::lround(255 * srgb));
 }
 
-// Light beyond 0.7 is compressed smoothly towards 1, so highlights do not burn out.
+// Light above 0.7 is compressed smoothly towards 1, so that highlights keep their shading.
 double soft_clip(double x) {
     constexpr double k_knee = 0.7;
     return x <= k_knee ? x : k_knee + (1 - k_knee) * (1 - std::exp(-(x - k_knee) / (1 - k_knee)));
 }
 
-// A well mixed number in [0, 1) from the coordinates of a sample (after Jarzynski and Olano 2020, pcg).
+// A hash of a sample's coordinates, as a number in [0, 1) (after Jarzynski and Olano 2020, pcg).
 double noise(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     std::uint32_t state = x * 747796405u + 2891336453u;
     state = (state ^ y) * 747796405u + 2891336453u;
@@ -71,7 +71,7 @@ Vec3d on_disk(double a, double b, const Vec3d& s, const Vec3d& t) {
 }
 
 struct Sample {
-    std::uint32_t x, y, index;  // pixel, and number within it
+    std::uint32_t x, y, index;  // the pixel, and the sample's number in the pixel
 };
 
 class Renderer {
@@ -97,7 +97,7 @@ class Renderer {
         Image image{options_.width, options_.height, {}};
         image.rgb.resize(std::size_t{3} * options_.width * options_.height);
         constexpr int k_rows_per_report = 16;
-        constexpr std::uint32_t k_tile = 32;  // pixels: neighbouring rays share nodes
+        constexpr std::uint32_t k_tile = 32;  // pixels of a row per task: neighbouring rays visit the same nodes
         for (int row = 0; row < options_.height; row += k_rows_per_report) {
             context_.report("render", static_cast<double>(row) / options_.height);
             const int rows = std::min(k_rows_per_report, options_.height - row);
@@ -122,7 +122,7 @@ class Renderer {
   private:
     int samples() const { return options_.supersampling * options_.supersampling; }
 
-    // The legend gets a strip of its own on the right, where the picture is wide enough for that.
+    // Leaves a strip on the right for the legend if the picture is wider than high.
     Camera fitted_camera(double aspect) const {
         const bool legend = !options_.triangle_values.empty() && options_.legend && aspect > 1;
         const double strip = legend ? k_legend_strip : 0;
@@ -158,7 +158,7 @@ class Renderer {
         up_ = camera.up / up_length;
         forward_ = look / distance;
         Vec3d right = glm::cross(forward_, up_);
-        if (!(glm::length(right) > 1e-9)) {  // looking along up: any sideways will do
+        if (!(glm::length(right) > 1e-9)) {  // looking along up: any direction to the right is possible
             Vec3d unused;
             frame_of(forward_, right, unused);
         }
@@ -166,7 +166,7 @@ class Renderer {
         above_ = glm::cross(right_, forward_);
         tan_v_ = std::tan(glm::radians(camera.vertical_fov_degrees) / 2);
         tan_h_ = tan_v_ * aspect;
-        // The ground lies under the lowest point, along up; seen from below it would hide the model.
+        // The ground is a plane through the lowest point along up; from below it is not drawn: it would hide the model.
         ground_height_ = std::numeric_limits<double>::infinity();
         for (const auto& triangle : mesh_.triangles)
             for (const std::uint32_t v : triangle)
@@ -175,7 +175,7 @@ class Renderer {
     }
 
     void set_lights() {
-        // Relative to the camera, so every view is lit alike; the key light stays above the horizon to cast a shadow.
+        // Lights are relative to the camera, so all views are lit alike; the key light is above, to cast a shadow.
         Vec3d flat_right = right_, flat_back = -forward_ - glm::dot(-forward_, up_) * up_;
         if (!(glm::length(flat_back) > 1e-6)) flat_back = -above_;
         flat_back = glm::normalize(flat_back);
@@ -227,14 +227,14 @@ class Renderer {
     }
 
     bool key_visible(const Vec3d& p, const Sample& sample) const {
-        // One point of the light per sample, spread over the pixel's samples and shifted from pixel to pixel.
+        // One point of the area light per sample; the points of a pixel's samples are spread, and shifted by pixel.
         const double a = glm::fract((sample.index + 0.5) / samples() + noise(sample.x, sample.y, 1));
         const double b = glm::fract(sample.index * 0.6180339887498949 + noise(sample.x, sample.y, 2));
         const Vec3d towards = key_ + k_key_spread * on_disk(a, b, key_s_, key_t_);
         return !bvh_.occluded(p, towards);
     }
 
-    // Share of the sky seen from p, weighted by the cosine.
+    // Visible share of the sky from p, weighted by the cosine to the normal.
     double occlusion(const Vec3d& p, const Vec3d& n, const Sample& sample) const {
         if (occlusion_per_sample_ == 0) return 1;
         Vec3d s, t;
@@ -263,8 +263,8 @@ class Renderer {
         face *= side;
         Vec3d n = face, start = p;
         if (!normals_.empty()) {
-            // The start of shadow rays is lifted onto the curved surface that the normals pretend (Hanika 2021), or the
-            // facets of a coarse mesh would shadow themselves.
+            // Shadow rays start on the curved surface that the normals suggest (Hanika 2021): from the flat facets of a
+            // coarse mesh, they would hit the mesh itself.
             const auto& at = normals_[hit.triangle];
             n = Vec3d(0);
             Vec3d lift(0);
@@ -296,7 +296,7 @@ class Renderer {
         if (key > 0 && !key_visible(start, sample)) key = 0;
         const double wrap = std::max(0.0, (glm::dot(n, fill_) + 0.3) / 1.3);
         const Vec3d warm(1.0, 0.965, 0.91), cool(0.86, 0.93, 1.0);
-        // The sky is brighter than what the ground gives back.
+        // The sky is brighter than the light reflected by the ground.
         const double sky = 0.62 + 0.38 * glm::dot(n, up_);
         Vec3d light = k_key_light * key / std::numbers::pi * warm + k_fill_light * wrap / 1.6 * open * cool +
                       k_sky_light * sky * open * cool;
@@ -316,7 +316,7 @@ class Renderer {
         return colour;
     }
 
-    // Share of the sample that lines cover: its distance in pixels from the edges of the triangle that it shows.
+    // Coverage of the sample by lines, from its distance in pixels to the edges of the triangle at the sample.
     double wire_cover(std::uint32_t t, double px, double py) const {
         Vec2d at[3];
         for (int k = 0; k < 3; ++k) {
@@ -337,9 +337,9 @@ class Renderer {
         const Vec2d ab = at[1] - at[0], ac = at[2] - at[0];
         const double height = longest > 0 ? std::abs(ab.x * ac.y - ab.y * ac.x) / longest : 0;
         const double fade = std::clamp((height - k_wire_faint) / (k_wire_full - k_wire_faint), 0.0, 1.0);
-        const double blur = 0.5 / options_.supersampling;  // the sample's own share of the pixel
+        const double blur = 0.5 / options_.supersampling;  // half of the sample's width
         const double cover = std::clamp((options_.wire_pixels / 2 - nearest) / (2 * blur) + 0.5, 0.0, 1.0);
-        // What fades away leaves the mean darkness of its lines behind.
+        // Lines that fade out are replaced by their mean darkness.
         return 0.85 * (cover * fade + (1 - fade) * 0.18);
     }
 

@@ -28,7 +28,7 @@ ConvexFace::ConvexFace(std::span<const Vec3d> corners) : corner_(corners.begin()
 }
 
 bool ConvexFace::turns_once() const {
-    // To the left at each corner, and seen from the first one always on, so not around more than once.
+    // Left turns at all corners, and as seen from the first corner: so the polygon goes around only once.
     constexpr double k_least_sine = 1e-9;
     const std::size_t n = corner_.size();
     const auto turns = [&](const Vec3d& a, const Vec3d& b) {
@@ -42,15 +42,15 @@ bool ConvexFace::turns_once() const {
 }
 
 void ConvexFace::set_sliding(std::size_t k, double fold, double flap, const Vec3d& normal) {
-    // Between the planes of the face and of its triangle: the arc sine of up to 0.5.
+    // Angle between the planes of the face and of its triangle: for sines up to 0.5 it is below 1.05 times the sine.
     const double sine = glm::length(glm::cross(normal, normal_));
     if (sine > 0.5 || !(glm::dot(normal, normal_) > 0)) return;
     Edge& edge = edge_[k];
     edge.slides = true;
     edge.fold = fold + 1.05 * sine;
     edge.flap = std::min(flap, 1.0);
-    // With half of the angle that is left at both ends, the face and its flaps are convex: its tangent is
-    // sin a / (1 + cos a).
+    // With base angles of at most half the exterior angle a at both ends, the face and its flaps are convex. The
+    // tangent of a / 2 is sin a / (1 + cos a).
     const std::size_t n = edge_.size();
     for (const auto& [before, after] : {std::pair{(k + n - 1) % n, k}, {k, (k + 1) % n}}) {
         const Vec3d &a = edge_[before].along, &b = edge_[after].along;

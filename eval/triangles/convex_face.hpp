@@ -8,24 +8,24 @@
 
 namespace tetrakis::detail {
 
-/// A face of a mesh laid flat: its corners dropped onto the plane across its mean normal. Errors by EdgeSliding, as
-/// TriangleDistance has them for triangles.
+/// A face of a mesh, flattened: its corners are projected onto the plane perpendicular to its mean normal. It gives
+/// errors with EdgeSliding, as TriangleDistance does for triangles.
 class ConvexFace {
   public:
     ConvexFace() = default;
     explicit ConvexFace(std::span<const Vec3d> corners);
 
-    /// Whether the corners are those of a convex polygon, in their order. Errors need it.
+    /// Whether the corners in their order are a convex polygon; errors exist only then.
     bool convex() const { return convex_; }
-    /// How far the corners are from the plane at most. Every triangulation of them is that close to the flat polygon,
-    /// point over point; unfolded over an edge, by flaps (see EdgeSliding) of 45 degrees at most, twice that.
+    /// Largest distance of a corner from the plane. Every triangulation of the face is that close to the flat polygon,
+    /// point over point; if flaps (see EdgeSliding) of at most 45 degrees are unfolded over an edge, twice that.
     double height() const { return height_; }
-    /// @param fold, flap  of the edge from corner k to the next one, against a triangle of the face's own triangulation
-    /// @param normal      of that triangle
+    /// @param fold, flap  at the edge from corner k to the next one, for the triangle there of the face's triangulation
+    /// @param normal      unit normal of that triangle
     void set_sliding(std::size_t k, double fold, double flap, const Vec3d& normal);
 
     const Vec3d& local(const Vec3d& p) const { return p; }
-    /// What errors have been divided by.
+    /// Factor by which to_face() and to_edge() have been divided.
     double stretch() const { return (1 + fold_) * (1 + 0.25 * fold_ * fold_); }
     double to_face(const Vec3d& p) const;
     double to_edge(const Vec3d& p, std::size_t k) const;
@@ -39,7 +39,7 @@ class ConvexFace {
     };
     bool turns_once() const;
     double edge_distance(const Vec3d& p, std::size_t k) const;
-    /// Whether the foot of a point so far from an edge's line lies in the flaps there.
+    /// Whether the foot of p, at distance `off` from the line of edge k, lies in the flaps there.
     bool in_flaps(const Vec3d& p, std::size_t k, double off) const;
 
     std::vector<Vec3d> corner_;

@@ -11,7 +11,7 @@ namespace tetrakis {
 
 namespace {
 
-/// For the rounding of angles and of corners that were found on another way.
+/// Margins for the rounding of angles, and of corners that another computation has rounded differently.
 constexpr double k_margin = 1 + 1e-6;
 constexpr double k_normal_rounding = 1e-6;
 

@@ -10,64 +10,63 @@
 
 namespace tetrakis {
 
-/// What is known of a mesh around one of its triangles T, so that the surface over T may slide over T's edges.
+/// Edges of a mesh's triangle T over which its part of the surface may slide, with the room that the mesh has for it.
 ///
-/// Across a sliding edge another triangle follows, which is turned against T's plane by at most `fold`; and either
-/// of the two contains the isosceles triangle over the edge (its flap) whose base angles have the tangent `flap`. Flaps
-/// of one triangle do not overlap.
+/// Across a sliding edge lies another triangle, whose plane makes an angle of at most `fold` with T's. Both triangles
+/// contain a flap: the isosceles triangle over the edge whose base angles have the tangent `flap`. Flaps of one
+/// triangle do not overlap.
 ///
-/// The error of a leaf, with sliding at some edges: let f be the foot of a point p of its surface on T's plane, h its
-/// height, D the triangle together with the flaps beyond its sliding edges (unfolded into the plane: convex), R the
-/// two flaps at an edge, t how far f lies beyond the line of a sliding edge, w that edge's fold, W the largest. It
-/// is the largest of
-///     sqrt(h^2 + dist(f, D)^2) + max(0, w t)                         for all points, the largest over the edges,
-///     dist(p, edge)                                                  for those on a fixed side,
-///     sqrt(h^2 + dist(f, R)^2) (1 + W^2 / 4) + W dist(f, edge)       for those on a sliding side.
-/// Where the errors of all leaves are at most E, the mesh and the surface are within E of each other both ways. Proof:
-/// there is a continuous map F of the surface into the mesh that moves no point by more than E: p goes to the point of
-/// D that is nearest to f, folded back; on a sliding side to the nearest point of R, unfolded into the plane that
-/// halves the fold, so that both leaves agree there; on a fixed one to the nearest point of the edge. (Projections
-/// onto convex sets that contain the edge do not increase the distance from it, nor t, and folding moves a point by at
-/// most w t. The flaps are those that the mesh has room for; with smaller ones a bound only grows.) In a narrow
-/// collar F changes from one rule to the other, from u to v: in a leaf's own unfolded plane both ends are within E of
-/// p, so the point where the line between them crosses the edge is, and in the folded mesh each of its two parts lies
-/// in a plane, where distances are convex. A leaf with a side that does not slide over an edge at which its neighbour
-/// does has such a collar, too. F and the parametrisation of the surface by the mesh carry each leaf into the same T
-/// with flaps, which is contractible, so they are homotopic; F has degree 1 and meets every point of the mesh.
+/// Let p be a point of the leaf's surface, f its foot on T's plane, h its height over the plane. D is T with the flaps
+/// beyond its sliding edges, unfolded into the plane (convex); R is the two flaps at an edge. Let f lie t beyond the
+/// line of a sliding edge, w be that edge's fold, W the largest fold. The leaf's error with sliding is the largest of
+///     sqrt(h^2 + dist(f, D)^2) + max(0, w t)                         for all points and all sliding edges,
+///     dist(p, edge)                                                  for points on sides that do not slide,
+///     sqrt(h^2 + dist(f, R)^2) (1 + W^2 / 4) + W dist(f, edge)       for points on sliding sides.
+/// If the errors of all leaves are at most E, mesh and surface are within E of each other in both directions. Proof:
+/// there is a continuous map F of the surface into the mesh that moves no point by more than E. F(p) is the point of D
+/// nearest to f, folded back. On a sliding side it is the nearest point of R, unfolded into the plane that halves the
+/// fold, so that both leaves agree there; on a fixed side, the nearest point of the edge. (Projections onto convex sets
+/// that contain the edge do not increase the distance from it, nor t, and folding moves a point by at most w t. The
+/// mesh has room for the flaps; smaller ones only increase a bound.) In a narrow collar F changes from one rule's point
+/// u to the other's point v. In a leaf's own unfolded plane both are within E of p, so the point where the line between
+/// them crosses the edge is, too. In the folded mesh each of the line's two parts lies in a plane, where distances are
+/// convex. A leaf with a fixed side at an edge where its neighbour slides has such a collar, too. F and the
+/// parametrisation of the surface by the mesh map each leaf into the same T with flaps. This set is contractible, so
+/// the maps are homotopic; F has degree 1 and meets every point of the mesh.
 ///
-/// For fold 0 at all edges it is sliding in a plane, which costs nothing.
+/// If all folds are 0, sliding is in a plane and adds nothing to the error.
 struct EdgeSliding {
-    std::array<bool, 3> edge{};    ///< which edges slide (corner k to k + 1)
-    std::array<double, 3> fold{};  ///< of those, in radians
-    std::array<double, 3> flap{};  ///< of those; tangents
+    std::array<bool, 3> edge{};    ///< whether edge k, from corner k to k + 1, slides
+    std::array<double, 3> fold{};  ///< folds of sliding edges, in radians
+    std::array<double, 3> flap{};  ///< tangents of the base angles of flaps at sliding edges
 
     bool any() const { return edge[0] || edge[1] || edge[2]; }
 };
 
-/// Largest fold of a sliding edge: with more it helps little.
+/// Largest fold of a sliding edge, in radians: sliding over larger ones helps little.
 inline constexpr double k_largest_fold = 0.25;
 
 /// The folds of a conforming triangle mesh, and the room that its triangles leave at their edges (EdgeSliding).
 class MeshSliding {
   public:
-    /// Of an oriented mesh. Edges of more than two triangles do not slide. Keeps a reference to the triangles. O(T).
+    /// For an oriented mesh. Edges of more than two triangles do not slide. Keeps a reference to `triangles`. O(T).
     MeshSliding(std::span<const std::array<std::uint32_t, 3>> triangles, std::span<const Vec3d> positions);
 
-    /// What triangle t may slide over: its soft edges that bend by at most k_largest_fold.
+    /// The sliding of triangle t: over its `soft` edges that have a fold of at most k_largest_fold.
     EdgeSliding of(std::uint32_t t, const std::array<bool, 3>& soft) const;
 
   private:
     static constexpr std::uint32_t k_none = 0xffffffffu;
     struct Facet {
         std::array<float, 3> normal{};   ///< unit length, or none
-        std::array<float, 3> tangent{};  ///< a lower bound on that of half the angle at each corner
+        std::array<float, 3> tangent{};  ///< lower bound on the tangent of half the angle at each corner
     };
-    /// An upper bound on the angle between two triangles' planes, by its tangent; infinite above 60 degrees.
+    /// Upper bound on the angle between the planes of two triangles (its tangent); infinite above 60 degrees.
     static double fold(const Facet& a, const Facet& b);
     double flap(std::uint32_t t, std::size_t k, std::uint32_t twin) const;
 
     std::span<const std::array<std::uint32_t, 3>> triangles_;
-    std::vector<std::uint32_t> twin_;  ///< by 3 t + k: 3 t' + k' across, or k_none
+    std::vector<std::uint32_t> twin_;  ///< by edge 3 t + k: the edge 3 t' + k' of the triangle across, or k_none
     std::vector<Facet> facets_;
 };
 

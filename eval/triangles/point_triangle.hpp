@@ -7,9 +7,9 @@
 
 namespace tetrakis::detail {
 
-/// Distance of surface samples to a triangle as the mesh sees it: to the triangle's plane where the sample stands over
-/// the triangle or a little beside it (there the neighbour, nearly in the same plane, takes over), else to the triangle
-/// itself.
+/// Distance of surface samples to a triangle of a mesh. If the sample's foot is inside the triangle or a little beside
+/// it (over its neighbour, which lies nearly in the same plane), it is the distance to the triangle's plane; else to
+/// the triangle itself.
 class PlaneMeasure {
   public:
     explicit PlaneMeasure(const std::array<Vec3d, 3>& corners) : corners_(corners) {
@@ -36,7 +36,7 @@ class PlaneMeasure {
     }
 
   private:
-    /// How far beside its triangle a sample may stand, in barycentrics (measured: a quarter saves a fifth of the
+    /// How far a sample's foot may lie outside the triangle, in barycentrics (measured: a quarter saves a fifth of the
     /// triangles).
     static constexpr double k_beside = 0.25;
     std::array<Vec3d, 3> corners_;

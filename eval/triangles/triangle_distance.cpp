@@ -12,7 +12,7 @@ TriangleDistance::TriangleDistance(const std::array<Vec3d, 3>& corners, const Ed
     const Vec3d u = corners[1] - corners[0], v = corners[2] - corners[0], w = corners[2] - corners[1];
     const Vec3d n = glm::cross(u, v);
     const double squared = glm::dot(n, n), uu = glm::dot(u, u), vv = glm::dot(v, v), ww = glm::dot(w, w);
-    // sin^2 of the angle at corner 0: in thinner triangles the normal is left alone.
+    // Bound on sin^2 of the angle at corner 0: below it, the normal of the triangle is not used.
     constexpr double k_thin = 1e-4;
     sliver_ = !(squared > k_thin * (uu * vv));
     if (sliver_) return;
@@ -62,7 +62,7 @@ Vec3d TriangleDistance::position(const Vec3d& local) const {
 }
 
 double TriangleDistance::squared_beside(const Vec3d& local) const {
-    // Where the foot lies over the middle of an edge and outside it alone, that edge is the nearest.
+    // If the foot lies outside an edge and between the edge's ends, that edge is the nearest.
     if (!sliver_)
         for (std::size_t k = 0; k < 3; ++k) {
             const double over = opposite(local, k);

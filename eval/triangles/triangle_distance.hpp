@@ -9,22 +9,22 @@
 
 namespace tetrakis::detail {
 
-/// So that what is not above a limit divided by a stretch is not above the limit when multiplied by it.
+/// Rounding margin: a value not above limit / stretch is, times the stretch, not above the limit.
 inline constexpr double k_stretch_rounding = 1 + 1e-15;
 
-/// Distances to one triangle and to its edges (edge k from corner k to the next). Rounding aside they are never too
-/// small, slivers included.
+/// Distances to one triangle and to its edges (edge k from corner k to the next). Except for rounding they are never
+/// too small, not even for slivers.
 ///
-/// Points are given in the triangle's own frame: barycentrics of corners 1 and 2 of the foot on the plane, and the
-/// height over it. A sliver has no normal to rely on: its frame is the space around corner 0. Either is affine, so that
+/// Points are given in the triangle's own frame: the barycentrics 1 and 2 of the foot on its plane, and the height over
+/// the plane. A sliver has no reliable normal: its frame is space relative to corner 0. Both frames are affine, so
 /// means of points may be taken in the frame.
 ///
-/// With sliding at some edges (EdgeSliding) to_face() and to_edge() are bounds on the errors there, divided by
-/// stretch(): at the ends of a line they bound a convex function on all of it.
+/// With sliding edges, to_face() and to_edge() are bounds on the errors of EdgeSliding, divided by stretch(). The
+/// largest value at the ends of a line bounds the error on the whole line.
 class TriangleDistance {
   public:
     TriangleDistance() = default;
-    /// Slivers do not slide.
+    /// For slivers, `sliding` is ignored.
     explicit TriangleDistance(const std::array<Vec3d, 3>& corners, const EdgeSliding& sliding = {});
 
     Vec3d local(const Vec3d& p) const {
@@ -33,7 +33,7 @@ class TriangleDistance {
     }
     /// Whether edge k slides.
     bool slides(std::size_t k) const { return slides_ && sliding_.edge[k]; }
-    /// What the errors have been divided by; 1 where no edge slides.
+    /// Factor by which the errors have been divided; 1 if no edge slides.
     double stretch() const { return stretch_; }
 
     double to_face(const Vec3d& local) const {
@@ -54,9 +54,9 @@ class TriangleDistance {
     static double forward(const Vec3d& local, std::size_t k) {
         return k == 0 ? local.x : (k == 1 ? local.y : 1 - local.x - local.y);
     }
-    /// Place of a foot along edge k: 0 at its start, 1 at its end.
+    /// Position of the foot along edge k: 0 at the edge's start, 1 at its end.
     double place(const Vec3d& local, std::size_t k) const { return forward(local, k) + foot_[k] * opposite(local, k); }
-    /// Whether a foot so far from the line of edge k lies in the flaps there.
+    /// Whether the foot, at distance `off` from the line of edge k, lies in the flaps there.
     bool in_flaps(const Vec3d& local, std::size_t k, double off) const {
         const double along = place(local, k);
         return off <= sliding_.flap[k] * (std::min(along, 1 - along) * length_[k]);
@@ -64,7 +64,7 @@ class TriangleDistance {
     double sliding(const Vec3d& local) const;
     double sliding_over(const Vec3d& local, std::size_t k) const;
     Vec3d position(const Vec3d& local) const;
-    /// Squared distance of the foot from the triangle; of a sliver, of the point.
+    /// Squared distance of the foot from the triangle; for a sliver, of the point itself.
     double squared_beside(const Vec3d& local) const;
     double squared_to_edge(const Vec3d& local, std::size_t k) const {
         if (!sliver_) {
@@ -80,12 +80,12 @@ class TriangleDistance {
 
     std::array<Vec3d, 3> corners_;
     Vec3d normal_{0}, to_b1_{0}, to_b2_{0};
-    std::array<double, 3> height_{};  ///< over edge k
+    std::array<double, 3> height_{};  ///< of the triangle over edge k
     std::array<double, 3> foot_{};    ///< place() of the corner opposite edge k
     bool sliver_ = true, slides_ = false;
     EdgeSliding sliding_;
     double fold_ = 0, stretch_ = 1;
-    std::array<double, 3> length_{};  ///< of edge k, where one slides
+    std::array<double, 3> length_{};  ///< of edge k, if any edge slides
 };
 
 }  // namespace tetrakis::detail
