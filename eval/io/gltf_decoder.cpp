@@ -17,7 +17,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// A number of a buffer; where it is normalized, the largest one of its type is 1.
+/// Reads a number from a buffer. Normalized integers are divided by the largest value of their type.
 template <class T>
 double number_at(const unsigned char* at, bool normalized) {
     T value;
@@ -25,7 +25,7 @@ double number_at(const unsigned char* at, bool normalized) {
     const auto number = static_cast<double>(value);
     return normalized ? std::max(-1.0, number / static_cast<double>(std::numeric_limits<T>::max())) : number;
 }
-/// By component type, from TINYGLTF_COMPONENT_TYPE_BYTE on; tinygltf knows more than glTF has.
+/// By component type, from TINYGLTF_COMPONENT_TYPE_BYTE on; null for a type that only tinygltf has (int).
 constexpr decltype(&number_at<float>) k_number_at[] = {
     number_at<std::int8_t>,   number_at<std::uint8_t>, number_at<std::int16_t>, number_at<std::uint16_t>, nullptr,
     number_at<std::uint32_t>, number_at<float>};
@@ -61,7 +61,7 @@ class GltfDecoder {
     void parse(std::string_view bytes) {
         if (bytes.size() > 0xFFFF'FFFFu) throw Error(ErrorCode::unsupported, "a glTF of more than 4 GiB", path_);
         tinygltf::TinyGLTF loader;
-        // Pictures are not needed: take them as they are, undecoded.
+        // Pictures are not needed, so they are not decoded.
         loader.SetImageLoader([](tinygltf::Image*, const int, std::string*, std::string*, int, int,
                                  const unsigned char*, int, void*) { return true; },
                               nullptr);
@@ -78,7 +78,7 @@ class GltfDecoder {
                        : loader.LoadASCIIFromString(&model_, &problem, &warning, bytes.data(), length, base);
         } catch (const std::bad_alloc&) {
             throw;
-        } catch (const std::exception& error) {  // of the JSON library under it
+        } catch (const std::exception& error) {  // from tinygltf's JSON library
             reject(std::string("malformed glTF: ") + error.what());
         }
         while (!problem.empty() && problem.back() == '\n') problem.pop_back();
@@ -87,7 +87,7 @@ class GltfDecoder {
                    "; export it again, or see what a glTF validator says");
     }
 
-    /// A binary file says how long it is: 12 bytes of magic number, version and length, little-endian.
+    /// Checks the length in the header of a binary file: 12 bytes of magic number, version and length, little-endian.
     void require_whole(std::string_view bytes) const {
         constexpr std::size_t k_header = 12;
         std::uint32_t length = k_header;
@@ -132,7 +132,7 @@ class GltfDecoder {
         }
     }
 
-    // An accessor whose whole range has been checked to lie within its buffer.
+    // The numbers of an accessor; numbers() has checked that they lie within the buffer.
     struct Numbers {
         const unsigned char* data = nullptr;
         std::uint64_t count = 0, stride = 0;
@@ -179,7 +179,7 @@ class GltfDecoder {
         return result;
     }
 
-    // Vertices that were already added with the same transform: primitives often share them.
+    // Vertices added before with the same transform: primitives often share vertices.
     struct Vertices {
         int positions, normals, uvs;
         glm::dmat4 transform;
@@ -252,7 +252,7 @@ class GltfDecoder {
             const int mode = primitive.mode;
             if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
                 mode != TINYGLTF_MODE_TRIANGLE_FAN)
-                continue;  // points and lines are no surface
+                continue;  // points and lines are ignored
             const Vertices vertices = add_vertices(primitive, transform);
             std::optional<Numbers> indices;
             if (primitive.indices >= 0) {

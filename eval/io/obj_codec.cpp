@@ -55,7 +55,7 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
     if (!has_normals) return cut_faces(std::move(faces));
     faces.normals = std::move(data.normals);
     TriangleMesh mesh = cut_faces(std::move(faces), data.face_normals);
-    // By vertex where all vertices have the normal of their own number, as in files of tetrakis without creases.
+    // If all corners use the normal with their vertex's index (files of tetrakis without creases), they are by vertex.
     if (mesh.triangle_normals == mesh.triangles && mesh.normals.size() == mesh.positions.size())
         mesh.triangle_normals.clear();
     return mesh;
@@ -65,7 +65,7 @@ std::string printable_name(std::string_view name) {
     std::string result(name.empty() ? "unnamed" : name);
     for (char& c : result)
         if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '_';
-    if (result.back() == '\\') result.back() = '_';  // it would join the next line to this one
+    if (result.back() == '\\') result.back() = '_';  // as the last character it continues the line
     return result;
 }
 

@@ -37,7 +37,7 @@ constexpr PlyType k_types[] = {
     {"int", "int32", 4, true, read_as<std::int32_t>},   {"uint", "uint32", 4, true, read_as<std::uint32_t>},
     {"float", "float32", 4, false, read_as<float>},     {"double", "float64", 8, false, read_as<double>}};
 
-/// nullptr: there is no such type
+/// The type of this name; nullptr if there is none.
 const PlyType* type_of(std::string_view word) {
     const auto* const found = std::ranges::find_if(
         k_types, [&](const PlyType& type) { return word == type.name || word == type.other_name; });
@@ -56,7 +56,7 @@ struct PlyElement {
     std::vector<PlyProperty> properties;
 };
 
-/// What a property of a vertex or face says.
+/// The role of a vertex or face property, by its name.
 struct RoleName {
     std::string_view name;
     int role;
@@ -118,7 +118,7 @@ class PlyDecoder {
   private:
     enum class Format { text, little_endian, big_endian };
 
-    /// With the place: line of a text file, offset of a binary one.
+    /// Throws an Error with the position: line of a text file, byte offset of a binary one.
     [[noreturn]] void reject(const std::string& text) const {
         if (format_ == Format::text) throw Error(ErrorCode::invalid_input, text, path_, line_);
         throw Error(ErrorCode::invalid_input, fmt::format("at byte {}: {}", at_, text), path_);
@@ -160,7 +160,7 @@ class PlyDecoder {
         return line;
     }
 
-    /// `comment material 3 brass` gives materials_[3] = "brass", as long as the numbers come in order.
+    /// Reads a name from a comment: `comment material 3 brass` sets materials_[3] = "brass". Numbers must be in order.
     void take_name(std::string_view line, const std::vector<std::string_view>& words) {
         if (words.size() < 3 || (words[1] != "material" && words[1] != "group")) return;
         std::vector<std::string>& names = words[1] == "material" ? materials_ : groups_;
@@ -216,10 +216,10 @@ class PlyDecoder {
         return *value;
     }
 
-    /// That a number takes at least; in text a digit and a blank.
+    /// Least number of bytes of a number; in text, a digit and a blank.
     std::uint64_t least_bytes(const PlyType& type) const { return format_ == Format::text ? 2 : type.size; }
 
-    /// The rest of the file has to be long enough for it.
+    /// Reads the length of a list, and rejects one that is longer than the rest of the file.
     std::uint64_t list_count(const PlyProperty& property) {
         const double number = next(*property.count_type);
         if (!(number >= 0) || number != std::floor(number)) reject("the count of a list is no count");
@@ -228,7 +228,7 @@ class PlyDecoder {
         return static_cast<std::uint64_t>(number);
     }
 
-    /// Before anything is allocated for the element.
+    /// Rejects an element that is longer than the rest of the file, before memory for it is allocated.
     void check_room(const PlyElement& element) const {
         if (element.count == 0) return;
         if (element.properties.empty()) reject(fmt::format("element '{:.40}' has no properties", element.name));
@@ -252,7 +252,7 @@ class PlyDecoder {
             context_.report("load", from + (to - from) * static_cast<double>(i) / static_cast<double>(element.count));
     }
 
-    /// Of the element's properties.
+    /// Roles of the element's properties.
     std::vector<int> roles_of(const PlyElement& element, std::span<const RoleName> names) const {
         if (element.count > k_most_elements)
             throw Error(ErrorCode::unsupported, fmt::format("{} {} elements are too many", element.count, element.name),
@@ -356,7 +356,7 @@ class PlyDecoder {
         }
     }
 
-    // Faces may come before the vertices, so this waits for the end.
+    // Called at the end of the file, as faces may come before the vertices.
     void check_corners() const {
         for (const std::uint32_t v : mesh_.face_vertices)
             if (v >= mesh_.positions.size())
@@ -365,7 +365,7 @@ class PlyDecoder {
                             path_);
     }
 
-    // Names come from comments of the header; numbers without one get their number as name.
+    // Names come from comments of the header; numbers without a name get one, such as "material_3".
     void name_numbers(const std::vector<std::uint32_t>& numbers, std::vector<std::string>& names,
                       const std::vector<std::string>& given, const char* what) const {
         if (numbers.empty()) return;
@@ -380,11 +380,11 @@ class PlyDecoder {
     std::string_view bytes_;
     const std::filesystem::path& path_;
     const RunContext& context_;
-    std::size_t at_ = 0;            // in bytes_
-    std::uint64_t line_ = 0;        // of the header, and of text
-    Format format_ = Format::text;  // of what is being read: the header is text
+    std::size_t at_ = 0;            // position in bytes_
+    std::uint64_t line_ = 0;        // line in the header and in text files
+    Format format_ = Format::text;  // of the current part: the header is text
     std::vector<PlyElement> elements_;
-    std::vector<std::string> materials_, groups_;  // from comments, as our writer puts them
+    std::vector<std::string> materials_, groups_;  // from comments that encode_ply() writes
     PolygonMesh mesh_;
     std::vector<Vec2d> uv_of_vertex_;
 };
@@ -400,10 +400,10 @@ void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& contex
     std::uint64_t largest_face = 3;
     for (std::uint64_t f = 0; f + 1 < mesh.face_offsets.size(); ++f)
         largest_face = std::max(largest_face, mesh.face_end(f) - mesh.face_begin(f));
-    // Texture coordinates are a list of two numbers a corner; most readers expect counts in one byte.
+    // Texture coordinates of a face are one list, two numbers a corner; most readers expect counts in one byte.
     const bool short_lists = 2 * largest_face <= 255;
     const char* count_type = short_lists ? "uchar" : "uint";
-    // Readers expect signed indices; unsigned ones only where they must be.
+    // Readers expect signed indices; unsigned ones are written only if necessary.
     const char* index_type = split.count <= 0x7FFF'FFFFu ? "int" : "uint";
 
     std::string header = "ply\nformat binary_little_endian 1.0\ncomment tetrakis\n";

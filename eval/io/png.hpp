@@ -20,8 +20,7 @@ void write_png(const std::filesystem::path& path, const Image& image);
 /// The same into a file that the caller commits.
 void write_png(AtomicFile& file, const Image& image);
 
-/// The bytes of a PNG. @throws Error invalid_input: a picture without pixels; unsupported: more than 2 GiB of pixel
-/// data
+/// The bytes of a PNG. @throws Error invalid_input: a picture without pixels; unsupported: pixels of more than 2 GiB
 std::string encode_png(const Image& image);
 
 }  // namespace tetrakis
