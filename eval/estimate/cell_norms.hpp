@@ -50,12 +50,12 @@ struct NormedCell {
 /// regular lattice; then the bound falls with the square of the cell). Else they are the first corner (around an
 /// extraordinary point; then it falls with the cell).
 ///
-/// A weight has two parts. The first is the largest absolute value of the point's basis function on the vertices a few
-/// levels down. The second is the largest remainder over the small cells there. Their points are combinations of those
-/// around the large cell, by the rows of the levels between, so it is a sum of the small cells' weights. These
-/// equations between all kinds of surroundings are solved by iteration, with a little room. A check follows that no
-/// weight is below its equation. Convergence proves that the steps contract (as in the difference schemes of Dyn,
-/// Levin, Gregory 1990, with the cell's surroundings in place of the regular lattice).
+/// A weight has two parts. The first is the largest absolute value, on the vertices a few levels down, of the point's
+/// basis function (for corners, less their hat function). The second is the largest remainder over the small cells
+/// there. Their points are combinations of those around the large cell, by the rows of the levels between, so it is a
+/// sum of the small cells' weights. These equations between all kinds of surroundings are solved by iteration, with a
+/// little room. A check follows that no weight is below its equation. Convergence proves that the steps contract (as in
+/// the difference schemes of Dyn, Levin, Gregory 1990, with the cell's surroundings in place of the regular lattice).
 class CellNormTable {
   public:
     /// @param scheme   a scheme that refines triangles or quads by face split

@@ -130,8 +130,8 @@ class CellTessellator : public TessellationRun {
         return refinement_->error(exported_.leaves[t]);
     }
 
-    /// The largest certified error of all triangles. If it is above the certified estimator's aim, or else above the
-    /// measured error, it is tight to a twentieth. A fan is represented by its first triangle.
+    /// The largest certified error of all triangles, tight to a twentieth if it is above a floor: the aim of the
+    /// certified estimator, or else the measured error. A fan is represented by its first triangle.
     /// @param known  (t) an error of triangle t that is certified already; infinite: none
     /// @param bound  (triangles, floor, errors) finds errors of some triangles, which must be tight only above `floor`;
     ///               triangles of leaves come first, then triangles of fans

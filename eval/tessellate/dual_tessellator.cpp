@@ -229,7 +229,7 @@ class DualTessellator final : public TessellationRun {
             mesh.triangle_uvs.resize(mesh.triangles.size());
             for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
                 for (std::size_t k = 0; k < 3; ++k) mesh.triangle_uvs[t][k] = face_uvs[3 * t + k];
-            // What a triangle is made of goes with its UVs.
+            // Control faces of triangles are taken from the same faces as their UVs.
             triangles_.faces.control_faces = std::move(faces.control_faces);
             if (mesh_.face_varying_rule() == FaceVaryingRule::linear_all)
                 result_.warnings.push_back(

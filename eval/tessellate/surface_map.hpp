@@ -17,7 +17,7 @@ namespace tetrakis {
 template <class Family>
 class UvSurface {
   public:
-    /// @param warnings  told when the UV layer cannot be subdivided (uv_mesh.hpp) and is interpolated linearly
+    /// @param warnings  receives a warning if the UV layer cannot be subdivided (uv_mesh.hpp) and is linear instead
     UvSurface(const ControlMesh& mesh, std::vector<std::string>& warnings) : mesh_(mesh) {
         if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) return;
         try {
@@ -32,7 +32,7 @@ class UvSurface {
         if (patches_) return Vec2d(patches_->position(root, x, y));
         return Family::linear(mesh_, root, x, y, [&](HalfedgeId h) { return mesh_.data().uvs[mesh_.uv_index(h)]; });
     }
-    /// At a lattice point, in the UV layer's own canonical frame: both sides of an unbroken edge get the same bits.
+    /// The same at a lattice point, by its canonical site in the UV layer: same bits on both sides of unbroken edges.
     Vec2d at(const Site& address) const {
         if (patches_) {
             const Site site = Family::canonical_site(uv_mesh_, address);
@@ -59,7 +59,7 @@ class SurfaceMap {
     std::unique_ptr<HeightPyramid> heights;  ///< of a displacement
     double amplitude = 0;
     std::unique_ptr<TriangleBvh> target;
-    const TriangleMesh* target_mesh = nullptr;  ///< what `target` is made of
+    const TriangleMesh* target_mesh = nullptr;  ///< the mesh of `target`
 
     bool plain() const { return !heights && !target; }
     Vec3d apply(const SurfacePoint& point, const Vec2d& at) const {

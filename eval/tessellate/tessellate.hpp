@@ -35,7 +35,8 @@ struct SchemeSupport {
 /// Doo-Sabin and midedge; tuned Loop, Butterfly, Kobbelt, 4-8 and even averaging, unless a tag stays semi-sharp for
 /// more than 6 levels. Whole levels: honeycomb refinement; its texture coordinates are those of the level's net.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
-/// The same for one mesh: there are no patches if corners have prescribed angles (corner tags with an angle).
+/// The same for one mesh: there are no patches if corners have angles of their own. It does not check for holes (dual
+/// schemes), or for meshes that only whole levels can refine: there the certified estimator throws `unsupported`.
 SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules = {});
 
 struct TessellateOptions {
@@ -46,8 +47,7 @@ struct TessellateOptions {
     /// max_triangles, or until no distance is above rounding.
     std::optional<double> tolerance{};
     bool tolerance_is_absolute = false;  ///< else a share of the diagonal of the control mesh's bounding_box()
-    /// Largest number of triangles; 0: no limit. The largest errors are refined first. The limit must have room for the
-    /// coarsest mesh, which has all vertices of the control mesh.
+    /// 0: no limit. The largest errors are refined first. The coarsest mesh, with all control vertices, must fit.
     std::uint64_t max_triangles = 0;
     /// Least quadtree level of every face (sqrt3: level of refine()); max_triangles must have room for it.
     int min_level = 0;

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-/// tessellate() for surfaces that are known by limit points alone.
+/// tessellate() for surfaces without patches, of which only limit points are known.
 namespace tetrakis::detail {
 
-/// @throws Error  as tessellate(), with options that have been checked for what all schemes have in common
+/// Expects options that tessellate() has checked, except for limits of the scheme. @throws Error  as tessellate()
 Tessellation tessellate_by_limits(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context);
 
 /// tessellate() by limit points for schemes whose vertices are sites of corner cells (4-8 bisection) or of face
