@@ -20,8 +20,8 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Bytes a triangle that refining and exporting take at their peak (half a leaf with its points, faces), for the
-/// memory limit.
+/// Peak memory of refining and exporting per triangle, in bytes (half a leaf with its points, faces), for the memory
+/// limit.
 constexpr std::uint64_t k_dual_bytes = 800;
 
 /// Factor of the aim in each repair after the first.

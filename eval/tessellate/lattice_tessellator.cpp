@@ -12,8 +12,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Bytes a triangle that refining and exporting take at their peak (leaf, samples, error, output), for the memory
-/// limit.
+/// Peak memory of refining and exporting per triangle, in bytes (leaf, samples, error, output), for the memory limit.
 constexpr std::uint64_t k_lattice_bytes = 800;
 
 template <class Family>

@@ -230,7 +230,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     // Backward distances come from a local search only. The wider search is for those above the tolerance or above the
     // largest distance. The largest come first: a distance found limits which others must be searched for.
     const auto search = [&](const Found& total) {
-        constexpr double k_between = 1.25;  // samples
+        constexpr double k_between = 1.25;  // margin for larger distances between the samples
         most_own = k_between * total.own;
         std::vector<std::uint32_t> order = all;
         std::ranges::stable_sort(order, std::greater{}, [&](std::uint32_t t) { return each[t].backward; });

@@ -31,10 +31,10 @@ std::function<bool(EdgeId)> sqrt3_seams(const ControlMesh& mesh, bool uvs) {
     };
 }
 
-/// Bytes a triangle that refining and exporting take at their peak (leaf, error, output), for the memory limit.
+/// Peak memory of refining and exporting per triangle, in bytes (leaf, error, output), for the memory limit.
 constexpr std::uint64_t k_sqrt3_bytes = 500;
 
-/// Simple steps that make one level of refine().
+/// Number of simple steps in one level of refine().
 constexpr int k_steps_a_level = 2;
 
 /// Estimates errors by the limit points that refined leaves would get (sqrt3_leaf_errors()).

@@ -25,7 +25,7 @@ namespace {
 /// A repair that leaves more than this share of the error has not helped; after two such repairs, repairing ends.
 constexpr double k_progress = 0.98;
 
-/// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
+/// Peak memory of refining and exporting per triangle, in bytes (leaf, half a vertex, error, output), for the memory
 /// limit.
 constexpr std::uint64_t k_patch_bytes = 200;
 
@@ -38,7 +38,7 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
         refuse("the tolerance must be a positive number");
     if (options.min_level < 0 || options.max_level > k_max_level || options.min_level > options.max_level)
         refuse("levels must be 0 <= minimum <= maximum <= " + std::to_string(k_max_level));
-    // Each level has four times the triangles; a face's first ones are as many as its corners, or two times that.
+    // A rough count: each level has four times the triangles; level 0 of quads has one or two per half-edge.
     const double triangles = std::ldexp(static_cast<double>(mesh.halfedge_count()), 2 * options.min_level);
     if (options.max_triangles == 0 && triangles > std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorCode::unsupported,
