@@ -67,8 +67,8 @@ inline Maximum farthest_sample(std::span<const Vec3d> s, int n, const PlaneMeasu
     return top;
 }
 
-/// Estimated upper limit of the distance from a point of a flat triangle to the surface with these samples: the
-/// distance to the small triangles between samples, plus how far the surface may bend away from these.
+/// Estimated upper limit of the distance from a point of a flat triangle to the surface with these samples. It is the
+/// distance to the small triangles between the samples, plus how far the surface may bend away from these.
 /// @param most  the largest distance of a sample from the flat triangle
 inline double distance_to_samples(const Vec3d& q, const LimitSamples& s, double most) {
     // The bend is a sixteenth of `most` if second derivatives are constant; the double allows for others.
@@ -105,7 +105,7 @@ double finite_sharpness_at(const ControlMesh& mesh, const CellTriangle& leaf, st
 }
 
 /// Visits points of a leaf, as barycentrics, where a lattice with 4 or more intervals a side may miss a rounding. The
-/// surface rounds an edge or vertex of sharpness s within 2^-s of the width of its faces, so the points come ever
+/// surface rounds an edge or vertex of sharpness s within 2^-s of the width of its faces. So the points come ever
 /// closer to leaf edges and corners on it. There are none if the leaf is no wider than the rounding.
 template <class Family, class Visit>
 void for_each_strip_point(const ControlMesh& mesh, const CellTriangle& leaf, Visit&& visit) {

@@ -181,8 +181,8 @@ template <class Family, class Evaluate>
 double nearby_distance(const ControlMesh& mesh, const Vec3d& q, SurfaceParameter at, Evaluate&& evaluate) {
     // Four steps reach rounding from a start near the solution; the others are for slow convergence.
     constexpr int k_steps = 8, k_halvings = 4;
-    // The iteration ends if the squared sine of the angle between the normal and the line from q to the surface point
-    // is below this: a further step would change the distance by half of that share.
+    // The iteration ends if the line from q to the surface point is nearly normal: the squared sine of their angle is
+    // below this. A further step would change the distance by half of that share.
     constexpr double k_square = 1e-8;
     SurfacePoint s = evaluate(at);
     double best = glm::length(q - s.position);

@@ -43,12 +43,12 @@ struct NormedCell {
     std::vector<int> points{};         ///< mesh vertices of the points in norms->point
 };
 
-/// Bounds on the distance from a cell of a level's mesh (a triangle, or the bilinear patch of a quad) to its limit: the
-/// weights for each kind of surroundings, computed on first use.
+/// Bounds on the distance from a cell of a level's mesh (a triangle, or the bilinear patch of a quad) to its limit. It
+/// holds the weights for each kind of surroundings, computed on first use.
 ///
-/// Expected positions are the affine or bilinear extension of the cell, if the rules around it reproduce that (on a
-/// regular lattice; then the bound falls with the square of the cell). Else they are the first corner (around an
-/// extraordinary point; then it falls with the cell).
+/// Expected positions are the affine or bilinear extension of the cell if the rules around it reproduce that, as on a
+/// regular lattice: then the bound falls with the square of the cell's size. Else, around an extraordinary point, they
+/// are the first corner, and the bound falls with the size itself.
 ///
 /// A weight has two parts. The first is the largest absolute value, on the vertices a few levels down, of the point's
 /// basis function (for corners, less their hat function). The second is the largest remainder over the small cells
@@ -79,7 +79,8 @@ class CellNormTable {
     NormedCell of_cell(const RuleMesh& mesh, int halfedge, int level, MeshPartFinder& parts) const;
 
     /// Bound of a cell at the middle of a fan: at most `sum` times the largest distance of a point around it from its
-    /// expected position, in the corners' plane (quads: bilinear patch) or, if not `linear`, at the first corner.
+    /// expected position. This is in the corners' plane (quads: bilinear patch) or, if not `linear`, at the first
+    /// corner.
     struct Total {
         double sum;
         bool linear;

@@ -29,9 +29,9 @@ std::vector<double> fan_limit_errors(const Hierarchy& points, const FanChoice& f
 }  // namespace detail
 
 /// Errors of a hierarchy's triangles by the limit points that two more levels put on a triangle's edges and inside it.
-/// Distances are measured from these to the triangle (PlaneMeasure), and on boundaries and hard creases to the
-/// triangle's own edge; also back from points of the triangle that are far from their own sample. The result is no
-/// bound: between the points the surface may be farther off.
+/// Distances go from these points to the triangle (PlaneMeasure); on boundaries and hard creases, to its own edge. They
+/// also go back from points of the triangle that are far from their own sample. The result is no bound: between the
+/// points the surface may be farther off.
 template <class Family>
 class LimitEstimator final : public ErrorEstimator {
   public:

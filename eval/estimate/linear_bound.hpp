@@ -11,9 +11,9 @@ namespace tetrakis {
 /// Certified errors over the surfaces of bilinear and midpoint refinement, which are polynomials. Midpoint refinement
 /// stays on the triangles of the control mesh. A corner cell of bilinear refinement is the bilinear patch of its
 /// corners. It differs from the flat triangle between three of its points by the twist vector times the interpolation
-/// error of x y, at most |dx dy| / 4 of an edge. This bounds the parametric difference, and so the distance in both
-/// directions; the rounding of positions is included. Over a convex face whose corners are within e of a plane, cells
-/// and triangles lie over the same polygon: there the bound is 2 e if that is less.
+/// error of x y. That is at most |dx dy| / 4 of an edge. This bounds the parametric difference, and so the distance in
+/// both directions; the rounding of positions is included. Over a convex face whose corners are within e of a plane,
+/// cells and triangles lie over the same polygon: there the bound is 2 e if that is less.
 class LinearBound final : public SurfaceBound {
   public:
     /// @param mesh    must outlive the bound

@@ -21,14 +21,14 @@ bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
 /// triangle is defined as in CellBounder. It is computed on the mesh of a finer level, at the corners of those parts of
 /// cells that lie over the triangle. Mask norms (CellNormTable) bound the distance from that mesh to the limit, which
 /// is added, as errors change no faster than points move. Levels are made around a triangle until the bound is tight
-/// enough: by the rules, in a part of the mesh, until a cell has norms; then by the rows that belong to the norms. The
-/// rounding of positions is included.
+/// enough. The rules make them in a part of the mesh until a cell has norms; then the rows of these norms are enough.
+/// The rounding of positions is included.
 template <class Family>
 class MaskNormBound final : public SurfaceBound {
   public:
     /// Whether there is a bound over this mesh. Semi-sharp tags change the rules from level to level, so norms exist
-    /// only on levels where they have become smooth: no tag may last for more than six levels. Vertices with more than
-    /// 64 edges and faces with more than 64 corners are excluded, too: their weights would take too long to compute.
+    /// only on levels where they have become smooth. So no tag may last for more than six levels. No vertex may have
+    /// more than 64 edges, and no face more than 64 corners: their weights would take too long to compute.
     static bool has(const SchemeInfo& scheme, const RuleOptions& rules, const ControlMesh& mesh);
 
     /// @param points  gives the limit points; must outlive the bound

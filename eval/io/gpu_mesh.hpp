@@ -19,7 +19,7 @@ struct GpuMesh {
 };
 
 /// Converts a mesh for a graphics card. Vertices with several normals or UVs (creases, seams) get a copy for each
-/// further pair; copies come after all vertices and have the same position bits, so there are no cracks.
+/// further pair. Copies come after all vertices and have the same position bits, so there are no cracks.
 /// @param origin  subtracted before rounding to float: choose a point near models that are far from zero (glb_origin())
 /// @throws Error  invalid_input: the mesh contradicts itself, or a coordinate minus `origin` does not fit in a float;
 ///                unsupported: 2^32 - 1 positions or more

@@ -8,8 +8,8 @@
 namespace tetrakis {
 
 /// Reads a triangle mesh for comparison, projection or drawing: .obj, .ply (text and both binary orders), .glb, .gltf.
-/// Polygons are cut by the rule of triangulate(). Vertices stay as they are in the file, with one exception: in glTF,
-/// and in PLY with normals, vertices are split at seams and creases, so vertices at the same position are joined.
+/// Polygons are cut by the rule of triangulate(). Vertices stay as they are in the file, with one exception: glTF and
+/// PLY with normals split vertices at seams and creases, so vertices at the same position are joined.
 /// Normals are kept if each corner has one, UVs if each face has them. Tags and curves of OBJ are ignored. For control
 /// meshes use load_control_mesh(), which reads the tags and checks the topology.
 /// @throws Error io (missing, unreadable), unsupported (another format, compressed or sparse glTF), memory_limit,

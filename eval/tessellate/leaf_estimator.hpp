@@ -65,8 +65,8 @@ class FanError {
     /// root is bounded against the flat triangle over its sector, and the fan against these triangles.
     /// @param may_reject  the result is infinite if the error is certainly above `decide_at`; else the bound is tight
     double certified(FaceId face, double decide_at, bool may_reject) const;
-    /// Error for the measured estimator: the bound if it is within `tolerance`; else the largest distance of surface
-    /// samples to the fan's triangles, and of samples on hard edges to the fan's own edges.
+    /// Error for the measured estimator: the bound if it is within `tolerance`. Else it is the largest distance of
+    /// surface samples to the fan's triangles, or of samples on hard edges to the fan's own edges.
     double measured(FaceId face, double tolerance) const;
 
   private:

@@ -145,8 +145,8 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         return best;
     };
     // Distances between a triangle and its own part of the surface. Those up to `exact_from` may be too large: they are
-    // the distance of the surface point to this triangle, which is also a distance of a point of the triangle to the
-    // surface.
+    // the distance of the surface point to this triangle only. It counts in both directions, as the
+    // triangle's nearest point is at most that far from the surface.
     const auto distances = [&](const OutputTriangle& from, const std::array<Vec3d, 3>& corner, const Vec2d& uv) {
         const auto b = barycentrics(uv);
         const SurfaceParameter at = parameter(from, uv);

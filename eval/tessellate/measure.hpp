@@ -17,8 +17,8 @@
 
 namespace tetrakis::detail {
 
-/// How often a reference cuts each piece in four: at least twice (once if there are more than 250 000 pieces), and more
-/// often, up to 4 times, until the reference has 60 000 triangles.
+/// How often a reference cuts each piece in four: at least twice, or once if there are more than 250 000 pieces. It is
+/// more often, up to 4 times, as long as the reference has less than 60 000 triangles.
 int reference_bits(std::size_t pieces, int deepest_lattice_level);
 
 /// @throws Error  memory_limit: a reference with this number of triangles does not fit

@@ -18,7 +18,7 @@ class ConvexFace {
     /// Whether the corners in their order are a convex polygon; errors exist only then.
     bool convex() const { return convex_; }
     /// Largest distance of a corner from the plane. Every triangulation of the face is that close to the flat polygon,
-    /// point over point; if flaps (see EdgeSliding) of at most 45 degrees are unfolded over an edge, twice that.
+    /// point over point. It is twice that if flaps (see EdgeSliding) of at most 45 degrees are unfolded over an edge.
     double height() const { return height_; }
     /// @param fold, flap  at the edge from corner k to the next one, for the triangle there of the face's triangulation
     /// @param normal      unit normal of that triangle
