@@ -15,21 +15,21 @@
 
 namespace tetrakis::detail {
 
-/// The diamonds that a view may split or merge, each listed twice: by how urgent that is, in buckets, and by how far
-/// the camera can move before it has to be looked at again. All of it is O(1), but that a candidate's wait is sorted
-/// anew a few times until it is over (a radix heap: Ahuja, Mehlhorn, Orlin, Tarjan 1990). A wait of which nothing
-/// comes, because its candidate has been listed again or removed, stays until it is over, or until there are too many.
+/// The diamonds that a view may split or merge. Each is listed twice: in a bucket for its urgency, and in a radix heap
+/// (Ahuja, Mehlhorn, Orlin, Tarjan 1990) by the odometer reading at which it must be evaluated again. Its entry there,
+/// a wait, is sorted anew a few times until it is due; all else is O(1) for a candidate. If a candidate is listed again
+/// or removed, its old wait is idle: it stays until it is due, or until there are too many waits.
 class Candidates {
   public:
     enum class Kind : std::uint8_t { split, merge };
     static constexpr std::size_t k_odometers = 36;
-    static constexpr std::size_t k_revisions = k_odometers;  ///< one more: what waits for a revision of the surface
+    static constexpr std::size_t k_revisions = k_odometers;  ///< one more: it reads the surface's revision
     static constexpr std::uint32_t k_none = ~std::uint32_t{0};
     static constexpr int k_buckets = 128;
-    static constexpr std::size_t k_batch = 32;  ///< candidates that are looked at: they wait for memory together
+    static constexpr std::size_t k_batch = 32;  ///< candidates evaluated together, so that their cache misses overlap
 
     Candidates() : due_((k_odometers + 1) * k_digits) { clear(); }
-    /// No candidates; the odometers stay.
+    /// Removes all candidates; the odometers keep their readings.
     void clear() {
         nodes_.resize(k_rings);
         for (std::uint32_t i = 0; i < k_rings; ++i) nodes_[i].next = nodes_[i].prev = i;
@@ -43,8 +43,8 @@ class Candidates {
         wish_for_small_pages(nodes_);
     }
 
-    /// A new candidate, which has to be looked at.
-    /// @param owner  whatever the caller wants to know of it
+    /// Adds a candidate, which is due at once.
+    /// @param owner  a number that the caller associates with it
     std::uint32_t add(Kind kind, std::uint32_t owner) {
         std::uint32_t node = free_;
         if (node == k_none) {
@@ -74,15 +74,15 @@ class Candidates {
     std::uint32_t owner(std::uint32_t node) const { return nodes_[node].owner; }
     void set_owner(std::uint32_t node, std::uint32_t owner) { nodes_[node].owner = owner; }
     int bucket(std::uint32_t node) const { return nodes_[node].bucket; }
-    /// Whether its own bucket was told since the last call of begin_round().
+    /// Whether list() was called for it with `is_own` since the last call of begin_round().
     bool is_known(std::uint32_t node) const { return nodes_[node].round == round_; }
     void begin_round() { ++round_; }
-    /// How many are.
+    /// Number of candidates that wait for a revision of the surface.
     std::uint32_t unknown_count() const { return unknown_count_; }
 
-    /// A candidate's bucket, and the reading of an odometer, beyond the present one, at which it is due: from when on
-    /// it may belong into another bucket. By readings waits are told apart: they are to be different ones.
-    /// @param is_own  whether it belongs there, and not somewhere beyond
+    /// Sets a candidate's bucket, and the reading of an odometer from which on it may belong to another bucket.
+    /// `due_at` must exceed the present reading, and differ from the candidate's earlier ones: it identifies the wait.
+    /// @param is_own  whether `bucket` is its exact bucket, and not one that several share
     void list(std::uint32_t node, int bucket, bool is_own, std::size_t odometer, double due_at) {
         Node& n = nodes_[node];
         if (n.bucket != bucket) {
@@ -114,24 +114,24 @@ class Candidates {
     }
     std::uint32_t first(Kind kind, int bucket) const { return nodes_[ring(kind, bucket)].next; }
 
-    /// An odometer moves on; its readings are not negative and never fall.
+    /// Advances an odometer; its readings are not negative and never fall.
     void advance(std::size_t odometer, double reading) {
         double& now = now_[odometer];
         if (reading == now) return;
         const auto highest = static_cast<std::size_t>(std::bit_width(bits(reading) ^ bits(now)));
         now = reading;
-        // What differed from the reading in lower digits than the highest one that changes is due; what differed in
-        // that one is due or to be sorted anew.
+        // Waits whose highest different digit was below the highest digit that changes now are due. Waits that differed
+        // first in that digit are due or have to be sorted anew.
         for (std::size_t i = 0; i <= highest; ++i)
             for (auto& lists = due_[odometer * k_digits + i]; !lists.empty(); lists.pop_back())
                 ripe_.push_back({odometer, std::move(lists.back())});
     }
-    /// Readings begin anew, and everything has to be looked at again. O(candidates).
+    /// Sets all odometers but k_revisions to `reading`, which may be smaller; all candidates are due. O(candidates).
     void restart(double reading) {
         std::fill_n(now_.begin(), k_odometers, reading);
         advance_all();
     }
-    /// Everything has to be looked at again. O(candidates).
+    /// Makes all candidates due. O(candidates).
     void advance_all() {
         drop_waits();
         for (std::uint32_t i = k_rings; i < nodes_.size(); ++i) {
@@ -141,13 +141,13 @@ class Candidates {
             fresh_.push_back(i);
         }
     }
-    /// Whether a batch of candidates or more has to be looked at wherever the camera is: after advance_all(), mostly.
+    /// Whether at least a batch of candidates is due whatever the odometers read: mostly after advance_all().
     bool has_many_fresh() const { return fresh_.size() >= k_batch; }
-    /// Whether to call take_due() though others are as urgent as those that were split. New ones can wait until they
-    /// are many: a diamond's error is larger than of those that its split makes possible.
+    /// Whether to call take_due() although others are as urgent as those that were split. New candidates can wait until
+    /// there are many: their errors are smaller than the error of the diamond whose split made them possible.
     bool has_many_due() const { return !ripe_.empty() || has_many_fresh(); }
-    /// Candidates that are due, in the first places of `nodes`; list() of each is to follow.
-    /// @return  how many there are; 0: no more
+    /// Takes due candidates, written to the front of `nodes`; the caller must then call list() for each.
+    /// @return  their number; 0: none is due
     std::size_t take_due(std::array<std::uint32_t, k_batch>& nodes) {
         std::size_t count = 0;
         while (count == 0 && !(fresh_.empty() && ripe_.empty())) {
@@ -179,12 +179,12 @@ class Candidates {
         }
         return count;
     }
-    /// Candidates that were taken, but not looked at, are due again.
+    /// Makes candidates due again that were taken, but not evaluated.
     void give_back(std::span<const std::uint32_t> nodes) {
         for (const std::uint32_t node : nodes) nodes_[node].due_at = 0;
         fresh_.insert(fresh_.end(), nodes.begin(), nodes.end());
     }
-    /// Some of a bucket, from the first on, that are not known.
+    /// Writes the first candidates of a bucket to `nodes`, up to the first one that is_known(). Returns their number.
     std::size_t take_unknown(Kind kind, int bucket, std::span<std::uint32_t> nodes) const {
         std::size_t count = 0;
         for (std::uint32_t node = first(kind, bucket);
@@ -198,17 +198,17 @@ class Candidates {
         for (const auto& lists : due_)
             for (const Waits& list : lists) waits += list.capacity();
         for (const auto& [odometer, list] : ripe_) waits += list.capacity();
-        // What is reserved beyond them takes no memory.
+        // Nodes that are only reserved take no memory.
         return nodes_.size() * sizeof(Node) + waits * sizeof(Wait) + fresh_.capacity() * sizeof(std::uint32_t);
     }
 
   private:
-    using Reading [[gnu::aligned(4)]] = double;  // of which structs are no larger than they have to be
+    using Reading [[gnu::aligned(4)]] = double;  // so that structs have no padding
     struct Node {
-        Reading due_at;            // 0: it is fresh
-        std::uint32_t next, prev;  // of its bucket, a ring
-        std::uint32_t owner;       // of those not in use: the next one
-        std::uint32_t round;       // in which it was listed in its own bucket
+        Reading due_at;            // 0: in fresh_
+        std::uint32_t next, prev;  // in the circular list of its bucket
+        std::uint32_t owner;       // of unused nodes: the next unused one
+        std::uint32_t round;       // last round in which its bucket was its own
         Kind kind;
         std::uint8_t odometer = 0, bucket;
     };
@@ -218,12 +218,12 @@ class Candidates {
         std::uint32_t node;
     };
     static_assert(sizeof(Wait) == 12);
-    using Waits = std::vector<Wait>;  // few, so that nothing of it takes long
+    using Waits = std::vector<Wait>;  // at most k_most_waits, so that no operation takes long
     static constexpr std::size_t k_most_waits = 1024;
-    static constexpr std::uint32_t k_rings = 2 * k_buckets;  // the first nodes: one in each bucket's ring
+    static constexpr std::uint32_t k_rings = 2 * k_buckets;  // the first nodes: heads of the buckets' lists
     static constexpr std::size_t k_digits = 65;
     static constexpr std::uint8_t k_unlisted = 255;
-    static constexpr double k_free = -1, k_taken = -2;  // due_at: not in use; being looked at
+    static constexpr double k_free = -1, k_taken = -2;  // due_at of nodes not in use; being evaluated
 
     static constexpr std::uint32_t ring(Kind kind, int bucket) {
         return static_cast<std::uint32_t>(kind) * k_buckets + static_cast<std::uint32_t>(bucket);
@@ -247,7 +247,7 @@ class Candidates {
         n.odometer = static_cast<std::uint8_t>(odometer);
     }
 
-    // As integers, readings have the same order.
+    // As integers, the bits of readings have the same order.
     static std::uint64_t bits(double reading) { return std::bit_cast<std::uint64_t>(reading); }
     void wait(std::size_t odometer, const Wait& wait) {
         const int digit = std::bit_width(bits(wait.due_at) ^ bits(now_[odometer]));
@@ -261,7 +261,7 @@ class Candidates {
         fresh_.clear();
         waits_ = 0;
     }
-    /// Goes through the next list.
+    /// Removes the idle waits of one list; the next call takes the next list.
     void drop_some_idle_waits() {
         auto& lists = due_[swept_];
         if (next_swept_ >= lists.size()) {
@@ -279,16 +279,16 @@ class Candidates {
     std::uint32_t free_ = k_none, round_ = 0, unknown_count_ = 0;
     std::array<std::array<std::uint64_t, 2>, 2> masks_{};  // by kind: buckets that are not empty
     std::array<double, k_odometers + 1> now_{};
-    std::vector<std::vector<Waits>> due_;              // by odometer and the highest digit in which now is different
-    std::vector<std::pair<std::size_t, Waits>> ripe_;  // odometers and lists of theirs that are to be gone through
+    std::vector<std::vector<Waits>> due_;  // by odometer and highest digit in which due_at differs from now_
+    std::vector<std::pair<std::size_t, Waits>> ripe_;  // lists of waits that may be due, with their odometers
     std::vector<std::uint32_t> fresh_;
-    std::size_t waits_ = 0;                   // in all these lists
-    std::size_t swept_ = 0, next_swept_ = 0;  // where idle ones are dropped next: in due_, and of its lists
+    std::size_t waits_ = 0;                   // their number in due_ and ripe_
+    std::size_t swept_ = 0, next_swept_ = 0;  // next list for drop_some_idle_waits()
 };
 
-// Errors are counted in multiples of the budget's pixels, four buckets to a doubling.
+// Errors are multiples of the budget's pixel error, in four buckets to a doubling.
 inline constexpr int k_buckets_a_doubling = 4, k_limit_bucket = 48;
-/// Errors of a bucket are from its edge on and below the next one's.
+/// Bucket i holds the errors e with k_edges[i] <= e < k_edges[i + 1].
 inline const std::array<double, Candidates::k_buckets + 1> k_edges = [] {
     std::array<double, Candidates::k_buckets + 1> edges{};
     for (int i = 1; i < Candidates::k_buckets; ++i)
@@ -297,13 +297,13 @@ inline const std::array<double, Candidates::k_buckets + 1> k_edges = [] {
     return edges;
 }();
 inline double edge_of(int bucket) { return k_edges[static_cast<std::size_t>(bucket)]; }
-/// Of a normal positive number: 2^result is the largest power of two that is not larger.
+/// The integer part floor(log2(x)) for a normal positive `x`.
 inline int exponent_of(double x) { return static_cast<int>(std::bit_cast<std::uint64_t>(x) >> 52) - 1023; }
 inline int bucket_of(double error) {
     static_assert(k_buckets_a_doubling == 4 && k_limit_bucket % 4 == 0);
     if (!(error >= edge_of(1))) return 0;
     if (error >= edge_of(Candidates::k_buckets - 1)) return Candidates::k_buckets - 1;
-    // What std::log2() says, but faster and never beyond an edge.
+    // As by std::log2(), but faster, and exact at the edges of buckets.
     const int octave = 4 * exponent_of(error) + k_limit_bucket;
     return octave + (error >= edge_of(octave + 1)) + (error >= edge_of(octave + 2)) + (error >= edge_of(octave + 3));
 }

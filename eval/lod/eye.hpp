@@ -12,13 +12,13 @@
 
 namespace tetrakis::detail {
 
-/// The camera as decisions need it.
+/// Camera data for the decisions about splits and merges.
 struct Eye {
     Vec3d at{}, forward{0, 1, 0}, right{1, 0, 0}, up{0, 0, 1};
-    std::array<Vec3d, 4> sides{};         ///< of the frustum: unit normals to the inside
+    std::array<Vec3d, 4> sides{};         ///< unit normals of the frustum's side planes, to the inside
     double side_sin = 0, side_cos = 1;    ///< of half the horizontal field of view
     double above_sin = 0, above_cos = 1;  ///< of half the vertical one
-    double pixels = 0;                    ///< of something of length 1 at distance 1
+    double pixels = 0;                    ///< size on screen of length 1 at distance 1
 
     explicit Eye(const lod::Camera& camera) : at(camera.eye), forward(unit(camera.direction)) {
         right = glm::cross(forward, camera.up);
@@ -33,11 +33,11 @@ struct Eye {
         sides = {side_sin * forward + side_cos * right, side_sin * forward - side_cos * right,
                  above_sin * forward + above_cos * up, above_sin * forward - above_cos * up};
     }
-    /// Of any length, as large or small as it may be.
+    /// Unit vector along `v`, without overflow or underflow for long or short ones.
     static Vec3d unit(const Vec3d& v) {
         return glm::normalize(v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
     }
-    /// How far a box, relative to the eye, is inside the nearest side of the frustum; where it is beside, less than 0.
+    /// How far a box reaches inward from the side plane where this is least; negative: outside. `center`: from the eye.
     double inside(const Vec3d& center, const Vec3d& half_sides) const {
         double least = std::numeric_limits<double>::infinity();
         for (std::size_t k = 0; k < sides.size(); ++k)
@@ -47,20 +47,20 @@ struct Eye {
     bool has_opening_of(const Eye& other) const {
         return side_sin == other.side_sin && above_sin == other.above_sin && pixels == other.pixels;
     }
-    /// The angle between two of them.
+    /// Angle of the rotation between both cameras, in radians.
     double turn_to(const Eye& other) const {
         const Vec3d f = other.forward - forward, r = other.right - right, u = other.up - up;
         return 2 * std::asin(std::min(1.0, std::sqrt((glm::dot(f, f) + glm::dot(r, r) + glm::dot(u, u)) / 8)));
     }
 };
 
-/// How far a camera has moved. Odometer 0 reads its travel; each other one has a length, and adds to the travel what
-/// turns move at that distance from the eye.
+/// Accumulated motion of a camera. Odometer 0 sums up its travel. Each other odometer has a length and sums up
+/// travel + length * turn: the motion of points at that distance, relative to the camera.
 class Odometers {
   public:
     static constexpr std::size_t k_travel = 0;
 
-    /// @param extent  of what the camera looks at
+    /// @param extent  size of the surface that the camera looks at
     explicit Odometers(double extent) : extent_(extent > 0 ? extent : 1) {
         for (std::size_t i = 1; i < lengths_.size(); ++i)
             lengths_[i] = extent_ * std::exp2(static_cast<double>(i) / 2 + k_lowest);
@@ -69,7 +69,7 @@ class Odometers {
 
     double reading(std::size_t odometer) const { return readings_[odometer]; }
     void move(double travel, double turn, Candidates& candidates) {
-        // Beyond its end a reading has no digits left for short ways.
+        // Beyond this end a reading has too few digits left for short distances.
         if (!(readings_.back() + travel < k_end * extent_)) {
             readings_.fill(k_start * extent_);
             return candidates.restart(k_start * extent_);
@@ -80,19 +80,19 @@ class Odometers {
         }
     }
 
-    /// The odometer for what is at most so far away: the one with the next larger length.
+    /// The odometer for points at distances up to `reach`: the one with the next larger length, if there is one.
     std::size_t at(double reach) const {
         constexpr int k_last = Candidates::k_odometers - 1;
-        // By halves of doublings; what rounding may do is made up for by way().
+        // Lengths grow by a factor of sqrt(2). Rounding does no harm: way() holds for any odometer.
         const int octave = 2 * (exponent_of(std::max(reach / extent_, 1e-300)) - k_lowest);
         if (octave >= k_last) return k_last;
         if (octave < 1) return 1;
         const auto i = static_cast<std::size_t>(octave);
         return i + (lengths_[i] < reach) + (i + 1 < k_last && lengths_[i + 1] < reach);
     }
-    /// What that odometer may move before a point that is at most `reach` away can have moved by `gap`, as seen from
-    /// the camera. A point moves by the travel, and by the turn times its distance, which travel adds to: by
-    /// (w + w^2 / (4 m)) m / length at most where the odometer moves by w, with the larger of reach and length as m.
+    /// How far that odometer may advance before a point at distance `reach` or less can have moved by `gap` relative to
+    /// the camera. Such a point moves by the travel plus turn times distance, and travel increases the distance: by at
+    /// most (w + w^2 / (4 m)) m / length while the odometer advances by w, where m = max(reach, length).
     double way(std::size_t odometer, double gap, double reach) const {
         const double length = lengths_[odometer], m = std::max(reach, length);
         return 2 * m * (std::sqrt(1 + gap * length / (m * m)) - 1);
@@ -100,8 +100,8 @@ class Odometers {
 
   private:
     static constexpr int k_lowest = -14;  // lengths are multiples of 2^k_lowest extents
-    // In extents. From the start on, readings have equal exponents for long: candidates are sorted by the digits that
-    // they differ in.
+    // In extents. As readings do not start at 0, their exponents stay equal for long: few of the digits change by which
+    // candidates are sorted.
     static constexpr double k_start = 16, k_end = 1 << 24;
 
     double extent_;

@@ -32,11 +32,11 @@ using detail::unpacked;
 using Clock = std::chrono::steady_clock;
 using Kind = Candidates::Kind;
 
-// Decisions hold for errors that are larger or smaller by this, so that a camera has a way to go before the next look.
+// Margin factor for errors, so that a camera can move some way before a candidate is evaluated again.
 constexpr double k_room = 1.04;
-// How far from the frustum something is when it counts as outside, as a part of its distance: a way to go, too.
+// A box counts as outside if its distance from the frustum is more than this part of its reach: a margin, too.
 constexpr double k_beside = 0.1;
-// Something inside is looked at again when it may be outside by this part of its distance: until then it counts fully.
+// A box inside is evaluated again when it may be outside by this part of its reach; until then it has full weight.
 constexpr double k_late = 0.25;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
@@ -85,7 +85,7 @@ class View::Impl {
             if (options.max_bytes < room(roots).bytes)
                 throw Error(ErrorCode::memory_limit, fmt::format("{} bytes are too few for {} roots; {} are the least",
                                                                  options.max_bytes, roots, room(roots).bytes));
-            std::uint64_t beyond = leaves + 1;  // too many, and `leaves` are not
+            std::uint64_t beyond = leaves + 1;  // so many do not fit, and `leaves` do
             for (leaves = roots; beyond - leaves > 1;) {
                 const std::uint64_t middle = leaves + (beyond - leaves) / 2;
                 (room(middle).bytes <= options.max_bytes ? leaves : beyond) = middle;
@@ -93,7 +93,7 @@ class View::Impl {
         }
         max_leaves_ = static_cast<std::uint32_t>(leaves);
         const auto [slots, points, midpoints, candidates, bytes] = room(leaves);
-        // No update waits long for memory.
+        // Memory is reserved and written here, so that no update waits long for it.
         const auto fill = [](auto& array, std::uint64_t size, auto value) {
             array.reserve(size);
             detail::wish_for_small_pages(array);
@@ -114,9 +114,9 @@ class View::Impl {
     Update update(const Camera& camera, const Budget& budget) {
         check(camera, budget);
         const auto begin = Clock::now();
-        // What the surface knows at a look it still knows as vertices are written.
+        // Bounds that are known when a diamond is evaluated stay known until the vertices are written.
         const SurfaceUse use(surface_);
-        // What is loaded from now on is looked at by the next update.
+        // Bounds that are loaded from now on are evaluated by the next update.
         revision_ = surface_.revision();
         candidates_.advance(Candidates::k_revisions, static_cast<double>(revision_));
         const Eye eye(camera);
@@ -153,11 +153,11 @@ class View::Impl {
             if (!too_many && split >= k_limit_bucket) {
                 const std::uint32_t node = candidates_.first(Kind::split, split);
                 const std::uint32_t room = most - forest_.leaf_count();
-                // Where nothing changes, updates look at little: tiles that they look at stay, and others have no room.
+                // Without room for a split only one is evaluated: tiles in use stay loaded, and others find no room.
                 if (look_at_first(Kind::split, split, room >= 2 ? Candidates::k_batch : 1)) continue;
                 const LeafId leaf(candidates_.owner(node));
                 if (forest_.split_cost(leaf).leaves <= room && forest_.split_diamond(leaf, changed_split)) continue;
-                // No room, unless something that matters less makes it.
+                // No room for the split, unless merging a smaller error makes some.
                 may_merge = may_merge || merge <= split - 2;
             }
             if (!may_merge) {
@@ -177,8 +177,8 @@ class View::Impl {
                             : update.complete                         ? 1
                                                                       : k_infinite;
         update.pixel_error = over * budget.pixel_error;
-        // Until all is there it shows what it did before; at first, what it is to become. Infinite errors look like the
-        // largest ones that are told apart.
+        // Incomplete updates keep the scale of the last complete one; before that it is by the budget's pixel error. An
+        // infinite error counts as the lower edge of the last bucket.
         if (update.complete || morph_scale_ == 0)
             morph_scale_ = eye_.pixels / budget.pixel_error /
                            (update.complete ? std::min(over, edge_of(Candidates::k_buckets - 1)) : 1);
@@ -207,7 +207,7 @@ class View::Impl {
     }
 
     void set_origin(const Vec3d& origin) {
-        constexpr double k_farthest = 1e30;  // floats have to reach to it
+        constexpr double k_farthest = 1e30;  // coordinates must fit in floats
         if (!is_finite(origin) || std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)}) > k_farthest)
             refuse(fmt::format("an origin at ({}, {}, {}); coordinates are finite, up to {}", origin.x, origin.y,
                                origin.z, k_farthest));
@@ -237,7 +237,7 @@ class View::Impl {
     detail::PoolVector<Vertex> vertices_;     // by points
 
   private:
-    /// Slots, points, candidates and bytes for so many leaves. To be asked while all leaves are roots.
+    /// Slots, points, candidates and bytes for `leaves` leaves. Valid only while all leaves are roots.
     struct Room {
         std::uint64_t slots, points, midpoints, candidates, bytes;
     };
@@ -249,21 +249,21 @@ class View::Impl {
         const std::uint64_t roots = forest_.leaf_count(), sides = forest_.mesh().halfedge_count();
         Room room{};
         room.slots = leaves + sides - roots;
-        // Half as many vertices as triangles, and those on the boundary, which is some multiple of a root.
+        // Half as many vertices as triangles, and on the boundary some multiple of the square root of `leaves`.
         room.midpoints = leaves / 2 + 4 * static_cast<std::uint64_t>(std::sqrt(static_cast<double>(leaves))) + roots;
         room.points = room.midpoints + forest_.point_slots();
-        // Every second leaf may be split, and every fourth one may be merged; more along the boundary.
+        // One candidate to split for two leaves, and one to merge for four leaves; more along the boundary.
         room.candidates = leaves - leaves / 4 + roots;
         room.bytes =
             room.slots * k_slot_bytes + room.points * k_point_bytes + room.candidates * k_candidate_bytes + k_bytes;
         return room;
     }
-    /// How a diamond's error looks from the eye.
+    /// A diamond as seen from the eye.
     struct Look {
-        double size = 0;  // in multiples of the pixels allowed, at distance 1
+        double size = 0;  // error on screen at distance 1, in multiples of the allowed one
         double distance = 0;
         bool inside = true;         // the frustum
-        double gap = 0, reach = 0;  // to the frustum's side; of the box's farthest point, from the eye
+        double gap = 0, reach = 0;  // motion after which `inside` may change; distance of the box's farthest point
         double at(double weight) const { return size == 0 ? 0 : weight * size / distance; }
     };
 
@@ -271,8 +271,8 @@ class View::Impl {
         const double scale = eye.pixels / budget.pixel_error;
         const bool is_other = is_stale_ || scale != scale_ || !eye.has_opening_of(eye_);
         is_stale_ = is_other;
-        // Where time is short and each frame is another one, a look at all of them is brought to its end, and what it
-        // led to gets as many updates.
+        // With a time budget, a full re-evaluation of all candidates is finished over several updates before the next
+        // one begins. The changes that it leads to then get as many updates again.
         ++updates_since_look_;
         if (is_looking_ && candidates_.has_many_fresh())
             updates_to_look_ = updates_since_look_;
@@ -285,14 +285,14 @@ class View::Impl {
             updates_since_look_ = updates_to_look_ = 0;
         }
         const double travel = glm::length(eye.at - eye_.at), turn = eye.turn_to(eye_);
-        // A camera that stands still knows what it has seen, unless something may have been given up since.
+        // If the camera stands still, evaluations stay valid, unless the surface may have unloaded bounds since.
         if (is_other || travel > 0 || turn > 0 || revision_ != 0) candidates_.begin_round();
         eye_ = eye;
         scale_ = scale;
         odometers_.move(travel, turn, candidates_);
     }
 
-    /// Begins with the roots.
+    /// Restarts from the roots.
     void start() {
         forest_.clear();
         candidates_.clear();
@@ -304,8 +304,8 @@ class View::Impl {
             if (forest_.is_leaf(LeafId(i))) added(LeafId(i));
     }
 
-    /// Whether an eye is so much farther from half of the finest diamonds that these are to be merged. To begin with
-    /// the roots then takes less time than the merges do.
+    /// Whether half of the diamonds that can be merged are so much farther from `eye` than before that they have to be.
+    /// A restart from the roots then takes less time than the merges.
     bool is_elsewhere(const Eye& eye) const {
         constexpr std::uint32_t k_samples = 64;
         const std::uint32_t slots = forest_.point_slots();
@@ -337,25 +337,25 @@ class View::Impl {
         Look look;
         look.distance = distance(bounds, eye_);
         look.size = bounds.error * boost(bounds) * scale_;
-        // A box around this one has no smaller `least` and no smaller `reach`: so where a diamond is inside, a coarser
-        // one whose box contains its box is inside, too.
+        // `least` and `reach` are no smaller for a box that contains this one. So if a diamond is inside, a coarser one
+        // whose box contains its box is inside, too.
         const double least = eye_.inside(center, bounds.half_sides);
         look.reach = glm::length(glm::abs(center) + bounds.half_sides);
         look.inside = least >= -k_beside * look.reach;
-        // It may be late that something is found to be outside, but not that it is inside.
+        // A box that leaves the frustum may be noticed late, but not a box that enters it.
         look.gap = look.inside ? std::max(least, 0.0) + k_late * look.reach : -least;
         return look;
     }
 
-    /// Looks at what has to be looked at, a few at a time; false: there is nothing.
+    /// Evaluates a batch of due candidates; false: none is due.
     bool look_at_due() {
         const std::size_t count = candidates_.take_due(due_);
         look(std::span(due_).first(count));
         return count > 0;
     }
-    /// Lists candidates by what they look like now.
+    /// Evaluates candidates for the present eye, and lists them accordingly.
     void look(std::span<const std::uint32_t> nodes) {
-        // The loops wait for memory.
+        // The loops are bound by memory latency.
         for (const std::uint32_t node : nodes) __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(node))));
         for (const std::uint32_t node : nodes)
             if (candidates_.kind(node) == Kind::merge)
@@ -377,7 +377,7 @@ class View::Impl {
             else
                 wait_for_revision(nodes[i]);
             const int bucket = candidates_.bucket(nodes[i]);
-            // Split or merged soon, with its neighbours.
+            // A split or merge that comes soon reads and writes the leaf's neighbours.
             const bool is_soon = candidates_.kind(nodes[i]) == Kind::split
                                      ? bucket >= level_
                                      : bucket < std::max(merge_bucket_, level_ - 1);
@@ -386,17 +386,17 @@ class View::Impl {
                 if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside));
         }
     }
-    /// Neither split nor merged, but where leaves are too many.
+    /// Lists a candidate of unknown bounds: it is never split, and merged only if there are too many leaves.
     void wait_for_revision(std::uint32_t node) {
         const bool is_split = candidates_.kind(node) == Kind::split;
-        // Until the next one, by a number that tells this wait from earlier ones of the same candidate.
+        // It is due at the next revision; the fraction distinguishes this wait from earlier ones of the candidate.
         constexpr std::uint32_t k_parts = 1 << 20;
         const double part = static_cast<double>(++revision_waits_ % k_parts + 1) / k_parts;
         candidates_.list(node, is_split ? 0 : Candidates::k_buckets - 1, true, Candidates::k_revisions,
                          static_cast<double>(revision_) + part);
     }
-    /// Looks at some of the first in a bucket, if the first of all is not known as it is now. Returns whether it has
-    /// left the bucket.
+    /// Evaluates at most `most` candidates at the front of a bucket, unless the first one is known. Returns whether the
+    /// first one has left the bucket.
     bool look_at_first(Kind kind, int bucket, std::size_t most = Candidates::k_batch) {
         const std::uint32_t first = candidates_.first(kind, bucket);
         look(std::span(due_).first(candidates_.take_unknown(kind, bucket, std::span(due_).first(most))));
@@ -405,11 +405,11 @@ class View::Impl {
     void list(std::uint32_t node, const Look& look) {
         const bool is_split = candidates_.kind(node) == Kind::split;
         const double weight = look.inside ? 1 : options_.outside_weight;
-        // What the weight may become that makes the decision another one.
+        // The weight to which a change can reverse the decision.
         const double other_weight = is_split ? 1 : options_.outside_weight;
         int own, bucket;
-        double way, other_way;  // that the eye may travel with these weights
-        // What is far from being decided upon is not told apart.
+        double way, other_way;  // how far the eye may travel with each weight until the bucket may change
+        // Errors far from the limit share a bucket.
         if (is_split) {
             own = bucket_of(look.at(weight) * k_room);
             bucket = std::max(own, exact_from_ - 1);
@@ -428,7 +428,7 @@ class View::Impl {
         if (weight == other_weight || other_way > 0.25 * way) {
             way = std::min(way, other_way);
         } else {
-            // A shorter length counts turns less, and allows a shorter way: no shorter than to the next bucket.
+            // A shorter length counts turns less, but allows less motion. It need not allow more than `way`.
             odometer = odometers_.at(look.reach * std::min(1.0, way / look.gap));
             way = std::min(way, odometers_.way(odometer, look.gap, look.reach));
         }
@@ -452,8 +452,8 @@ class View::Impl {
         triangles_[id.value] = {v[0].value, v[1].value, v[2].value};
         dirty_triangles_.mark(id.value);
     }
-    /// The leaf of two that share their base for which the diamond is a candidate. Where the other one is coarser, the
-    /// diamond at that one's base comes first: it has the larger error and box.
+    /// Makes the diamond at a leaf's base a candidate, unless it is one by the leaf across the base. If that leaf is
+    /// coarser, the diamond at its own base must be split first: its error and box are larger.
     void consider(LeafId id) {
         const BisectionLeaf& leaf = forest_.leaf(id);
         if (leaf.depth >= surface_.max_depth() || leaf_candidate_[id.value] != Candidates::k_none) return;
@@ -503,7 +503,7 @@ class View::Impl {
         }
     }
 
-    /// Moves the last triangles to free slots where a third of the slots is free, until it is a fifth.
+    /// If a third of the slots is free, moves the last triangles to free slots until only a fifth is free.
     template <class IsOver>
     void close_up(const IsOver& is_over) {
         constexpr std::uint32_t k_few = 256;
@@ -514,7 +514,7 @@ class View::Impl {
             leaf_candidate_[to.value] = std::exchange(candidate, Candidates::k_none);
             if (leaf_candidate_[to.value] != Candidates::k_none)
                 candidates_.set_owner(leaf_candidate_[to.value], to.value);
-            // It may have stood for its diamond.
+            // The leaf may have been the owner of its diamond's candidate.
             const std::uint32_t above = point_candidate_[forest_.leaf(to).vertex[2].value];
             if (above != Candidates::k_none && candidates_.owner(above) == from.value)
                 candidates_.set_owner(above, to.value);
@@ -574,22 +574,22 @@ class View::Impl {
     std::vector<Update::Range> triangle_ranges_, vertex_ranges_;
     std::vector<Region> regions_;
     Eye eye_{Camera{}};
-    double scale_ = 0;  // pixels of length 1 at distance 1, in multiples of those allowed
+    double scale_ = 0;  // size on screen of length 1 at distance 1, in multiples of the allowed pixel error
     Odometers odometers_;
-    // What is being looked at.
+    // The batch that is being evaluated.
     std::array<std::uint32_t, Candidates::k_batch> due_{};
     std::array<Site, Candidates::k_batch> sites_{};
     std::array<DiamondBounds, Candidates::k_batch> bounds_{};
     double morph_scale_ = 0;
     std::uint64_t revision_ = 0;  // of the surface
     std::uint32_t revision_waits_ = 0;
-    bool is_stale_ = false;    // looks are of other pixels or regions
-    bool is_looking_ = false;  // at all of them anew
+    bool is_stale_ = false;    // evaluations are for other pixels or regions
+    bool is_looking_ = false;  // a full re-evaluation is unfinished
     bool work_ended_ = true;   // in the last update
     std::uint64_t updates_since_look_ = 0, updates_to_look_ = 0;
     int merge_bucket_ = 0;
-    int level_ = k_limit_bucket;       // of the largest errors that are left
-    int exact_from_ = k_limit_bucket;  // the lowest level since the last update; smaller errors share a bucket
+    int level_ = k_limit_bucket;       // bucket of the largest errors that are left
+    int exact_from_ = k_limit_bucket;  // lowest level_ since the last update; smaller errors share a bucket
     std::vector<std::uint32_t> batch_points_;
     std::vector<Site> batch_sites_;
     std::vector<Place> batch_places_;
