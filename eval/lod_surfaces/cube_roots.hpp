@@ -9,7 +9,7 @@
 
 namespace tetrakis::detail {
 
-/// What single precision, in which views have vertices, has room for.
+/// Radii that single precision can hold, in which views store vertices.
 inline constexpr double k_smallest_radius = 1e-37, k_largest_radius = 1e37;
 
 /// A cube about the origin, faces outward.
@@ -22,7 +22,7 @@ inline ControlMesh cube_roots(double half_side) {
     return ControlMesh::build(std::move(data));
 }
 
-/// Where a point of a corner cell lies on roots that are flat parallelograms.
+/// Position of a point of a corner cell, on roots that are flat parallelograms.
 /// @param x, y  in sides of the cell
 inline Vec3d on_flat_roots(const ControlMesh& roots, HalfedgeId cell, double x, double y) {
     const auto corner = [&](HalfedgeId h) { return roots.positions()[roots.origin(h).value]; };

@@ -18,8 +18,8 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Levels after which the cells around a point where a crease ends are taken for the point: they draw nearer to it by
-/// half in each.
+/// Levels after which the cells around a point where a crease ends stand for that point: each level halves their
+/// distance from it.
 constexpr int k_to_an_end = 12;
 
 }  // namespace
@@ -55,7 +55,7 @@ ControlMesh dual_roots(const ControlMesh& control, const SchemeInfo& scheme, con
         data.positions[data.face_vertices[c]] = at_corner(c, position);
         if (control.has_uvs()) data.uvs[c] = at_corner(c, uv);
     }
-    // The others have a side in common with one that is known before; only at a corner of the boundary two that have.
+    // Other roots share a side with a known root. Those at boundary corners share sides with two such roots instead.
     std::vector<std::uint8_t> known(roots.count(), 0);
     std::fill_n(known.begin(), cells, std::uint8_t{1});
     for (int pass = 0; pass < 2; ++pass)
@@ -65,7 +65,7 @@ ControlMesh dual_roots(const ControlMesh& control, const SchemeInfo& scheme, con
                 if (other == VertexRoots::outside || known[other / 4] == 0) continue;
                 if ((roots.crease[r] >> side % 4 & 1) != 0) continue;
                 known[r] = 1;
-                // Beyond the common side it is as on it.
+                // Values are constant away from the common side.
                 const std::uint32_t behind = other / 4 * 4 + (other + 1) % 4;
                 const std::array<std::uint32_t, 4> from{behind, other, other, behind};
                 for (std::uint32_t k = 0; k < 4; ++k) {
@@ -200,8 +200,8 @@ void DualLimits::bound(std::span<const CellTriangle> triangles, std::span<double
     }
 }
 
-/// How far a hull around an extraordinary point is from the triangles around that point. Their heights over a plane
-/// through the point are linear on the way from it.
+/// Bound on the distance of a hull around an extraordinary point from the triangles around that point. Over a plane
+/// through the point, heights of the triangles are linear along rays from it.
 double DualLimits::hull_error(const DualCells& cells, const VertexCell& cell, std::span<const Vec3d> hull) const {
     constexpr double k_none = std::numeric_limits<double>::infinity();
     int k = 0;
@@ -234,7 +234,7 @@ double DualLimits::hull_error(const DualCells& cells, const VertexCell& cell, st
         lowest = std::min(lowest, up);
         highest = std::max(highest, up);
     }
-    if (!(away < reach)) return k_none;  // beyond them; or they do not go around once
+    if (!(away < reach)) return k_none;  // the hull reaches beyond them, or they do not go around once
     const double share = away / reach;
     return std::max(highest - share * low, share * high - lowest);
 }

@@ -18,19 +18,19 @@ class LatticeLimits {
     virtual ~LatticeLimits() = default;
     /// Limit positions and unit normals of sites of the roots.
     virtual void points(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals) const = 0;
-    /// How far the limit surface is at most from each of these finest triangles of one corner cell, or from those
-    /// around it.
+    /// Bounds on the distance of the limit surface over each of these finest triangles from that triangle, or from the
+    /// triangles around it. All are of one corner cell.
     virtual void bound(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
 };
 
-/// The quads over whose corner cells a dual surface lies: the cells of level 1, one after the other. Quads share
-/// vertices along creases, too. Positions and uvs are those of the control faces, linear; quads beside boundaries and
-/// creases are on the edge.
-/// @throws Error  as vertex_roots() does; unsupported: holes, cells of which two have two sides in common
+/// Quads over whose corner cells a dual surface is parametrised: the cells of level 1, in their order. Quads share
+/// vertices across creases, too. Positions and uvs are interpolated linearly in the control faces; quads along
+/// boundaries and creases collapse to the edge.
+/// @throws Error  as vertex_roots() does; unsupported: holes, or two cells that have two sides in common
 ControlMesh dual_roots(const ControlMesh& control, const SchemeInfo& scheme, const RuleOptions& rules);
 
-/// The limit surface of Doo-Sabin or midedge. Where the cells of a level meet is a point of the surface: the mean of
-/// their vertices, which no step changes.
+/// The limit surface of Doo-Sabin or midedge. A point where cells of a level meet has the mean of their vertices as its
+/// limit position, as no later step changes this mean.
 class DualLimits final : public LatticeLimits {
   public:
     /// @param level  of the lattice: 2^level steps to a side of a corner cell of dual_roots()
@@ -53,7 +53,7 @@ class DualLimits final : public LatticeLimits {
     int level_;  // of the cells that are the finest squares
     bool midedge_;
     std::shared_ptr<const LevelSource> source_;
-    DualCells cells_;  // nothing found yet
+    DualCells cells_;  // empty; bound() calls find() of a copy
 };
 
 }  // namespace tetrakis::detail

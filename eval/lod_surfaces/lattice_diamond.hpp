@@ -6,16 +6,16 @@
 
 namespace tetrakis::detail {
 
-/// A point of a lattice over which 4-8 triangles lie: the diagonals of its finest squares run through the points whose
+/// A point of a lattice that carries 4-8 triangles. The diagonals of its finest squares run through the points whose
 /// two coordinates are even.
 struct LatticePlace {
     std::int32_t x = 0, y = 0;
 };
 
-/// The two triangles over an edge, by their places.
+/// The two triangles at an edge, by the lattice points of their corners.
 struct LatticeDiamond {
     LatticePlace middle;
-    std::int32_t step = 0;   ///< of the finest squares of which the middle is a corner
+    std::int32_t step = 0;   ///< side of the largest squares of which the middle is a corner
     bool is_centre = false;  ///< of a square with four corners, `step` away along both axes; else `step` along one
     std::array<LatticePlace, 2> ends{}, apexes{};
 
@@ -36,14 +36,14 @@ struct LatticeDiamond {
             apexes = {{{p.x - aside.x, p.y - aside.y}, {p.x + aside.x, p.y + aside.y}}};
         }
     }
-    /// Middles of the diamonds that a split makes possible; only those of a finest one lie beside the lattice.
+    /// Middles of the diamonds that a split makes possible. Of no use for a finest one: they are no lattice points.
     std::array<LatticePlace, 4> children() const {
         const auto [x, y] = middle;
         const std::int32_t s = step, h = step / 2;
         if (is_centre) return {{{x - s, y}, {x + s, y}, {x, y - s}, {x, y + s}}};
         return {{{x - h, y - h}, {x + h, y - h}, {x - h, y + h}, {x + h, y + h}}};
     }
-    /// What it and all diamonds that it can become lie in: so many steps around the middle, along both axes.
+    /// Steps along both axes from the middle that hold this diamond and all diamonds that its splits lead to.
     std::int32_t reach() const { return reach(middle); }
     static std::int32_t reach(LatticePlace middle) {
         const std::int32_t bits = middle.x | middle.y, step = bits & -bits;

@@ -19,12 +19,12 @@ struct PlanetOptions {
 /// A planet: heights over a ball about the origin, z to the north pole, x to where longitude and latitude are 0, as six
 /// faces of a cube seen from the middle. Between samples heights are bilinear; the surface is the finest triangles.
 /// Positions are doubles; uv: longitude from 0 to 1 (-180 to 180 degrees), latitude from 0 (north pole) to 1. A vertex
-/// has one of these, so that a shader that needs them across the antimeridian or at a pole computes them from the
-/// normalised position.
+/// has only one uv. Shaders that need it across the antimeridian or at a pole should compute it from the normalised
+/// position.
 class PlanetSurface final : public SampledSurface {
   public:
     /// Heights over longitudes and latitudes: samples are in the middles of equal cells, the first row at the north
-    /// pole, the first column east of the antimeridian. Origin and spacing of the grid do not count.
+    /// pole, the first column east of the antimeridian. Origin and spacing of the grid are ignored.
     /// @throws Error  invalid_input: a height is missing or no number, no samples, a radius out of range,
     ///                heights as deep as the planet; cancelled
     /// Cost: O(points * level()), by all threads; memory: the grid's and two bytes a point
@@ -34,7 +34,7 @@ class PlanetSurface final : public SampledSurface {
     explicit PlanetSurface(std::array<HeightGrid, 6> faces, const PlanetOptions& options = {});
 
     double radius() const { return radius_; }
-    /// Of the ground in a direction of any length but zero, before it is cut into triangles.
+    /// Height of the ground in a `direction` of any length but zero, before triangulation.
     double height(const Vec3d& direction) const;
     Vec3d normal(const Vec3d& direction) const;  ///< of that ground, of length one, outwards
     std::uint64_t memory_bytes() const override;

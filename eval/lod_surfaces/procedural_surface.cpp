@@ -58,7 +58,8 @@ ProceduralHeights fractal_heights(double amplitude, double wavelength, int octav
             sum += wave.height * std::sin(2 * M_PI * (glm::dot(wave.direction, place) + wave.phase));
         return sum;
     };
-    // In a ball of radius r a function is off its plane by r^2 / 2 times its largest second derivative.
+    // In a ball of radius r a function differs from its linear interpolant by at most r^2 / 2 times its largest second
+    // derivative.
     heights.deviation = [waves](double radius) {
         double sum = 0;
         for (const Wave& wave : waves)
@@ -126,7 +127,7 @@ ProceduralSurface::ProceduralSurface(ControlMesh roots, double radius, double st
 
 double ProceduralSurface::error(double length) const {
     if (!std::isfinite(radius_)) return heights_.deviation(length / 2);
-    // No triangle needs a larger ball than one of its longest side over the root of three (Jung 1901).
+    // A triangle lies in a ball whose radius is its longest side over sqrt(3) (Jung 1901).
     const double off = heights_.deviation(length / std::sqrt(3.0));
     // Of a cap that holds the triangle, which is flat: how high it is. Heights are between those at places on the ball
     // and in its triangle; along a ray the triangle over three heights is at their harmonic mean.
@@ -178,8 +179,8 @@ void ProceduralSurface::places(std::span<const Site> sites, std::span<Place> pla
 }
 
 void ProceduralSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
-    // From a diamond's middle to those of the ones that its split makes possible it is 1 / (2 sqrt 2) of its longest
-    // side, and their sides are shorter by the root of two; the sum of all these ways.
+    // The middles of the diamonds that a split makes possible are 1 / (2 sqrt 2) of its longest side away, and their
+    // sides are shorter by sqrt(2). This is the sum over all further splits.
     const double reach = 1 / (2 * M_SQRT2 - 2);
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const Site& site = sites[i];

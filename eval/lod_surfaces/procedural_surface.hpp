@@ -8,14 +8,14 @@
 
 namespace tetrakis::lod {
 
-/// Heights that are computed where they are asked for, with what has to be known of them everywhere. The functions say
-/// the same each time and may be called by any threads at once.
+/// A height function, and bounds on it that hold everywhere. The functions must return the same each time, and may be
+/// called by several threads at once.
 struct ProceduralHeights {
-    std::function<double(const Vec3d& place)> height;  ///< finite: what asks for others throws invalid_input
-    /// How far heights over a triangle in space, in a ball of this radius, are at most from the plane between those at
-    /// its corners. Does not fall as radii grow.
+    std::function<double(const Vec3d& place)> height;  ///< must be finite, or callers throw invalid_input
+    /// Bound for any triangle in a ball of this radius: the largest difference between heights and their linear
+    /// interpolation from the triangle's corners. Must not fall as the radius grows.
     std::function<double(double radius)> deviation;
-    double slope = 0;          ///< the most that a height changes along a way, as a part of its length
+    double slope = 0;          ///< largest change of height per length of a path
     double low = 0, high = 0;  ///< heights are between these
 };
 
@@ -27,17 +27,17 @@ struct ProceduralHeights {
 ///                    not from 1 to 48
 ProceduralHeights fractal_heights(double amplitude, double wavelength, int octaves, std::uint64_t seed = 1);
 
-/// A plane or a ball with procedural heights, down to triangles of a given size: of the earth's radius with details of
-/// 1.2 centimetres, if heights have them. Nothing is stored.
+/// A plane or a ball with procedural heights, down to triangles of a given size: 1.2 centimetres on a ball of the
+/// earth's radius, if the heights have such details. No points are stored.
 class ProceduralSurface final : public Surface {
   public:
-    /// A square about the origin, heights along z at (x, y, 0). uv: (x, y) from the corner of the lowest ones, in
-    /// sides.
-    /// @param finest  triangles with longest sides of this length or less are not split; a side at most
+    /// A square about the origin; the height at (x, y, 0) is along z. uv: (x, y) from the corner with the lowest
+    /// coordinates, in sides of the square.
+    /// @param finest  triangles with longest sides of this length or less are not split; at most `side`
     /// @throws Error  invalid_input: lengths that are not positive, a function that is missing, bounds that contradict
     ///                each other; unsupported: more levels than sites have
     static ProceduralSurface plane(double side, double finest, ProceduralHeights heights);
-    /// A ball about the origin, heights outwards, at places on the ball. uv: as of PlanetSurface.
+    /// A ball about the origin; heights are outwards, for places on the ball. uv: as PlanetSurface has it.
     static ProceduralSurface ball(double radius, double finest, ProceduralHeights heights);
 
     const ControlMesh& roots() const override { return roots_; }
@@ -54,7 +54,7 @@ class ProceduralSurface final : public Surface {
 
     ControlMesh roots_;
     double radius_;  // infinite: a plane
-    double step_;    // of lattice level 0, where it is longest
+    double step_;    // longest step of lattice level 0
     int max_depth_ = 0;
     double finest_step_ = 0;
     ProceduralHeights heights_;

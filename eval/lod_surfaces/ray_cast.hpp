@@ -8,7 +8,7 @@
 
 namespace tetrakis::detail {
 
-/// A ray, and the first of the triangles that it has met so far.
+/// A ray, and its first hit among the triangles that were tested so far.
 class RayCast {
   public:
     RayCast(const Vec3d& origin, const Vec3d& direction, double farthest)
@@ -18,9 +18,9 @@ class RayCast {
     std::optional<lod::SurfaceHit> hit() const {
         return found_ ? std::optional(lod::SurfaceHit{skipped_ + first_, unit_or_zero(across_)}) : std::nullopt;
     }
-    /// Whether it is in a box before the first hit.
+    /// Whether the ray is in a box before the first hit.
     bool enters(const Vec3d& center, const Vec3d& half_sides) const { return entry(center, half_sides).has_value(); }
-    /// Leaves out the way to a box, outside which nothing is met: from far away little is left of a triangle's digits.
+    /// Moves the origin to where the ray enters a box that holds all triangles: from far away they lose digits.
     void skip_to(const Vec3d& center, const Vec3d& half_sides) {
         const double begin = entry(center, half_sides).value_or(0);
         origin_ += begin * direction_;
@@ -41,7 +41,7 @@ class RayCast {
     }
 
   private:
-    /// Where it enters a box, if before the first hit.
+    /// Parameter at which the ray enters a box, if before the first hit.
     std::optional<double> entry(const Vec3d& center, const Vec3d& half_sides) const {
         double begin = 0, end = first_;
         for (int axis = 0; axis < 3; ++axis) {
@@ -58,7 +58,7 @@ class RayCast {
     }
 
     Vec3d origin_, direction_;
-    double skipped_ = 0, first_;  // the first hit after that, or the farthest that counts
+    double skipped_ = 0, first_;  // parameters: of origin_; of the first hit, or the largest allowed, from there
     Vec3d across_{};              // the first triangle's normal, of any length
     bool found_ = false;
 };

@@ -21,7 +21,7 @@ namespace {
 using detail::LatticeDiamond;
 using detail::LatticePlace;
 
-/// From several threads; the result does not depend on their order.
+/// Atomic maximum: several threads may call it, and the result does not depend on their order.
 void raise(std::uint8_t& code, std::uint8_t to) {
     std::atomic_ref<std::uint8_t> shared(code);
     std::uint8_t now = shared.load(std::memory_order_relaxed);
@@ -96,7 +96,7 @@ void SampledSurface::set_bounds(const RunContext& context) {
     positions(corners, points);
     Box3d box = roots_.bounding_box();
     for (const Vec3d& p : points) box.add(p);
-    constexpr double k_more = 4;  // than the corners of roots are apart
+    constexpr double k_more = 4;  // largest length, in diagonals of this box
     lengths_ = detail::ByteLengths(k_more * box.diagonal(), max_depth());
     errors_.assign(point_count(), 0);
     radii_.assign(point_count(), 0);
@@ -114,8 +114,8 @@ void SampledSurface::set_bounds(const RunContext& context) {
     });
 }
 
-/// What a cell says of its triangles' diamonds: how far its points are from the triangles, and how far it is from a
-/// diamond's middle to those of the diamonds that its split makes possible.
+/// Raises the errors and radii of diamonds by their triangles in this cell: to the distances of the cell's points from
+/// the triangles, and from a diamond's middle to the middles of the diamonds that its split makes possible.
 void SampledSurface::measure_cell(HalfedgeId cell) {
     const std::int32_t n = 1 << level_;
     const std::vector<Site> sites = sites_of(cell);
@@ -125,8 +125,8 @@ void SampledSurface::measure_cell(HalfedgeId cell) {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(n + 1) + static_cast<std::size_t>(x);
     };
     const auto point = [&](const LatticePlace& p) -> const Vec3d& { return points[number(p.x, p.y)]; };
-    // By point: the largest in the squares around it. Distances from a triangle are convex, so no point of a finest
-    // triangle is farther from a larger one than the farthest of its corners.
+    // By point: the largest finest error in the squares around it. Distances from a triangle are convex, so no point of
+    // a finest triangle is farther from a larger one than the farthest of its corners.
     std::vector<float> squares(static_cast<std::size_t>(n) * static_cast<std::size_t>(n)), around(points.size(), 0.0f);
     finest_errors(cell, squares);
     for (std::int32_t y = 0; y < n; ++y)
@@ -159,7 +159,7 @@ void SampledSurface::measure_cell(HalfedgeId cell) {
                         const double u = twice_area(corners[0], {px, py}, apex) / area,
                                      v = twice_area(corners[0], corners[1], {px, py}) / area;
                         if (u < 0 || v < 0 || u + v > 1) continue;
-                        // Where a point's parameters are in the triangle is never nearer to it than the triangle is.
+                        // The triangle's point with equal parameters is no nearer than its nearest point.
                         const std::size_t i = number(px, py);
                         const double left = error - double{around[i]};
                         const Vec3d off = points[i] - a - u * base - v * (c - a);
@@ -190,7 +190,7 @@ void SampledSurface::nest(HalfedgeId cell, std::int32_t step, bool centres) {
     if (centres && step == n) return;
     const auto set = [&](std::int32_t x, std::int32_t y) {
         const Site site = site_at(cell, x, y);
-        if (site.root != cell) return;  // on a side, and the other cell's
+        if (site.root != cell) return;  // on a side, owned by the other cell
         const LatticeDiamond diamond({x, y});
         double error = 0, reach = 0, way = 0;
         for (const LatticePlace& child : diamond.children()) {
@@ -204,8 +204,8 @@ void SampledSurface::nest(HalfedgeId cell, std::int32_t step, bool centres) {
         double own = lengths_.length(errors_[at]);
         way = lengths_.length(radii_[at]);
         if (step == n) {
-            // A root. Its points are in two cells, so that it was not measured: it is nowhere farther from the surface
-            // than its halves are, and these from it.
+            // measure_cell() left out the roots, as their points are in two cells. A root's error is at most the error
+            // of its halves plus their distance from the root.
             const std::array<Site, 3> ends{site, site_at(cell, diamond.ends[0].x, diamond.ends[0].y),
                                            site_at(cell, diamond.ends[1].x, diamond.ends[1].y)};
             std::array<Vec3d, 3> p;

@@ -23,8 +23,8 @@ namespace tetrakis::lod {
 
 namespace {
 
-/// A point of a corner cell of a triangle as one of the triangle: linear on both sides of the way from the corner to
-/// the centre, as 4-8 triangles are cut.
+/// Parameters in a triangle of a point of one of its corner cells. The map is linear on each side of the segment from
+/// the corner to the centre, as 4-8 triangles are.
 Vec2d in_triangle(const ControlMesh& mesh, HalfedgeId cell, double x, double y) {
     constexpr std::array<Vec2d, 3> k_corners{Vec2d(0, 0), Vec2d(1, 0), Vec2d(0, 1)};
     const std::uint32_t first = mesh.face_halfedge(mesh.face(cell)).value, k = cell.value - first;
@@ -34,14 +34,13 @@ Vec2d in_triangle(const ControlMesh& mesh, HalfedgeId cell, double x, double y) 
     return v + in * (centre - v) + (x - in) * 0.5 * (next - v) + (y - in) * 0.5 * (prev - v);
 }
 
-/// Errors below this, as a part of the control mesh's diagonal, are not told apart.
+/// Errors below this part of the control mesh's diagonal are not distinguished.
 constexpr double k_no_error = 0x1p-20;
 
-/// Bounds by norms of masks are this many times an error that there is, at most: a tighter one takes several times as
-/// long.
+/// Bounds by norms of masks are at most this many times an error that occurs: tighter ones take several times as long.
 constexpr double k_tight = 2;
 
-/// The most that a point loses as three floats.
+/// Largest rounding error of a point that is stored as three floats.
 double float_rounding(const ControlMesh& mesh) {
     const Box3d box = mesh.bounding_box();
     return glm::length(glm::max(glm::abs(box.lower), glm::abs(box.upper))) * 0x1p-24;
@@ -105,7 +104,7 @@ class PrimalLimits final : public detail::LatticeLimits {
 
   private:
     HalfedgeId first_halfedge(HalfedgeId cell) const { return mesh_.face_halfedge(mesh_.face(cell)); }
-    /// Of a triangle in a corner cell, as points of the face.
+    /// Corners of a corner cell's triangle, as parameters in the face.
     std::array<Vec2d, 3> corners(const CellTriangle& triangle) const {
         std::array<Vec2d, 3> at;
         for (std::size_t k = 0; k < 3; ++k) {
@@ -118,7 +117,7 @@ class PrimalLimits final : public detail::LatticeLimits {
     const ControlMesh& mesh_;
     std::optional<typename Family::Patches> patches_;
     std::optional<Hierarchy> points_;
-    std::unique_ptr<SurfaceBound> bound_;  // or by the patches
+    std::unique_ptr<SurfaceBound> bound_;  // null: the patches give the bounds
 };
 
 bool is_dual(const SchemeChoice& scheme) { return detail::DualBound::has(scheme.info()); }

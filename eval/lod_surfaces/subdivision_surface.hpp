@@ -18,23 +18,23 @@ struct SubdivisionSurfaceOptions {
     /// SampledSurface::k_max_level; for dual schemes 1 is as 2.
     int level = 5;
     RuleOptions rules{};
-    /// Moves each point of the lattice along its normal by what this returns. Called by several threads; on_edge of
-    /// the place is not known. The surface is then the finest triangles.
+    /// Moves each point of the lattice along its normal by the returned distance. Called by several threads; on_edge of
+    /// the place is its position. The surface is then the finest triangles.
     std::function<double(const Place&)> displacement{};
     RunContext context{};
 };
 
 /// The limit surface of a scheme whose faces become quads, of Doo-Sabin, midedge, or Loop. roots() of the dual ones are
-/// the cells of level 1. Bounds are proven: they hold for every point of the limit
-/// surface, beyond the lattice, too. Positions are kept as floats, which the bounds take into account. uv: linear
-/// between those of a face's corners, of one of the faces around where these differ.
+/// the cells of level 1. Bounds are proven: they hold for every point of the limit surface, also between the lattice's
+/// points. They include the rounding of positions, which are stored as floats. uv: linear interpolation from a face's
+/// corners; from one of the faces around where these differ.
 class SubdivisionSurface final : public SampledSurface {
   public:
     /// @throws Error  invalid_input: a mesh that the scheme cannot take or whose faces are all holes, a level out
     ///                of range, a point that is displaced to no finite place; unsupported: a scheme
     ///                of another kind, a mesh for which the scheme has no bound (tessellate.hpp, certified); cancelled
-    /// Cost: some microseconds for each point of the lattice, by all threads; 26 bytes for each, and
-    /// on each thread some 150 (dual schemes: 600) for each of a corner cell, while bounds are found
+    /// Cost: some microseconds for each point of the lattice, by all threads; 26 bytes for each. While bounds are
+    /// computed, each thread needs some 150 bytes (dual schemes: 600) for each point of one corner cell.
     SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
                        const SubdivisionSurfaceOptions& options = {});
 

@@ -13,7 +13,7 @@ namespace tetrakis::lod {
 
 namespace {
 
-/// Looks for a ray's first hit among the finest triangles below others.
+/// Searches for a ray's first hit among the known triangles of at most depth `depth`.
 class RaySearch {
   public:
     RaySearch(const Surface& surface, const detail::RayCast& ray, int depth)
@@ -25,7 +25,7 @@ class RaySearch {
             if (!roots.is_hole(roots.face(HalfedgeId(h)))) search(HalfedgeId(h), BisectionShape::root(), 0);
     }
     std::optional<SurfaceHit> result() const { return ray_.hit(); }
-    /// To which depth all triangles on the ray's way are known.
+    /// Depth to which all triangles along the ray are known.
     int known_depth() const { return known_; }
 
   private:
@@ -66,14 +66,14 @@ bool Surface::is_ray(const Vec3d& origin, const Vec3d& direction, double farthes
 }
 
 std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
-    // Corners are the middles of larger triangles.
+    // A use keeps corners known: they are midpoints of larger triangles.
     const SurfaceUse use(*this);
     if (!is_ray(origin, direction, farthest)) return {};
     const detail::RayCast ray(origin, direction, farthest);
     RaySearch finest(*this, ray, max_depth());
     finest.search();
     if (finest.result() || finest.known_depth() == max_depth()) return finest.result();
-    // It may have passed between triangles that are known and coarser ones beside them; those of one depth are closed.
+    // The ray may have passed a gap beside a triangle of another depth. Triangles of one depth have no gaps.
     RaySearch closed(*this, ray, finest.known_depth());
     closed.search();
     return closed.result();
@@ -94,7 +94,7 @@ std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, st
         const HalfedgeId cell = cells[random() % cells.size()];
         const std::uint32_t x = up_to_side();
         std::uint32_t y = up_to_side();
-        // At even depths triangles' corners are every other point.
+        // At even depths only every other lattice point is a corner of a triangle.
         if (surface.max_depth() % 2 == 0 && (x + y) % 2 != 0) y = y > 0 ? y - 1 : 1;
         sites.push_back(canonical(roots, {cell, {x, y}, static_cast<std::uint8_t>(level)}));
     }
