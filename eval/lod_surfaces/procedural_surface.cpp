@@ -58,8 +58,7 @@ ProceduralHeights fractal_heights(double amplitude, double wavelength, int octav
             sum += wave.height * std::sin(2 * M_PI * (glm::dot(wave.direction, place) + wave.phase));
         return sum;
     };
-    // In a ball of radius r a function differs from its linear interpolant by at most r^2 / 2 times its largest second
-    // derivative.
+    // In a ball of radius r linear interpolation is off by at most r^2 / 2 times the largest second derivative.
     heights.deviation = [waves](double radius) {
         double sum = 0;
         for (const Wave& wave : waves)

@@ -10,16 +10,16 @@ namespace tetrakis::detail {
 
 namespace {
 
-// More roots than these only for long strips, whose lattice would else have more points a sample than this.
+// More roots than this are for long strips alone, where fewer would need more than this many lattice points a sample.
 constexpr std::uint32_t k_most_roots = 64, k_most_points_a_sample = 16;
 
 constexpr std::uint32_t pieces(std::uint32_t length, std::uint32_t side) { return (length + side - 1) / side; }
 
-/// Into what squares, of 2^result steps, a lattice for a grid is cut so that it has the fewest points.
+/// Exponent of the roots' side, of 2^result steps, with which the lattice for a grid has the fewest points.
 int best_log_side(std::uint32_t width, std::uint32_t height) {
     int best = 0;
     std::uint64_t fewest = ~std::uint64_t{0};
-    // Across a strip the lines of larger squares would no longer be at different places.
+    // In larger squares, lines across a narrow strip would coincide.
     const std::uint64_t largest = std::uint64_t{k_grid_unit} / 2 * std::min(width, height);
     for (int log_side = 25; log_side >= 1; --log_side) {
         const std::uint32_t side = 1u << log_side;
@@ -36,7 +36,7 @@ int best_log_side(std::uint32_t width, std::uint32_t height) {
     return best;
 }
 
-/// Places of the lattice's lines along one axis.
+/// Grid coordinates of the lattice's lines along one axis.
 std::vector<std::int32_t> lines(std::uint32_t length, int log_side) {
     const std::uint32_t side = 1u << log_side, count = pieces(length, side);
     std::vector<std::int32_t> places(std::size_t{count} * side + 1);
@@ -83,7 +83,7 @@ ControlMesh TerrainLattice::make_roots(const std::function<Vec3d(LatticePlace)>&
 }
 
 std::optional<LatticePlace> TerrainLattice::square_at(const Vec2d& place) const {
-    // Where the borders are is a sum, so that quotients may be a little beyond them.
+    // Borders are compared as sums: the quotients below may be slightly beyond them by rounding.
     if (!(place.x >= origin.x && place.x <= east(last_x()) && place.y <= origin.y && place.y >= north(last_y())))
         return {};
     const double x = (place.x - origin.x) / spacing.x * k_grid_unit, y = (origin.y - place.y) / spacing.y * k_grid_unit;

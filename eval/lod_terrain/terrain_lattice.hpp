@@ -25,14 +25,14 @@ struct HeightRange {
     }
 };
 
-/// The ground over a square of the lattice: two of the finest triangles. The diagonals run through the corners with two
-/// even numbers.
+/// The ground over a square of the lattice: two of the finest triangles. Their common diagonal runs through the corners
+/// with two even or two odd coordinates.
 struct GroundSquare {
     Vec3d nw, ne, sw, se;
     bool falls;  ///< whether the diagonal runs from the north-west to the south-east
 
     /// @param p         the north-west corner
-    /// @param position  of points of the lattice
+    /// @param position  returns the position of a lattice point
     template <class Position>
     GroundSquare(LatticePlace p, const Position& position)
         : nw(position(p)),
@@ -48,30 +48,30 @@ struct GroundSquare {
     }
 };
 
-/// The lattice that all roots over a height grid have together: x to the east, y to the south, 2^log_side steps a root.
-/// Its lines are at samples, or between two that are side by side, so that grids of any size work.
+/// The common lattice of all roots over a height grid: x to the east, y to the south, 2^log_side steps to a root's
+/// side. Its lines are at samples, or between two adjacent samples, so that grids of any size work.
 struct TerrainLattice {
     TerrainLattice() = default;
-    /// The one with the fewest points that has every sample of the grid, whose heights do not count.
+    /// The lattice with the fewest points that contains every sample of the grid, whose heights are not used.
     explicit TerrainLattice(const HeightGrid& grid);
 
     int log_side = 1;
     Vec2d origin{0, 0}, spacing{1, 1};  ///< the grid's
-    std::vector<std::int32_t> xs, ys;   ///< of its columns and rows: places in the grid, as GridVertex has them
+    std::vector<std::int32_t> xs, ys;   ///< grid coordinates of its columns and rows, in the units of GridVertex
 
     std::int32_t last_x() const { return static_cast<std::int32_t>(xs.size()) - 1; }
     std::int32_t last_y() const { return static_cast<std::int32_t>(ys.size()) - 1; }
     bool has(LatticePlace p) const { return p.x >= 0 && p.y >= 0 && p.x <= last_x() && p.y <= last_y(); }
-    /// Places of lines in the grid.
+    /// Grid coordinates of the lattice's lines.
     std::int32_t column(std::int32_t x) const { return xs[static_cast<std::size_t>(x)]; }
     std::int32_t row(std::int32_t y) const { return ys[static_cast<std::size_t>(y)]; }
-    /// On the ground.
+    /// Coordinates on the ground.
     double east(std::int32_t x) const { return origin.x + spacing.x * in_samples(column(x)); }
     double north(std::int32_t y) const { return origin.y - spacing.y * in_samples(row(y)); }
     Vec3d position(LatticePlace p, double height) const { return {east(p.x), north(p.y), height}; }
 
-    /// A vertex of views. uv: from (0, 0) at the first sample to (1, 1) at the last one.
-    /// @param position  of points of the lattice
+    /// Place of a point for views. uv: from (0, 0) at the first sample to (1, 1) at the last one.
+    /// @param position  returns the position of a lattice point
     template <class Position>
     lod::Place vertex(LatticePlace p, const Vec3d& normal, const Position& position) const {
         lod::Place place{
@@ -80,14 +80,14 @@ struct TerrainLattice {
             .uv = {in_samples(column(p.x)) / in_samples(xs.back()), in_samples(row(p.y)) / in_samples(ys.back())}};
         place.on_edge = place.position;
         if (is_fixed(p)) return place;
-        // Where the edge passes it, on the ground.
+        // The edge's point that is nearest in plan.
         const LatticeDiamond diamond(p);
         const Vec3d a = position(diamond.ends[0]), along = position(diamond.ends[1]) - a, off = place.position - a;
         place.on_edge = a + (off.x * along.x + off.y * along.y) / (along.x * along.x + along.y * along.y) * along;
         return place;
     }
 
-    /// What a diamond and all that it can become lie in, of the lattice.
+    /// Part of the lattice that holds a diamond and all diamonds that its splits lead to.
     struct Rectangle {
         std::int32_t x0, x1, y0, y1;
     };
@@ -102,7 +102,7 @@ struct TerrainLattice {
         return {(first + last) / 2.0, (last - first) / 2.0, error};
     }
 
-    /// Makes the roots, and place() work. @param position  of the roots' corners
+    /// Makes the roots, and the frames that place() needs. @param position  returns positions of the roots' corners
     ControlMesh make_roots(const std::function<Vec3d(LatticePlace)>& position);
     LatticePlace place(const Site& site) const {
         const Frame& frame = frames_[site.root.value];
@@ -116,7 +116,7 @@ struct TerrainLattice {
         const std::int32_t half = 1 << (log_side - 1);
         return ((p.x | p.y) & (2 * half - 1)) == 0 || ((p.x & p.y & half) != 0 && ((p.x | p.y) & (half - 1)) == 0);
     }
-    /// The north-west corner of the square that a place on the ground is in; nothing beside the grid.
+    /// North-west corner of the square that contains a place on the ground; nothing outside the grid.
     std::optional<LatticePlace> square_at(const Vec2d& place) const;
 
   private:
@@ -128,7 +128,7 @@ struct TerrainLattice {
     std::vector<Frame> frames_;
 };
 
-/// By the samples on both sides, where there are two.
+/// Normal at a sample, by differences of the neighbours on both sides; at the border, of the sample and one neighbour.
 Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row);
 
 }  // namespace tetrakis::detail

@@ -20,9 +20,9 @@ using detail::GridVertex;
 using detail::k_grid_unit;
 using detail::LatticeDiamond;
 
-constexpr int k_log_cell = 3;  // of the finest cells whose heights are known
+constexpr int k_log_cell = 3;  // log2 of the steps of the finest cells with known heights
 
-/// Whether there is a sample or more between a line and those some steps to both sides.
+/// Whether the lines `steps` to one side or the other of line `at` are a sample or more away from it.
 bool spans_samples(const std::vector<std::int32_t>& lines, std::int32_t at, std::int32_t steps) {
     const auto place = [&](std::int32_t i) {
         return lines[static_cast<std::size_t>(std::clamp(i, 0, static_cast<std::int32_t>(lines.size()) - 1))];
@@ -94,8 +94,8 @@ void TerrainSurface::set_heights() {
 
 void TerrainSurface::set_errors(const RunContext& context) {
     const HeightRange all = heights_.back().cells[0];
-    // Where lines are no samples, errors are the sum of their children's and of what the heights are apart. Of each
-    // level's sum, an eighth larger by rounding, a nest of these errors keeps below this.
+    // If lines are not at samples, an error is the sum of a child's error and of a difference of heights. This factor
+    // bounds such nested sums, each rounded up by an eighth.
     constexpr double k_sums = 16;
     lengths_ = detail::ByteLengths(k_sums * (double{all.high} - double{all.low}), max_depth());
     codes_.assign(lattice_.xs.size() * lattice_.ys.size(), 0);
@@ -110,8 +110,8 @@ void TerrainSurface::set_errors(const RunContext& context) {
                                     spans_samples(lattice_.ys, y, diamond.step);
         double error = diamond.step > 1 ? exact_error(diamond) : 0;
         if (!all_at_samples) {
-            // Squares of two steps have lines in their middles, strips of few samples more of them: the finer triangles
-            // are at most this far away.
+            // Squares of two steps have lines in their middles, and narrow strips more of them. This bounds the
+            // distance from the finer triangles.
             const auto [a, b] = diamond.ends;
             error = std::max(error, std::abs(height(diamond.middle) - (height(a) + height(b)) / 2)) +
                     lengths_.length(static_cast<std::uint8_t>(worst));
@@ -124,7 +124,7 @@ void TerrainSurface::set_errors(const RunContext& context) {
         context.report("errors",
                        static_cast<double>(std::countr_zero(static_cast<std::uint32_t>(s))) / lattice_.log_side);
         for (const bool centres : {false, true}) {
-            if (centres && s == half) break;  // centres of roots are there from the start
+            if (centres && s == half) break;  // centres of roots are vertices from the start
             for_each_index(
                 static_cast<std::uint32_t>(centres ? last_y / (2 * s) : last_y / s + 1),
                 [&](std::uint32_t row) {
@@ -152,7 +152,7 @@ double TerrainSurface::height(LatticePlace p) const {
 }
 
 void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places) const {
-    // The loop waits for memory.
+    // The loop below is bound by memory latency.
     for (const Site& site : sites) {
         const LatticePlace p = lattice_.place(site);
         const float* const at = grid_.heights.data() + std::size_t(lattice_.row(p.y) / k_grid_unit) * grid_.columns +
@@ -182,7 +182,7 @@ void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int3
     const int k = std::countr_zero(static_cast<std::uint32_t>(side)) - k_log_cell;
     if (k >= 0) range = heights_[static_cast<std::size_t>(k)].row(y / side)[x / side];
     const DiamondBounds box = lattice_.bounds({x, std::min(x + side, last_x), y, std::min(y + side, last_y)}, range, 0);
-    // Wider by what rounding may do.
+    // Margin for rounding errors.
     const double room =
         1e-9 * (std::abs(double{range.low}) + std::abs(double{range.high}) + grid_.spacing.x + grid_.spacing.y);
     if (!ray.enters(box.center, box.half_sides + room)) return;
@@ -203,14 +203,14 @@ std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& 
     detail::RayCast ray(origin, direction, farthest);
     const DiamondBounds all =
         lattice_.bounds({0, lattice_.last_x(), 0, lattice_.last_y()}, heights_.back().cells[0], 0);
-    ray.skip_to(all.center, 2.0 * all.half_sides + grid_.spacing.x);  // roomy, for what rounding may do
+    ray.skip_to(all.center, 2.0 * all.half_sides + grid_.spacing.x);  // with a margin for rounding errors
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
     search(ray, {0, 0}, 1 << top, {});
     return ray.hit();
 }
 
-/// The cells in which a diamond and all that its splits make possible lie: as wide as that, so two at most along each
-/// axis.
+/// The cells that hold a diamond and all diamonds that its splits lead to. They are as wide as these together, so there
+/// are at most two along each axis.
 struct TerrainSurface::Around {
     Around(const TerrainSurface& surface, LatticePlace p) : within(surface.lattice_.around(p)) {
         const auto [x0, x1, y0, y1] = within;
@@ -227,7 +227,7 @@ struct TerrainSurface::Around {
 };
 
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
-    // The loop waits for memory.
+    // The loop below is bound by memory latency.
     for (const Site& site : sites) {
         const LatticePlace p = lattice_.place(site);
         const Around around(*this, p);

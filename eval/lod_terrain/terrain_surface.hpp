@@ -22,8 +22,8 @@ class RayCast;
 namespace tetrakis::lod {
 
 /// A height grid of any size as a surface: every sample is a vertex of its finest level. x to the east, y to the north,
-/// z up, as terrain_mesh() has them; uv from (0, 0) at the first sample to (1, 1) at the last one. A diamond's error is
-/// that of the samples, vertically: exact but for rounding up by at most an eighth, and for nesting.
+/// z up, as in terrain_mesh(); uv from (0, 0) at the first sample to (1, 1) at the last one. A diamond's error is the
+/// vertical distance of samples, but for nesting and rounding up by an eighth; for the smallest ones it is a bound.
 class TerrainSurface final : public Terrain {
   public:
     /// @throws Error  as detail::check_surface() does; cancelled
@@ -46,7 +46,7 @@ class TerrainSurface final : public Terrain {
   private:
     using LatticePlace = detail::LatticePlace;
     using HeightRange = detail::HeightRange;
-    /// Of the square cells of the lattice, 8 * 2^level steps wide.
+    /// Lowest and highest heights of square cells of the lattice, 8 * 2^level steps wide.
     struct HeightLevel {
         std::int32_t columns = 0, rows = 0;
         std::vector<HeightRange> cells;

@@ -30,7 +30,7 @@ using detail::TileFile;
 using detail::TileLayout;
 using detail::TilePoint;
 
-/// Records of a level's array from (x, y) on.
+/// A rectangle of a level's array of records, from (x, y) on.
 template <class Record>
 struct Block {
     Block(std::int32_t first_x, std::int32_t first_y, std::int32_t last_x, std::int32_t last_y)
@@ -50,7 +50,7 @@ struct Block {
     const Record& at(std::int32_t px, std::int32_t py) const { return records[index(px, py)]; }
 };
 
-/// Heights over the ground that are linear.
+/// A linear height function over the ground.
 struct Plane {
     Plane() = default;
     Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : at_a(a) {
@@ -62,16 +62,16 @@ struct Plane {
     Vec2d slopes{};
 };
 
-/// How far the full-resolution surface is from the two triangles over an edge, by the points and errors of a finer
-/// level.
+/// Bound on the vertical distance of the full-resolution surface from the two triangles at an edge, by the points and
+/// errors of a finer level.
 ///
-/// Halved again and again, the two are many small triangles. Over each the surface is within the error of its own
-/// diamond, and where it is a plane, so that corners decide: about two planes the upper of which counts, say, it is
-/// below that one at a corner the most, and above the upper one by no more than above each.
+/// Repeated bisection cuts both into small triangles, within whose diamonds' errors the surface lies. Heights of a
+/// small triangle over each of the two planes are linear, so corners decide (lemma, part 2, in README.md). If the upper
+/// plane counts, a height above it is no larger than the height above either plane.
 class DiamondGap {
   public:
-    /// @param points     of level `level`
-    /// @param diamond    of a coarser one
+    /// @param points   points of level `level`
+    /// @param diamond  a diamond of a coarser level
     DiamondGap(const TerrainLattice& lattice, const Block<TilePoint>& points, int level, const LatticeDiamond& diamond)
         : lattice_(lattice), points_(points), level_(level), diamond_(diamond) {
         for (const LatticePlace apex : diamond.apexes) {
@@ -83,7 +83,7 @@ class DiamondGap {
         if (planes_[0].above(vertex(apexes_[count_ - 1])) < 0) sign_ = -1;
     }
 
-    /// @param halvings  of the edge, until it is one of the points' level
+    /// @param halvings  how often the edge is halved until it is an edge of the points' level
     double largest(int halvings) const {
         const Corner a = corner(diamond_.ends[0]), b = corner(diamond_.ends[1]);
         double gap = 0;
@@ -92,7 +92,7 @@ class DiamondGap {
     }
 
   private:
-    /// A point, and how far it is above the two planes; upside down where the lower one counts.
+    /// A point, and its height over the two planes; negated if the lower plane is the surface.
     struct Corner {
         LatticePlace place;
         std::array<double, 2> above;
@@ -157,10 +157,10 @@ class Writer {
 
   private:
     static constexpr std::int32_t k_cell = TileLayout::k_cell;
-    // Errors are then 5 to 17 % more triangles than exact ones on a fractal terrain; one halving less: twice as much.
+    // On a fractal terrain such errors need 5 to 17 % more triangles than exact ones; one halving less: twice as much.
     static constexpr int k_halvings = 2;
 
-    /// A tile that is being made, with what it has of its level: points from (x, y) to (last_x, last_y).
+    /// A tile that is being made, with the points from (x, y) to (last_x, last_y) of its level.
     struct Work {
         Work(const TileLayout& layout, std::size_t k, std::int32_t column, std::int32_t row)
             : level(k), x(column * layout.side()), y(row * layout.side()), tile(layout) {
@@ -194,7 +194,7 @@ class Writer {
         }
     }
 
-    /// @param band  samples for the tile's rows and those of the cells around
+    /// @param band  samples for the rows of the tile and of the cells around it
     void write_finest(Work work, const HeightGrid& band) {
         const TileLayout::Level& level = layout_.levels()[0];
         const auto vertex = [&](std::int32_t x, std::int32_t y) {
@@ -221,7 +221,7 @@ class Writer {
         write(work);
     }
 
-    /// The samples that rows of the lattice need, with those beside them for normals.
+    /// The samples for the rows `first` to `last` of the lattice, with the rows beside them for normals.
     HeightGrid read_band(std::int32_t first, std::int32_t last) {
         first_row_ = std::max(lattice_.row(first) / k_grid_unit - 1, 0);
         const std::int32_t end =
@@ -297,7 +297,7 @@ class Writer {
 
     static int halvings(const Work& work) { return std::min(static_cast<int>(work.level), k_halvings); }
 
-    /// What lies under the tile's diamonds on a level that is finer by so many halvings.
+    /// The points under the tile's diamonds, of the level that is finer by `halvings`.
     Block<TilePoint> read_points(const Work& work, int halvings) const {
         const std::size_t k = work.level - static_cast<std::size_t>(halvings);
         const TileLayout::Level& level = layout_.levels()[k];
@@ -309,7 +309,7 @@ class Writer {
         return points;
     }
 
-    /// Reads from all tiles that have records of a block as their own.
+    /// Reads a block from all tiles that own records of it.
     template <class Record>
     void read(std::size_t k, const TileLayout::Array& array, Block<Record>& block) const {
         const TileLayout::Level& level = layout_.levels()[k];
@@ -329,7 +329,7 @@ class Writer {
         }
     }
 
-    /// @param fine          read_points() by its halvings; nullptr: there is no finer level
+    /// @param fine          read_points(work, halvings(work)); nullptr: there is no finer level
     /// @param worst_centre  the largest error of the finer level's diamonds around a point
     template <class WorstCentre>
     void set_errors(Work& work, const Block<TilePoint>* fine, const WorstCentre& worst_centre) const {
@@ -343,7 +343,7 @@ class Writer {
             const Vec3d a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]), middle = vertex(diamond.middle);
             double own = 0;
             for (const LatticePlace apex : diamond.apexes) {
-                // The middle of a side is on it, whatever the apexes are.
+                // The middle of an edge along an axis is on that edge, so any third corner will do.
                 const Vec3d c = diamond.is_centre ? vertex(apex) : a + Vec3d(a.y - b.y, b.x - a.x, 0);
                 own = std::max(own, std::abs(Plane(a, b, c).above(middle)));
             }
@@ -386,9 +386,9 @@ class Writer {
         file_.write(layout_.offset(layout_.tile(work.level, work.x, work.y)), work.tile.bytes());
     }
 
-    /// Where lines are not evenly spaced, points that halve a diamond's diagonal sides are beside these, so that
-    /// samples under it can belong to a neighbour's triangles. There the error of the diamond over that side counts,
-    /// and the split's own error as far as it reaches: as a part of it.
+    /// Part of a split's own error that can reach samples of a neighbour (lemma, part 3, in README.md). If lines are
+    /// not evenly spaced, points that halve a diamond's diagonal sides are beside these, so that samples under the
+    /// diamond can belong to a neighbour's triangles.
     double share_beyond(std::size_t step) const {
         // Half a sample along both axes, and half as much for each of the finer sides, which are diagonal.
         constexpr double k_beyond = 2 * std::numbers::sqrt2 / 2 * std::numbers::sqrt2 * k_grid_unit;

@@ -15,10 +15,10 @@ struct TileOptions {
     RunContext context{};
 };
 
-/// Makes the file that a TiledTerrain reads: the heights on every level of detail, with errors and lowest and highest
-/// heights. The file appears whole or not at all.
-/// @throws Error  invalid_input: as check_surface() in height_grid.hpp, a side that is none of those; unsupported: more
-///                than 2^24 columns or rows; io; cancelled; and what the source throws
+/// Writes the file that a TiledTerrain reads: the heights on every level of detail, with errors and lowest and highest
+/// heights. The file appears complete or not at all.
+/// @throws Error  invalid_input: as check_surface() in height_grid.hpp, or a side out of range; unsupported: more than
+///                2^24 columns or rows; io; cancelled; and what the source throws
 /// Cost: O(samples) time, by all threads of the context; some 1 KiB of memory a column, and 10 MiB a thread. The file
 /// has about 11.5 bytes a sample.
 void write_tiles(HeightSource& source, const std::filesystem::path& path, const TileOptions& options = {});

@@ -30,7 +30,7 @@ TileLayout::TileLayout(const TerrainLattice& lattice, std::int32_t side) : side_
 
 namespace {
 
-/// Rotation and an odd factor, so that places count and nothing is lost (as FNV, for words).
+/// As FNV, for words: the rotation makes the order of words count, and an odd factor loses no bits.
 std::uint64_t checksum_of(std::span<const std::uint64_t> words) {
     std::uint64_t sum = words.size() + 1;
     for (const std::uint64_t word : words) sum = (std::rotl(sum, 23) ^ word) * 0x9E3779B97F4A7C15u;

@@ -17,12 +17,12 @@
 
 namespace tetrakis::detail {
 
-/// A point of the lattice as a tile has it.
+/// A point of the lattice as a tile stores it.
 struct TilePoint {
     float height = 0;
-    std::uint32_t packed = 0;  ///< 12 bits: the error of its diamond; twice 10 bits: its normal
+    std::uint32_t packed = 0;  ///< lowest 12 bits: error of its diamond; then twice 10 bits: its normal
 
-    /// A float without its sign and the last 19 digits, rounded up by at most a sixteenth.
+    /// Stores a float without its sign and its lowest 19 bits, rounded up by at most a sixteenth.
     void set_error(double error) {
         auto above = static_cast<float>(error);
         if (double{above} < error) above = std::nextafter(above, std::numeric_limits<float>::infinity());
@@ -30,7 +30,7 @@ struct TilePoint {
     }
     double error() const { return double{std::bit_cast<float>((packed & 0xFFFu) << k_digits)}; }
 
-    /// Of the upper half of an octahedron, whose plan is a square that stands on a corner.
+    /// Maps the normal to the upper half of an octahedron, whose ground plan is a square that stands on a corner.
     void set_normal(const Vec3d& n) {
         const double sum = std::abs(n.x) + std::abs(n.y) + n.z;
         const auto digits = [&](double v) { return static_cast<std::uint32_t>(std::lround((v / sum + 1) * k_half)); };
@@ -57,30 +57,30 @@ struct TileHeader {
     std::array<char, 8> magic = k_magic;
     std::uint32_t version = k_version, byte_order = k_byte_order;
     std::uint32_t columns = 0, rows = 0, side = 0;
-    std::uint32_t checksum = 0;  ///< sum() of what the file has
+    std::uint32_t checksum = 0;  ///< sum() when the file was written
     std::array<double, 2> spacing{}, origin{};
 
-    /// Of all else.
+    /// Checksum of all members but `checksum`.
     std::uint32_t sum() const;
 };
 static_assert(sizeof(TileHeader) == 64);
 
-/// Which tiles there are, and where each of their parts is. Level k has the lattice's points whose coordinates are
-/// multiples of 2^k, and of the diamonds those whose step is 2^k. A tile has the points of side * side squares of its
-/// level, those on its border as its neighbours do; the lowest and highest heights of cells of 4 * 4 of its level's
-/// squares, one row more on each side; and a checksum.
+/// The tiles of a file, and the offsets of their parts. Level k has the points whose lattice coordinates are multiples
+/// of 2^k, and the diamonds whose step is 2^k. A tile has: the points of side * side squares of its level, border
+/// points included; the lowest and highest heights of cells of 4 * 4 squares, with one more row of cells on each side;
+/// and a checksum.
 class TileLayout {
   public:
     static constexpr std::int32_t k_cell = 4;
     struct Level {
-        std::int32_t last_x = 0, last_y = 0;  ///< of its points
-        std::int32_t across = 0, down = 0;    ///< tiles
+        std::int32_t last_x = 0, last_y = 0;  ///< largest coordinates of its points
+        std::int32_t across = 0, down = 0;    ///< numbers of tiles along x and y
         std::uint64_t first_tile = 0;
     };
-    /// An array of a tile: rows of `row` records.
+    /// An array in a tile: rows of `row` records.
     struct Array {
         std::size_t offset = 0, record_bytes = 0;
-        std::int32_t row = 0, step = 0, margin = 0;  ///< records from a tile to the next; before a tile's first own one
+        std::int32_t row = 0, step = 0, margin = 0;  ///< records from tile to tile; before a tile's own ones
     };
 
     TileLayout() = default;
@@ -93,7 +93,7 @@ class TileLayout {
     const Array& points() const { return points_; }
     const Array& cells() const { return cells_; }
 
-    /// The tile of a level that has the point as its own.
+    /// The tile of a level that owns the point.
     std::uint64_t tile(std::size_t level, std::int32_t x, std::int32_t y) const {
         const Level& l = levels_[level];
         const std::int32_t c = std::min(x / side_, l.across - 1), r = std::min(y / side_, l.down - 1);
@@ -133,12 +133,12 @@ class Tile {
     std::vector<std::uint64_t> bytes_;
 };
 
-/// Reads and writes at any place; any threads may.
+/// A file that several threads may read and write at any offset at once.
 class TileFile {
   public:
-    /// An existing one, with its header. @throws Error  io, invalid_input, unsupported
+    /// Opens an existing file and reads its header. @throws Error  io, invalid_input, unsupported
     TileFile(const std::filesystem::path& path, TileHeader& header);
-    /// A new one under a temporary name, until commit(). @throws Error io
+    /// Creates a file, which has a temporary name until commit(). @throws Error io
     explicit TileFile(const std::filesystem::path& path);
     ~TileFile();
     TileFile(const TileFile&) = delete;

@@ -27,10 +27,10 @@ using detail::TileLayout;
 using detail::TilePoint;
 using Clock = std::chrono::steady_clock;
 
-// A tile stays for so many uses after the last one that asked for it: what has just been loaded is there when the views
-// that wait for it look, however small the cache is.
+// A tile stays for this many uses after the last use that requested it. So a new tile is still there when the views
+// that wait for it evaluate it, however small the cache is.
 constexpr std::uint64_t k_uses_kept = 4;
-constexpr std::uint64_t k_least_cached = 4;  // of tiles that come and go
+constexpr std::uint64_t k_least_cached = 4;  // tiles of the cache that can be replaced
 
 }  // namespace
 
@@ -55,7 +55,7 @@ class TiledTerrain::Impl {
         if (file_.size() != layout_.file_bytes())
             refuse(ErrorCode::invalid_input, fmt::format("the tile file has {} bytes, not {}: it is cut off or damaged",
                                                          file_.size(), layout_.file_bytes()));
-        // Levels of one tile stay, and the coarsest one, which has the roots.
+        // Levels of one tile always stay, and so does the coarsest level, which has the roots.
         const auto& levels = layout_.levels();
         std::size_t k = levels.size() - 1;
         while (k > 0 && levels[k - 1].across == 1 && levels[k - 1].down == 1) --k;
@@ -65,7 +65,7 @@ class TiledTerrain::Impl {
         if (options_.cache_bytes < least)
             refuse(ErrorCode::memory_limit,
                    fmt::format("a cache of {} bytes is too small; it needs {} at least", options_.cache_bytes, least));
-        // One more is being read.
+        // One tile less: the loader reads into it.
         most_cached_ = std::min(options_.cache_bytes / layout_.tile_bytes() - 1 - kept, first_kept_);
         for (std::uint64_t i = first_kept_; i < layout_.tile_count(); ++i) {
             file_.read(layout_.offset(i), kept_.emplace_back(layout_).bytes());
@@ -119,7 +119,7 @@ class TiledTerrain::Impl {
         const Spot spot(*this, *corner, 0);
         const Tile* const tile = find(spot.tile);
         if (tile == nullptr) {
-            // Whoever asks in vain counts as a use where the tile has no room otherwise: no view may be updated.
+            // If the loader waits for room, this call counts as a use, since perhaps no view is updated.
             if (waits_for_use_) {
                 ++last_use_;
                 changed_.notify_all();
@@ -163,7 +163,7 @@ class TiledTerrain::Impl {
     int max_depth() const { return 2 * lattice_.log_side - 1; }
 
   private:
-    /// Where a point is in the tile that has it as its own, of its level or of a finer one.
+    /// Location of a point in the tile that owns it, at the point's level or at a finer level.
     struct Spot {
         Spot(const Impl& terrain, LatticePlace p)
             : Spot(terrain, p,
@@ -180,7 +180,7 @@ class TiledTerrain::Impl {
             return in.records<TilePoint>(
                 array)[((p.y >> level) - row * array.step) * array.row + (p.x >> level) - column * array.step];
         }
-        /// Of all cells that reach into the open rectangle.
+        /// Lowest and highest height of all cells that overlap the open rectangle.
         HeightRange heights(const Tile& in, const detail::TerrainLattice::Rectangle& within) const {
             const TileLayout::Array& array = layout.cells();
             const auto cell = [&](std::int32_t at, std::int32_t tile_at) {
@@ -200,9 +200,9 @@ class TiledTerrain::Impl {
     };
     struct Cached {
         Tile tile;
-        std::uint64_t use;  ///< the last one begun when it was asked for
+        std::uint64_t use;  ///< the newest use when the tile was last requested
     };
-    /// A tile that was asked for.
+    /// A tile that is requested and not loaded.
     struct Want {
         std::uint64_t use = 0;
         int failures = 0;
@@ -211,7 +211,7 @@ class TiledTerrain::Impl {
 
     Vec3d position(LatticePlace p, const TilePoint& point) const { return lattice_.position(p, double{point.height}); }
 
-    /// nullptr: it is to be loaded.
+    /// The tile if it is in memory; else nullptr, and the tile is requested.
     const Tile* find(std::uint64_t tile) {
         if (tile >= first_kept_) return &kept_[tile - first_kept_];
         if (const auto there = cached_.find(tile); there != cached_.end()) {
@@ -224,7 +224,7 @@ class TiledTerrain::Impl {
         return nullptr;
     }
 
-    /// The tile to be loaded next: the last one, which no other one is coarser than, of those asked for last.
+    /// The tile to be loaded next: of the most recently requested ones, the last in the file, as no other is coarser.
     std::uint64_t next_want(Clock::time_point& earliest) const {
         std::uint64_t best = k_none, best_use = 0;
         const auto now = Clock::now();
@@ -240,7 +240,7 @@ class TiledTerrain::Impl {
         return best;
     }
 
-    /// Whether another tile has room, if need be in place of one that is not in use.
+    /// Whether there is room for another tile. A full cache drops the least recently requested one unless it is used.
     bool make_room() {
         waits_for_use_ = false;
         if (cached_.size() < most_cached_) return true;
@@ -259,7 +259,7 @@ class TiledTerrain::Impl {
         wants_.erase(number);
         ++statistics_.loads;
         ++revision_;
-        // Whoever waits looks again now, and asks for what is still wanted.
+        // Views that wait evaluate again now, and repeat the requests that still count; old requests are dropped.
         if (last_use_ >= last_drop_ + k_uses_kept) {
             std::erase_if(wants_, [&](const auto& want) { return want.second.use <= last_drop_; });
             last_drop_ = last_use_;
@@ -298,7 +298,7 @@ class TiledTerrain::Impl {
         }
     }
 
-    /// @return  what went wrong; empty: nothing
+    /// @return  the error's message; empty if there is no error
     std::string read(std::uint64_t number, Tile& tile) const {
         try {
             options_.read(layout_.offset(number), tile.bytes());
@@ -320,21 +320,21 @@ class TiledTerrain::Impl {
     TileLayout layout_;
     ControlMesh roots_;
     HeightRange heights_;
-    std::uint64_t first_kept_ = 0;  // of the tiles that always stay
+    std::uint64_t first_kept_ = 0;  // number of the first tile that always stays
     std::vector<Tile> kept_;
     std::size_t most_cached_ = 0;
 
-    mutable std::mutex mutex_;                       // of all that follows; held for short
-    std::condition_variable_any changed_, arrived_;  // for the loader; for those who wait
+    mutable std::mutex mutex_;                       // guards all members below; never held for long
+    std::condition_variable_any changed_, arrived_;  // wake the loader; wake callers of wait()
     std::unordered_map<std::uint64_t, Cached> cached_;
     std::unordered_map<std::uint64_t, Want> wants_;
-    std::vector<std::uint64_t> uses_;  // that go on
+    std::vector<std::uint64_t> uses_;  // not ended yet
     std::uint64_t last_use_ = 0, revision_ = 0;
-    std::uint64_t last_drop_ = 0;  // the last use when wants were dropped
+    std::uint64_t last_drop_ = 0;  // the newest use when old requests were dropped
     bool waits_for_use_ = false;
     TileStatistics statistics_;
 
-    std::jthread loader_;  // the last member: it ends first
+    std::jthread loader_;  // last member, so that it is destroyed first
 };
 
 TiledTerrain::TiledTerrain(const std::filesystem::path& path, TiledTerrainOptions options)

@@ -17,33 +17,33 @@
 namespace tetrakis::lod {
 
 struct TiledTerrainOptions {
-    std::uint64_t cache_bytes = std::uint64_t{512} << 20;  ///< of tiles in memory, never more
-    /// Before a tile that could not be loaded is tried again; doubled each time, up to 64 times as long.
+    std::uint64_t cache_bytes = std::uint64_t{512} << 20;  ///< limit for the tiles in memory
+    /// Pause before a failed tile is loaded again. It doubles with each failure, up to 64 times this value.
     std::chrono::milliseconds pause{50};
-    /// Reads the file's bytes from an offset on, instead of the file itself; called by the loading thread alone, and
-    /// may take its time or throw.
+    /// Replaces reading of the file: fills `bytes` from `offset` of the file on. Called by the loading thread alone;
+    /// may be slow or throw.
     std::function<void(std::uint64_t offset, std::span<std::byte> bytes)> read{};
 };
 
-/// How loading goes.
+/// Counts of loaded and requested tiles.
 struct TileStatistics {
-    std::uint64_t loads = 0, failures = 0;  ///< tiles so far
-    std::uint64_t wanted = 0;               ///< tiles that were asked for and are not there yet
+    std::uint64_t loads = 0, failures = 0;  ///< successful and failed reads of tiles so far
+    std::uint64_t wanted = 0;               ///< tiles that are requested and not loaded yet
     std::uint64_t cached_bytes = 0;
     std::string last_error;
 };
 
-/// A terrain of write_tiles() that need not fit into memory. The coarsest levels are read at once; a thread of its own
-/// loads other tiles as they are asked for, coarse ones first, and drops those that were not asked for the longest
-/// time. No other call waits for the disk. What cannot be read, or has a wrong checksum, is tried again and again.
+/// A terrain from a file of write_tiles(), which need not fit into memory. The constructor reads the coarsest levels. A
+/// thread loads other tiles on request, coarse ones first, and drops the least recently requested ones. No call but the
+/// constructor waits for the disk. A tile that cannot be read, or has a wrong checksum, is tried again and again.
 ///
-/// A diamond's error is an upper bound, vertically: the sum of what splits change on the way to the samples.
+/// A diamond's error is a vertical upper bound, from the errors of finer diamonds (lemma in README.md).
 class TiledTerrain final : public Terrain {
   public:
     /// @throws Error  io; invalid_input: no tile file, or one that is cut off or damaged; unsupported: of another
     ///                version; memory_limit: cache_bytes are too few
     explicit TiledTerrain(const std::filesystem::path& path, TiledTerrainOptions options = {});
-    ~TiledTerrain() override;  ///< waits for a tile that is being read
+    ~TiledTerrain() override;  ///< waits until a tile that is being read is finished
     TiledTerrain(const TiledTerrain&) = delete;
     TiledTerrain& operator=(const TiledTerrain&) = delete;
 
@@ -57,10 +57,10 @@ class TiledTerrain final : public Terrain {
     void end_use(std::uint64_t use) const override;
 
     const HeightGrid& frame() const;               ///< the grid, without its heights
-    std::array<double, 2> lowest_highest() const;  ///< heights
+    std::array<double, 2> lowest_highest() const;  ///< the lowest and the highest height
     TileStatistics statistics() const;
-    /// For programs that want all of a picture: returns when another update of a view gets on, as revision() has
-    /// changed or nothing is to be loaded; or after the longest time.
+    /// For programs that need a complete picture: returns when View::update() can make progress, because revision()
+    /// differs from `revision`, no tile is requested, or the loader waits for uses; or after the time `longest`.
     void wait(std::uint64_t revision, std::chrono::milliseconds longest = std::chrono::seconds(10)) const;
 
   private:

@@ -28,7 +28,7 @@ namespace {
 
 constexpr double k_degree = std::numbers::pi / 180;
 
-/// What GDAL says goes into our own errors, not to the terminal.
+/// Keeps GDAL's messages from the terminal while it lives; errors quote them.
 struct QuietErrors {
     QuietErrors() { CPLPushErrorHandler(CPLQuietErrorHandler); }
     ~QuietErrors() { CPLPopErrorHandler(); }
@@ -36,7 +36,7 @@ struct QuietErrors {
     QuietErrors& operator=(const QuietErrors&) = delete;
 };
 
-/// Metres in a band's unit, if that is a length's; none is metres.
+/// Metres in a band's unit of length; 1 if the unit is not given, nothing if it is unknown.
 std::optional<double> metres_in(std::string_view text) {
     std::string unit(text);
     std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -100,7 +100,7 @@ class GdalSource final : public HeightSource {
         throw Error(ErrorCode::invalid_input, fmt::format("{} (GDAL: {})", text, CPLGetLastErrorMsg()), path_);
     }
 
-    /// Spacing and origin by the raster's geotransform.
+    /// Sets spacing and origin by the raster's geotransform.
     void place() {
         double to_ground[6];
         if (GDALGetGeoTransform(raster_.get(), to_ground) != CE_None) return;

@@ -10,19 +10,19 @@
 
 namespace tetrakis::detail {
 
-/// A vertex of a terrain's mesh. Its place is in k_grid_unit-ths of a column and a row, so that all of it is exact.
+/// A vertex of a terrain's mesh. Coordinates are exact: integers, k_grid_unit to a column or a row.
 struct GridVertex {
     std::int32_t x, y;
-    float z;  ///< as files and graphics cards have it: errors hold for what they get
+    float z;  ///< height in the precision of files and GPUs, so that errors hold for these
 };
 
-/// The middle of two places of an axis: a sample, where there is one between them.
+/// The middle of two grid coordinates. For samples at least two apart it is a sample: the middle one or that before it.
 constexpr std::int32_t middle(std::int32_t a, std::int32_t b) {
     const std::int32_t low = std::min(a, b), width = std::max(a, b) - low;
     return width >= 2 * k_grid_unit ? low + width / (2 * k_grid_unit) * k_grid_unit : low + width / 2;
 }
 
-/// The vertex at a place, with the samples' height; between them it is bilinear.
+/// The vertex at (x, y); its height is bilinear between samples.
 inline GridVertex sampled(const HeightGrid& grid, std::int32_t x, std::int32_t y) {
     const auto column = static_cast<std::uint32_t>(x / k_grid_unit), row = static_cast<std::uint32_t>(y / k_grid_unit);
     const double s = double(x % k_grid_unit) / k_grid_unit, t = double(y % k_grid_unit) / k_grid_unit;
@@ -34,7 +34,7 @@ inline GridVertex sampled(const HeightGrid& grid, std::int32_t x, std::int32_t y
     return {x, y, static_cast<float>(t == 0 ? first : first + t * (along(row + 1) - first))};
 }
 
-/// Samples of a height grid under one triangle, sides and corners included, against the plane over its corners.
+/// Compares the samples under one triangle, sides and corners included, with the plane through its corners.
 class GridTriangle {
   public:
     /// Corners counter-clockwise on the ground, y to the south; they are not on one line.
@@ -47,7 +47,7 @@ class GridTriangle {
         slope_y_ = (cz * static_cast<double>(bx) - bz * static_cast<double>(cx)) * inverse_area_;
     }
 
-    /// The largest distance of a sample from the plane, vertically; or the first one found that is more than `enough`.
+    /// The largest vertical distance of a sample from the plane. The search ends after a row with one above `enough`.
     double error(double enough) const {
         double largest = 0;
         for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
@@ -60,9 +60,9 @@ class GridTriangle {
         return largest;
     }
 
-    /// Prefetches the samples, for another call some triangles later.
+    /// Prefetches the samples, for calls that follow some triangles later.
     void prefetch() const {
-        // More rows have only large triangles, which are few.
+        // Only large triangles, which are few, have more rows.
         constexpr std::int32_t k_rows = 24;
         std::int32_t left = k_rows;
         for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
@@ -77,9 +77,9 @@ class GridTriangle {
         double gap() const { return low - high; }
         bool has(double value) const { return low <= value && value <= high; }
     };
-    /// Keeps of an interval by how much corner k can be raised with samples within a limit; low > high: no height will
-    /// do. Ends early where the gap is larger than `hopeless`.
-    /// @param least  weight of the corner in samples that count
+    /// Narrows an interval to the raises of corner k that bring the samples within `limit`; low > high: there is none.
+    /// Ends early if the gap is larger than `hopeless`.
+    /// @param least  samples with a smaller weight of the corner are ignored
     void narrow(Interval& interval, std::size_t k, double limit, double least, double hopeless) const {
         const Weight corner = weight(k);
         for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
@@ -96,14 +96,14 @@ class GridTriangle {
         });
     }
 
-    /// As much of `by` as corner k can be raised, or lowered, with samples within a limit that they are within now.
+    /// The part of `by` by which corner k can be raised (lowered, if negative) so that samples within `limit` stay so.
     double allowed(double by, std::size_t k, double limit) const {
         constexpr double k_least_weight = 0x1p-40;
         const auto& [a, b, c] = corners_;
-        // More than rounding of a sample's distance from a plane: no sample is higher than the corners and the limit.
+        // A margin above the rounding error of a distance: samples are no higher than the corners plus the limit.
         limit -= 0x1p-40 * (limit + double{std::max({std::abs(a.z), std::abs(b.z), std::abs(c.z)})});
         const Weight corner = weight(k);
-        const double sign = by < 0 ? -1 : 1;  // lowered: all is upside down
+        const double sign = by < 0 ? -1 : 1;  // lowering is raising with all heights negated
         double reach = std::abs(by);
         for_each_row([&](std::int32_t y, std::int32_t begin, std::int32_t end) {
             const float* const heights = row(y) + begin;
@@ -164,12 +164,12 @@ class GridTriangle {
         if (half(top, mid, first, turn)) half(mid, low, turn, end);
     }
 
-    /// Where a side crosses rows, as fixed-point numbers: they are known at once, and where a row ends is hard for
-    /// processors to predict.
+    /// Columns where a side crosses rows, as fixed-point numbers: they are computed early, since processors predict the
+    /// ends of rows badly.
     struct Side {
         static constexpr int k_bits = 38;  // places are below 2^24
         static constexpr std::int64_t k_column = std::int64_t{1} << k_bits;
-        /// Samples this far outside count, too, so that rounding misses none: 2^24 steps are off by less than this.
+        /// Margin within which outside samples count, so that rounding misses none: 2^24 steps err by less than this.
         static constexpr std::int64_t k_beyond = k_column >> 13;
         Side(const GridVertex& from, const GridVertex& to, std::int32_t row) {
             const double slope = static_cast<double>(k_column) * (to.x - from.x) / (to.y - from.y);
@@ -181,8 +181,8 @@ class GridTriangle {
 
     const HeightGrid& grid_;
     std::array<GridVertex, 3> corners_;
-    double inverse_area_ = 0;           ///< of twice the triangle; negative, as y is to the south
-    double slope_x_ = 0, slope_y_ = 0;  ///< of the plane, a column and a row
+    double inverse_area_ = 0;           ///< 1 / (twice the triangle's area); negative, as y is to the south
+    double slope_x_ = 0, slope_y_ = 0;  ///< the plane's rise per column and per row
 };
 
 }  // namespace tetrakis::detail

@@ -36,7 +36,7 @@ HeightGrid from_picture(const std::filesystem::path& path, const HeightReadOptio
     const auto stride = static_cast<std::size_t>(picture.channels);
     if (format == HeightFormat::terrain_rgb && stride < 3)
         refuse("the picture is grey; terrain-RGB has its heights in colours");
-    // Some programs write a grey picture with three channels, or with a palette.
+    // Some programs write grey pictures with three channels, or with a palette.
     bool is_grey = stride < 3;
     if (!is_grey && format != HeightFormat::terrain_rgb) {
         is_grey = true;
@@ -44,13 +44,13 @@ HeightGrid from_picture(const std::filesystem::path& path, const HeightReadOptio
             is_grey = picture.samples[i] == picture.samples[i + 1] && picture.samples[i] == picture.samples[i + 2];
     }
     if (!is_grey && picture.bits == 16) refuse("the picture has colours of 16 bits; terrain-RGB has 8");
-    const int unit = 65535 / ((1 << picture.bits) - 1);  // of the file's own numbers
+    const int unit = 65535 / ((1 << picture.bits) - 1);  // of the file's numbers in 16 bits
     HeightGrid grid = detail::empty_frame(static_cast<std::uint64_t>(picture.width),
                                           static_cast<std::uint64_t>(picture.height), path);
     make_room(grid, path, options.context);
     const std::uint16_t* pixel = picture.samples.data();
     for (float& height : grid.heights) {
-        // In tenths first, which are whole numbers.
+        // Tenths of a metre are whole numbers, so the sum is exact.
         const double number = is_grey
                                   ? pixel[0] / unit
                                   : ((pixel[0] >> 8) * 65536.0 + (pixel[1] >> 8) * 256.0 + (pixel[2] >> 8) - 1e5) / 10;
@@ -127,7 +127,7 @@ std::uint64_t fill_missing_heights(HeightGrid& grid) {
         std::count_if(grid.heights.begin(), grid.heights.end(), [](float height) { return std::isnan(height); }));
     if (missing == 0) return 0;
     if (missing == grid.heights.size()) throw Error(ErrorCode::invalid_input, "no sample of the height grid has data");
-    // Grids of half the size, of the means of what there is, until nothing is missing.
+    // Recursion on grids of half the size, with means of the present samples, until none is missing.
     HeightGrid half{.columns = (grid.columns + 1) / 2, .rows = (grid.rows + 1) / 2, .heights = {}};
     half.heights.reserve(std::size_t{half.columns} * half.rows);
     for (std::uint32_t r = 0; r < half.rows; ++r)
@@ -143,7 +143,7 @@ std::uint64_t fill_missing_heights(HeightGrid& grid) {
             half.heights.push_back(count == 0 ? k_missing : static_cast<float>(sum / count));
         }
     fill_missing_heights(half);
-    // Bilinear between the middles of the squares.
+    // Bilinear interpolation between the middles of the half-size grid's squares.
     for (std::uint32_t r = 0; r < grid.rows; ++r)
         for (std::uint32_t c = 0; c < grid.columns; ++c) {
             float& height = grid.heights[std::size_t{r} * grid.columns + c];
@@ -159,7 +159,7 @@ std::uint64_t fill_missing_heights(HeightGrid& grid) {
 }
 
 void detail::check_frame(const HeightGrid& grid) {
-    constexpr std::uint32_t k_most_samples = 1u << 24;  // a side: places then fit into 31 bits
+    constexpr std::uint32_t k_most_samples = 1u << 24;  // a side: grid coordinates then fit into 31 bits
     const auto refuse = [](ErrorCode code, const std::string& text) { throw Error(code, text); };
     if (grid.columns < 2 || grid.rows < 2)
         refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows has no surface; two of "
@@ -172,7 +172,7 @@ void detail::check_frame(const HeightGrid& grid) {
     if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && std::isfinite(grid.spacing.x) && std::isfinite(grid.spacing.y)))
         refuse(ErrorCode::invalid_input, fmt::format("spacings of {} and {} between samples; they have to be positive",
                                                      grid.spacing.x, grid.spacing.y));
-    constexpr double k_farthest = 1e37;  // single precision has to reach to it
+    constexpr double k_farthest = 1e37;  // coordinates must fit in single precision
     const double x = std::abs(grid.origin.x) + grid.spacing.x * grid.columns,
                  y = std::abs(grid.origin.y) + grid.spacing.y * grid.rows;
     if (!(std::max(x, y) <= k_farthest))

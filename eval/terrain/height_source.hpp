@@ -9,7 +9,7 @@
 
 namespace tetrakis {
 
-/// Heights of a terrain that need not be in memory: rows of a grid, read a few at a time.
+/// A height grid that need not be in memory: its rows are read a few at a time.
 class HeightSource {
   public:
     virtual ~HeightSource() = default;
@@ -21,10 +21,10 @@ class HeightSource {
     virtual void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) = 0;
 };
 
-/// A grid in memory, which has to outlive the result.
+/// Source of a grid in memory, which must outlive the result.
 std::unique_ptr<HeightSource> make_height_source(const HeightGrid& grid);
 
-/// A file: raw numbers, HGT and GDAL's rasters stay on the disk, pictures are read at once.
+/// Source of a file: raw numbers, HGT and GDAL's rasters are read row by row on demand, PNGs at once.
 /// @throws Error  as load_height_grid()
 std::unique_ptr<HeightSource> open_height_source(const std::filesystem::path& path,
                                                  const HeightReadOptions& options = {});

@@ -29,7 +29,7 @@ class RawSource final : public HeightSource {
           format_(format),
           number_bytes_(format == HeightFormat::raw_float ? 4 : 2),
           is_big_endian_(format == HeightFormat::hgt || options.big_endian) {
-        // Pipes are read at once; and what cannot be read is told why.
+        // Other files, like pipes, are read at once; read_file() also throws the error of a file that cannot be opened.
         if (std::filesystem::is_regular_file(path)) bytes_ = std::make_unique<std::ifstream>(path, std::ios::binary);
         if (!bytes_ || !*bytes_) bytes_ = std::make_unique<std::istringstream>(read_file(path, options.context));
         const auto size = static_cast<std::uint64_t>(bytes_->seekg(0, std::ios::end).tellg());
@@ -90,7 +90,7 @@ class RawSource final : public HeightSource {
         frame_ = empty_frame(columns, rows, path_);
     }
 
-    /// Metres between samples of a square of one degree, whose name is that of its corner in the south-west.
+    /// Sets the spacing in metres of a square of one degree, whose south-west corner is in the file's name.
     void set_hgt_spacing() {
         const std::string name = path_.stem().string();
         if (name.size() < 3 || std::string_view("NnSs").find(name[0]) == std::string_view::npos ||
@@ -125,7 +125,7 @@ HeightFormat format_of(const std::filesystem::path& path, const HeightReadOption
 }
 
 float height_of(double number, const HeightReadOptions& options) {
-    // Files have floats, and no float is -9999.9: compared in single precision.
+    // Compared in single precision, as in files: no float is exactly -9999.9, for example.
     if (!std::isfinite(number) ||
         (options.no_data && static_cast<float>(number) == static_cast<float>(*options.no_data)))
         return std::numeric_limits<float>::quiet_NaN();

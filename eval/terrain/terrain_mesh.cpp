@@ -39,21 +39,21 @@ void check(const HeightGrid& grid, const TerrainOptions& options) {
                                 grid.columns, grid.rows, grid.columns - 1, grid.rows - 1));
 }
 
-/// A power of two: into how many roots the longer side is cut, so that they are about square; none has no width.
+/// Number of roots, a power of two, into which `longer` is cut: they are about square, and a sample wide or more.
 std::uint32_t roots_along(double longer, double shorter) {
     std::uint32_t count = 1;
     while (longer > 1.5 * shorter * count && 2 * count <= longer) count *= 2;
     return count;
 }
 
-/// The quads that a grid is cut into, tile by tile.
+/// The root quads into which a grid is cut, tile by tile.
 struct Roots {
     ControlMesh mesh;
     std::uint32_t faces_of_tile = 1;
-    std::vector<std::array<std::int32_t, 2>> places;  ///< of its vertices, then of its faces' centres
+    std::vector<std::array<std::int32_t, 2>> places;  ///< grid coordinates of its vertices, then of its faces' centres
 };
 
-/// Where an axis is cut: at the borders of the tiles, and inside each tile into some parts.
+/// Samples at which an axis is cut: into `tiles` tiles, and each tile into `parts` parts.
 std::vector<std::int32_t> cuts_of(std::uint32_t length, std::uint32_t tiles, std::uint32_t parts) {
     std::vector<std::int32_t> cuts;
     for (std::uint64_t i = 0; i <= std::uint64_t{tiles} * parts; ++i)
@@ -95,7 +95,7 @@ class TerrainRefinement {
         for (const auto& [x, y] : roots.places) vertices_.push_back(sampled(grid_, x, y));
     }
 
-    /// Splits until no sample is farther from the leaves than the limit.
+    /// Splits leaves until no sample is farther from its leaf than the limit.
     void refine() {
         const std::vector<LeafId> roots = forest_.ordered_leaves();
         detail::PoolVector<LeafId> fresh(roots.begin(), roots.end()), touched;
@@ -120,13 +120,13 @@ class TerrainRefinement {
                         if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside), 1);
                 if (too_far[i] != 0) split(fresh[i], known_depth, touched);
             }
-            // Their heights are far apart in memory: that is for all threads.
+            // Heights of new vertices are read by all threads, as samples are far apart in memory.
             for_each_index(static_cast<std::uint32_t>(vertices_.size() - known_vertices), [&](std::uint32_t i) {
                 GridVertex& vertex = vertices_[known_vertices + i];
                 vertex = sampled(grid_, vertex.x, vertex.y);
             });
             check_memory();
-            // A slot that was split twice is there twice.
+            // `touched` has a slot twice if it was split twice.
             known_depth.resize(forest_.leaf_slots(), 0xFF);
             fresh.clear();
             for (const LeafId leaf : touched)
@@ -136,10 +136,10 @@ class TerrainRefinement {
         }
     }
 
-    /// Merges diamonds: all threads make some passes over blocks of leaves, one block after the other while it is in
-    /// the cache. What reaches into several blocks follows in larger ones, and at last in one of all leaves.
+    /// Merges diamonds: each thread makes all passes over one block of leaves while that is in the cache, then over the
+    /// next. Diamonds that reach into several blocks follow in larger blocks, at last in one block of all leaves.
     void merge() {
-        constexpr int k_passes = 3;  // another would save 2 % of the triangles, one less take 10 % more
+        constexpr int k_passes = 3;  // one more would save 2 % of the triangles, one less would cost 10 % more
         std::vector<Block> blocks = make_blocks();
         changed_.assign(vertices_.size(), 0);
         double done = 0.6;
@@ -154,7 +154,7 @@ class TerrainRefinement {
         }
     }
 
-    /// @param faces_of_tile  how many faces of the roots a tile has
+    /// @param faces_of_tile  number of root faces in a tile
     Terrain result(bool y_up, std::uint32_t faces_of_tile) const {
         context_.report("output", 0.9);
         ExportedTriangles exported = forest_.exported();
@@ -186,13 +186,13 @@ class TerrainRefinement {
 
   private:
     using Corners = std::array<PointId, 3>;
-    static constexpr std::size_t k_ahead = 4;  // prefetch distance in leaves: the loops wait for memory
-    static constexpr int k_block_bits = 4;     // of paths: a larger block has so many times the leaves
+    static constexpr std::size_t k_ahead = 4;  // prefetch distance in leaves: the loops are bound by memory latency
+    static constexpr int k_block_bits = 4;  // bits of paths by which the next larger blocks differ: 16 times the leaves
 
     GridTriangle triangle(const Corners& points) const {
         return {grid_, {vertices_[points[0].value], vertices_[points[1].value], vertices_[points[2].value]}};
     }
-    /// Prefetches for a loop over leaves that has come to i.
+    /// Prefetches for a loop over leaves that is at index `i`.
     void prefetch(std::span<const LeafId> leaves, std::size_t i) const {
         if (i + 3 * k_ahead < leaves.size()) __builtin_prefetch(&forest_.leaf(leaves[i + 3 * k_ahead]).vertex);
         if (i + 2 * k_ahead < leaves.size())
@@ -209,9 +209,9 @@ class TerrainRefinement {
     }
 
     /// Splits a leaf; the heights of new vertices are left to the caller.
-    /// @param touched  receives the leaves that were made; of several splits of one slot each
+    /// @param touched  receives the leaves that each split makes; a slot that is split twice appears twice
     void split(LeafId leaf, const detail::PoolVector<std::uint8_t>& known_depth, detail::PoolVector<LeafId>& touched) {
-        // It may have been split for another one.
+        // An earlier split may have included this leaf.
         if (forest_.depth(leaf) != known_depth[leaf.value]) return;
         const auto changed = [&](const Diamond& diamond) {
             const Corners &child0 = forest_.leaf(diamond.pairs[0][0]).vertex,
@@ -227,16 +227,16 @@ class TerrainRefinement {
         while (!forest_.split_diamond(leaf, changed)) forest_.reserve(forest_.leaf_capacity() / 2 * 3 + 1024);
     }
 
-    /// Leaves that are side by side in the order of their paths: a subtree, or a coarser leaf.
+    /// Leaves that follow each other in the order of their paths: a subtree, or a coarser leaf.
     struct Block {
         std::uint64_t number;
-        std::vector<LeafId> slots{};  ///< of leaves to look at; merged ones keep the slots of their first ones
+        std::vector<LeafId> slots{};  ///< of leaves to consider; a merged leaf keeps the slot of its first child
         std::vector<Diamond> merged{};
         std::vector<LeafId> across{};  ///< first leaves of diamonds that reach beyond the block
     };
-    /// The leaves around a point: the smallest block of one of them, and by how many bits block numbers are to be
-    /// shifted until all are in one. Merging does not add to them: both children of a leaf are in the same block, or
-    /// are a block each.
+    /// The leaves around a point: the smallest block of one of them, and the shift of block numbers, in bits, that puts
+    /// all of them into one block. Merging never enlarges this: both children of a leaf are in the same block, or are a
+    /// block each.
     struct Star {
         static constexpr std::uint32_t k_none = 0xFFFF'FFFF;
         std::uint32_t block = k_none;
@@ -247,7 +247,7 @@ class TerrainRefinement {
         }
     };
     std::vector<Block> make_blocks() {
-        constexpr double k_leaves = 8192;  // of a block, about: they and their samples fit into a core's cache
+        constexpr double k_leaves = 8192;  // in a block, about: leaves and samples then fit into a core's cache
         const double roots = forest_.mesh().halfedge_count();
         const int depth =
             std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
@@ -266,7 +266,7 @@ class TerrainRefinement {
         }
         return blocks;
     }
-    /// What is left of blocks for those that hold several of them.
+    /// The next larger blocks, with the leaves that their parts could not merge.
     static std::vector<Block> larger_blocks(const std::vector<Block>& blocks) {
         std::vector<Block> larger;
         for (const Block& block : blocks) {
@@ -276,14 +276,14 @@ class TerrainRefinement {
         }
         return larger;
     }
-    /// Whether all leaves around a point are in a block. Of other ones not even the records are looked at: another
-    /// thread may be writing them.
+    /// Whether all leaves around a point are in a block. The records of other leaves must not be read: another thread
+    /// may be writing them.
     bool is_inside(PointId point, std::uint64_t block) const {
         const Star& star = stars_[point.value];
         return star.shift <= block_shift_ && std::uint64_t{star.block} >> block_shift_ == block;
     }
 
-    /// @param first, end  the passes, numbered over blocks of all sizes
+    /// @param first, end  numbers of the passes; they continue from smaller to larger blocks
     void merge_inside(Block& block, int first, int end) {
         for (int pass = first; pass < end; ++pass) {
             block.across.clear();
@@ -314,7 +314,7 @@ class TerrainRefinement {
         return forest_.is_leaf(id) && forest_.depth(id) > 0 && (forest_.leaf(id).path & 1) == 0;
     }
 
-    /// The triangle that two leaves were.
+    /// The triangle of which two leaves are the children.
     Corners parent(const std::array<LeafId, 2>& pair) const {
         const Corners &child0 = forest_.leaf(pair[0]).vertex, &child1 = forest_.leaf(pair[1]).vertex;
         return {child0[1], child1[0], child0[0]};
@@ -326,7 +326,7 @@ class TerrainRefinement {
         const PointId* begin() const { return points.data(); }
         const PointId* end() const { return points.data() + count; }
     };
-    /// Three where the diamond is on the grid's edge.
+    /// Corners of a diamond; three if it is at the grid's border.
     Corners4 corners_of(const Diamond& diamond) const {
         Corners4 corners;
         for (const auto& pair : diamond.siblings())
@@ -334,14 +334,14 @@ class TerrainRefinement {
                 if (std::find(corners.begin(), corners.end(), p) == corners.end()) corners.points[corners.count++] = p;
         return corners;
     }
-    /// Whether heights or leaves at its corners changed in a pass or later.
+    /// Whether a height or leaf at the diamond's corners changed in `pass` or later.
     bool changed_since(int pass, const Diamond& diamond) const {
         const Corners4 corners = corners_of(diamond);
         return std::any_of(corners.begin(), corners.end(), [&](PointId p) { return changed_[p.value] >= pass; });
     }
 
-    /// Moves the heights of a diamond's corners so that its triangles can be merged; false, with the heights as they
-    /// were, where that is not found to be possible. Leaves around it stay within the limit.
+    /// Moves the heights of a diamond's corners so that its triangles can be merged. If no such move is found, returns
+    /// false and restores the heights. Leaves around the diamond stay within the limit.
     bool fit_corners(const Diamond& diamond, int pass) {
         std::array<Corners, 2> both;
         for (std::uint32_t i = 0; i < diamond.pair_count; ++i) both[i] = parent(diamond.pairs[i]);
@@ -363,12 +363,12 @@ class TerrainRefinement {
         return fits;
     }
 
-    /// Moves a corner to where the merged triangles are best, as far as the leaves around it let it.
-    /// @return  whether the merged triangles may be within the limit then
+    /// Moves a corner's height to the best one for the merged triangles, as far as the leaves around it allow.
+    /// @return  whether the merged triangles may then be within the limit
     bool move(PointId corner, const Diamond& diamond, std::span<const Corners> parents) {
         constexpr double k_least_weight = 0.02, k_margin = 0.1;
-        constexpr double k_least_share = 0.1;  // of a move; less of it hardly ever helps another corner
-        const double hopeless = limit_;        // a gap that is hardly ever closed by other corners
+        constexpr double k_least_share = 0.1;  // of the wanted move; a smaller part hardly ever helps another corner
+        const double hopeless = limit_;        // a larger gap is hardly ever closed by other corners
         GridTriangle::Interval wanted;
         for (const Corners& points : parents) {
             const auto k = std::find(points.begin(), points.end(), corner);
@@ -408,7 +408,7 @@ class TerrainRefinement {
                                [&](const auto& pair) { return leaf == pair[0] || leaf == pair[1]; });
         };
         LeafId at;
-        // Around it, through the sides that lie there counter-clockwise (2) or clockwise (0) from the corner.
+        // Walks around `corner` through the sides counter-clockwise (2) or clockwise (0) from it in each leaf.
         const auto turn = [&](std::size_t side) {
             while (at.valid() && !own(at)) {
                 if (!visit(at)) return false;
@@ -440,9 +440,9 @@ class TerrainRefinement {
     BisectionForest forest_;
     // By the forest's points:
     detail::PoolVector<GridVertex> vertices_;
-    detail::PoolVector<std::uint8_t> changed_;  // in which pass the leaves around it did, or its height
-    detail::PoolVector<Star> stars_;            // when merging begins
-    int block_shift_ = 0;  // from the numbers of the smallest blocks to those of the blocks that are looked at
+    detail::PoolVector<std::uint8_t> changed_;  // last pass that changed the leaves around a point, or its height
+    detail::PoolVector<Star> stars_;            // as of the beginning of merging
+    int block_shift_ = 0;  // shift from the numbers of the smallest blocks to the numbers of the present ones
 };
 
 }  // namespace
