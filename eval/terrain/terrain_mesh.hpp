@@ -12,9 +12,8 @@
 namespace tetrakis {
 
 struct TerrainOptions {
-    double max_error =
-        1;              ///< limit for the vertical distance of samples from the mesh, in the heights' unit; 0 or more
-    bool y_up = false;  ///< y is the height and z runs to the south, as in game engines; otherwise z is the height
+    double max_error = 1;  ///< largest vertical distance of a sample from the mesh, in the heights' unit; 0 or more
+    bool y_up = false;     ///< y is the height and z runs to the south, as in game engines; otherwise z is the height
     bool normals = false;  ///< one normal a vertex: the area-weighted mean of its triangles' normals
     /// Numbers of tiles across and down. No triangle crosses the tiles' borders, which lie on samples. Sizes of tiles
     /// differ by at most one sample.
