@@ -23,7 +23,7 @@ namespace tetrakis::lod {
 
 /// A height grid of any size as a surface: every sample is a vertex of its finest level. x to the east, y to the north,
 /// z up, as in terrain_mesh(); uv from (0, 0) at the first sample to (1, 1) at the last one. A diamond's error is the
-/// vertical distance of samples, but for nesting and rounding up by an eighth; for the smallest ones it is a bound.
+/// largest vertical distance of samples, but for nesting and rounding up by at most 1/8; for the smallest, a bound.
 class TerrainSurface final : public Terrain {
   public:
     /// @throws Error  as detail::check_surface() does; cancelled
