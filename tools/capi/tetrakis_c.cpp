@@ -40,7 +40,7 @@ struct tetrakis_mesh {
 };
 struct tetrakis_surface {
     std::unique_ptr<const lod::Surface> surface;
-    /// Null: it is none, or null itself.
+    /// Null if the surface is of another kind, or null itself.
     template <class Kind>
     static const Kind* as(const tetrakis_surface* surface) {
         return surface == nullptr ? nullptr : dynamic_cast<const Kind*>(surface->surface.get());
@@ -92,7 +92,7 @@ tetrakis_status guarded(const Work& work) {
     }
 }
 
-/// Runs `look` for a function without a status: what it returns, or 0 where it throws.
+/// For functions without a status: 1 if `look` returns true, 0 if it returns false or throws.
 template <class Look>
 int looked(const Look& look) {
     int found = 0;
@@ -104,7 +104,7 @@ void require(const void* pointer, const char* name) {
     if (pointer == nullptr) throw Error(ErrorCode::invalid_input, std::string(name) + " is NULL");
 }
 
-/// A struct of a caller that may know fewer fields, or more; those that it does not know are as in `defaults`.
+/// Copies a caller's struct, which may have fewer or more fields. Missing fields are as in `defaults`.
 template <class Struct>
 Struct taken(const Struct* given, const Struct& defaults, const char* name) {
     if (given == nullptr) return defaults;
@@ -121,7 +121,7 @@ void require_size(const Struct* receiver, const char* name) {
     if (receiver->size < sizeof(std::size_t))
         throw Error(ErrorCode::invalid_input, std::string(name) + " does not say its size");
 }
-/// The reverse of taken().
+/// Copies to a caller's struct as many fields as it has.
 template <class Struct>
 void give(Struct* receiver, const Struct& result, const char* name) {
     require_size(receiver, name);
@@ -197,8 +197,8 @@ double fractal_deviation(void* user, double radius) {
     return static_cast<const lod::ProceduralHeights*>(user)->deviation(radius);
 }
 
-/// Gives a surface to the caller.
-/// @param make  returns it
+/// Creates a handle of a new surface.
+/// @param make  returns the surface
 template <class Make>
 tetrakis_status make_surface(tetrakis_surface** to, const Make& make) {
     return guarded([&] {
@@ -208,7 +208,7 @@ tetrakis_status make_surface(tetrakis_surface** to, const Make& make) {
     });
 }
 
-/// Writes what a caller may have left out.
+/// Writes three numbers, unless the caller passed NULL.
 void give(const Vec3d& from, double* to) {
     if (to != nullptr) std::copy_n(&from.x, 3, to);
 }
