@@ -13,13 +13,13 @@
 #include <memory>
 #include <vector>
 
-// What a tessellation is judged by: distances from scratch, in doubles, to points that refine() puts on the limit
-// surface. Nothing of the library's own measuring is used.
+// Independent judge of tessellations: distances in double precision to the limit points of refine(). It uses no code of
+// the library's own error measurement.
 namespace tetrakis::contract {
 
 using test::NearestTriangle;
 
-/// The limit surface as refine() gives it at one level.
+/// Judges by the limit points of one level of refine().
 class LimitJudge {
   public:
     LimitJudge(const ControlMesh& mesh, const SchemeInfo& scheme, int level, const RuleOptions& rules = {}) {
@@ -30,7 +30,8 @@ class LimitJudge {
         doubt_ = farthest(points_, NearestTriangle(coarse.positions, test::triangles_of(coarse).triangles));
     }
 
-    /// From the level's limit points, which lie on the surface, to the mesh: never more than the actual distance.
+    /// Largest distance from the level's limit points to the mesh. The points lie on the surface, so the one-sided
+    /// distance of the whole surface is never less.
     double limit_to_mesh(const TriangleMesh& mesh) const {
         return farthest(points_, NearestTriangle(mesh.positions, mesh.triangles));
     }
@@ -48,8 +49,7 @@ class LimitJudge {
         }
         return most;
     }
-    /// How far mesh_to_limit() may be off, about: by the distance of these points from the mesh of the level before,
-    /// which is twice as coarse or more.
+    /// Estimated error of mesh_to_limit(): distance of the level's limit points from the mesh of the level before.
     double doubt() const { return doubt_; }
 
   private:
@@ -64,7 +64,7 @@ class LimitJudge {
     double doubt_ = 0;
 };
 
-/// A level for a judge of this result: two finer than its own, or one where that would be very many faces.
+/// Level for a judge of this result: two above its deepest one, or one above if two would give very many faces.
 inline int judging_level(const ControlMesh& mesh, const SchemeInfo& scheme, const Tessellation& result) {
     constexpr double k_most_faces = 400'000;
     const double faces =

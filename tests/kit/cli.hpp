@@ -20,7 +20,7 @@
 #include <thread>
 #include <vector>
 
-/// A program that has run: its exit code (128 + n where signal n ended it) and what it printed.
+/// Result of a program that has ended: exit code (128 + n if signal n ended it) and output.
 struct ProcessResult {
     int code = -1;
     std::string out, err;
@@ -29,18 +29,18 @@ struct ProcessResult {
 /// A running program with its own standard output and error.
 class Process {
   public:
-    /// @param arguments  the program first
+    /// @param arguments  the program's path, then its arguments
     explicit Process(const std::vector<std::string>& arguments, const std::string& directory = ".") {
         std::vector<char*> argv;
         for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
         argv.push_back(nullptr);
         const std::string out = (scratch_ / "out").string(), err = (scratch_ / "err").string();
-        int starting[2];  // its end that the program would write to is closed as it starts
+        int starting[2];  // pipe whose writing end execv() closes, so that the parent notices the start
         if (::pipe2(starting, O_CLOEXEC) != 0) throw std::runtime_error("cannot make a pipe");
         id_ = ::fork();
         if (id_ != 0) ::close(starting[1]);
         if (id_ > 0) {
-            // Until then its signal handlers are those of the tests.
+            // Wait for execv(): before it, the child has the signal handlers of the tests.
             char none;
             while (::read(starting[0], &none, 1) < 0 && errno == EINTR) {
             }
@@ -66,7 +66,7 @@ class Process {
     Process(const Process&) = delete;
     Process& operator=(const Process&) = delete;
 
-    /// Waits until the program has a handler for the signal. False when it ended before.
+    /// Waits until the program has a handler for the signal. False if it ends before.
     bool wait_for_handler(int signal) const {
         for (;;) {
             std::ifstream status("/proc/" + std::to_string(id_) + "/status");
@@ -80,8 +80,8 @@ class Process {
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
         }
     }
-    /// Waits until the program has computed for a while, of its own time: a busy machine makes no difference. False
-    /// when it ended before.
+    /// Waits until the program has used 0.2 s of CPU time, which does not depend on the load of the machine. False if
+    /// it ends before.
     bool wait_for_work() const {
         const long ticks = ::sysconf(_SC_CLK_TCK) / 5;
         for (;;) {
@@ -120,14 +120,14 @@ inline ProcessResult run_process(const std::vector<std::string>& arguments, cons
 // Runs the program that was built.
 namespace cli {
 
-/// The one of the build tree in whose folder tests/ this test is.
+/// Path of the program in the same build tree as this test (which is in its folder tests/).
 inline std::string program() {
     return (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "tetrakis").string();
 }
 
 using Words = std::vector<std::string>;
 
-/// The words of both.
+/// Concatenation of both lists.
 inline Words join(Words first, const Words& then) {
     first.insert(first.end(), then.begin(), then.end());
     return first;
@@ -137,7 +137,7 @@ inline Words command_line(const Words& arguments) { return join({program()}, arg
 
 inline ProcessResult run(const Words& arguments) { return run_process(command_line(arguments)); }
 
-/// Runs it and gives what it printed as JSON; anything but success is a failed test.
+/// Runs the program and parses its output as JSON. The test fails unless the program succeeds.
 inline nlohmann::json run_json(const Words& arguments) {
     const ProcessResult result = run(arguments);
     CAPTURE(result.err);
@@ -145,7 +145,7 @@ inline nlohmann::json run_json(const Words& arguments) {
     return nlohmann::json::parse(result.out);
 }
 
-/// The same of the report that it writes.
+/// As run_json(), but parses the report that the program writes.
 inline nlohmann::json run_report(const Words& arguments) {
     const ScratchDir scratch;
     const ProcessResult result = run(join(arguments, {"--report", (scratch / "report.json").string()}));
@@ -156,7 +156,7 @@ inline nlohmann::json run_report(const Words& arguments) {
 
 inline std::string data(const std::string& name) { return std::string(TETRAKIS_SOURCE_DIR) + "/data/" + name; }
 
-/// Runs it and checks that it ends with this code and a message that has these words, and prints nothing else.
+/// Runs the program and checks that it prints a message with these words and nothing else, and ends with `code`.
 inline std::string check_refused(const Words& arguments, int code, const std::string& words) {
     CAPTURE(arguments);
     const ProcessResult result = run(arguments);

@@ -16,7 +16,7 @@ namespace tetrakis::test {
 
 inline double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
-/// Calls visit(half-edges) for each sector at a corner of the mesh, of what the tags say alone.
+/// Calls visit(half-edges) for each sector at each corner. Corners are found by the tags and the boundary alone.
 inline void for_each_sector(const ControlMesh& mesh, const std::function<void(const std::vector<HalfedgeId>&)>& visit) {
     const auto sharp = [&](HalfedgeId h) { return mesh.sharpness(mesh.edge(h)) > 0; };
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
@@ -47,7 +47,7 @@ inline void for_each_sector(const ControlMesh& mesh, const std::function<void(co
     }
 }
 
-/// The mesh with the angle that `angle` gives to each sector's first half-edge, where it gives one.
+/// The mesh with corner angles: `angle` returns the angle of a sector from its first half-edge, or nothing.
 inline ControlMesh with_angles(const ControlMesh& mesh, const std::function<std::optional<double>(HalfedgeId)>& angle) {
     ControlMeshData data = mesh.data();
     for_each_sector(mesh, [&](const std::vector<HalfedgeId>& sector) {
@@ -57,7 +57,7 @@ inline ControlMesh with_angles(const ControlMesh& mesh, const std::function<std:
     return ControlMesh::build(std::move(data));
 }
 
-/// One of some angles, convex and concave ones, for most sectors: the same for the same seed.
+/// The mesh with pseudo-random convex and concave angles, which depend on the seed, at most of its sectors.
 inline ControlMesh with_mixed_angles(const ControlMesh& mesh, std::uint64_t seed) {
     constexpr double k_degrees[] = {50, 90, 140, 200, 260, 300};
     return with_angles(mesh, [&](HalfedgeId h) -> std::optional<double> {
@@ -67,9 +67,9 @@ inline ControlMesh with_mixed_angles(const ControlMesh& mesh, std::uint64_t seed
     });
 }
 
-/// A hilly sheet of 7 by 7 quads, each cut in two where triangles are asked for, with texture coordinates. Vertex
-/// (x, y) is number 8 y + x. Two corners: k_straight, on a crease along its row, with two quads on each side; and
-/// k_bent, where a crease from the left turns down, with one quad on one side and three on the other.
+/// sheet(): a hilly grid of 7 by 7 quads, or twice as many triangles, with texture coordinates. Vertex (x, y) is number
+/// 8 y + x. It has two corners: k_straight on a crease along its row, with two quads on each side; and k_bent, where a
+/// crease from the left turns down, with one quad on one side and three on the other.
 inline constexpr std::uint32_t k_straight = 8 * 2 + 2, k_bent = 8 * 5 + 5;
 
 inline ControlMesh sheet(bool triangles) {

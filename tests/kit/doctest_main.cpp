@@ -27,8 +27,8 @@ REGISTER_LISTENER("count", 1, Count);
 
 }  // namespace
 
-/// doctest's own, but that a filter which no case passes is a failure: a name that CTest cut off would pass. What is
-/// excluded by -tce is skipped.
+/// As doctest's own main(), but fails if no test case matches the filter, for example because CTest cut off a name.
+/// With the option -tce it then reports "skipped".
 int main(int argc, char** argv) {
     doctest::Context context(argc, argv);
     const int failed = context.run();

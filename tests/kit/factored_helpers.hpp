@@ -16,10 +16,10 @@
 #include <utility>
 #include <vector>
 
-// What the tests of factored schemes share: meshes of given valences.
+// Meshes of given valences, and comparisons, for the tests of factored schemes.
 namespace tetrakis::test {
 
-inline constexpr double k_agreement = 1e-12;  // of the bounding box: rounding of a few steps
+inline constexpr double k_agreement = 1e-12;  // of the bounding box's diagonal: rounding of a few steps
 
 inline ControlMesh build(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces) {
     return ControlMesh::build(mesh_data(std::move(positions), faces));
@@ -64,7 +64,7 @@ inline FactoredMesh factored(const ControlMesh& mesh, FactoredScheme scheme, int
     return result;
 }
 
-/// Largest distance of a point of either set from the other one, relative to the box. Same number of points.
+/// Hausdorff distance of two sets with as many points, relative to the diagonal of the second one's bounding box.
 inline double disagreement(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
     REQUIRE(a.size() == b.size());
     const PointMatch in_a(a), in_b(b);
@@ -85,8 +85,8 @@ inline std::vector<Vec3d> points_and_means(const PolygonMesh& mesh) {
     return result;
 }
 
-/// Of points and faces after some steps of the scheme from those by its rules. Of 4-8 on other faces than quads the
-/// first step is half of one.
+/// disagreement() of the points and face centres after some factored steps with those of the scheme's rules. For 4-8
+/// on a mesh with other faces than quads the first step is half a step.
 inline double disagreement_with_rules(const ControlMesh& mesh, FactoredScheme scheme, int steps,
                                       const RuleOptions& rules = {}) {
     FactoredMesh ours(mesh, scheme, 0, rules);
@@ -100,8 +100,8 @@ inline double disagreement_with_rules(const ControlMesh& mesh, FactoredScheme sc
         points_and_means(refine_stencils(mesh, scheme_named(name(scheme)), steps, {.rules = rules}).mesh));
 }
 
-/// Without holes, which the schemes treat differently; without tags, inner vertices between two faces are rare as well
-/// as left out.
+/// A random mesh without holes, which the schemes treat differently. `tags` scales the chance of creases, of corners
+/// and of added vertices of valence 2; merged faces can leave such vertices all the same.
 inline ControlMesh random_surface(std::uint64_t seed, double tags) {
     RandomMeshOptions options = random_options(seed);
     options.hole = 0;

@@ -18,8 +18,8 @@ namespace tetrakis::test {
 /// One scheme of each family.
 inline constexpr std::string_view k_each_family[] = {"catmull-clark", "loop", "doo-sabin", "sqrt3"};
 
-/// Random triangles, closed or with a boundary that is sharp or round at its corners; without tags inside, with holes
-/// and single sharp edges and vertices, infinitely and finitely so, or with so many edges that they run together.
+/// Random triangles, closed or with a boundary, by each boundary rule. By seed: without inner tags; with holes, some
+/// creases and corners, infinitely sharp and semi-sharp; or with so many creases that they meet.
 inline ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
     RandomMeshOptions options = random_options(seed);
     options.triangles_only = true;
@@ -28,7 +28,7 @@ inline ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
     options.corner = seed % 3 == 0 ? 0 : 0.05;
     if (seed % 7 == 4) {
         options.boundary_rule = BoundaryRule::none;
-        // Where it leaves enough of the mesh.
+        // This rule makes faces at the boundary holes: use it if it leaves more than half of the faces.
         const ControlMesh mesh = random_mesh(seed, options);
         std::uint32_t holes = 0;
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes += mesh.is_hole(FaceId(f)) ? 1 : 0;
@@ -64,8 +64,8 @@ inline std::set<HierarchyNode> nodes_of(const Hierarchy& h) {
     return nodes;
 }
 
-/// Changes of all kinds, single ones by the dozen for each in bulk; no leaf becomes deeper than max_depth + its
-/// closure. `seen` is called after each round.
+/// Random changes, by the round: a dozen single splits and merges, or one bulk split or merge. Leaves of max_depth are
+/// split for the closure of others alone. `seen` is called after each round.
 template <class Seen>
 void random_changes(Hierarchy& h, int rounds, int max_depth, Random& random, Seen&& seen) {
     for (int round = 0; round < rounds; ++round) {
@@ -93,7 +93,7 @@ void random_changes(Hierarchy& h, int rounds, int max_depth, Random& random, See
     }
 }
 
-/// All that may depend on the set of leaves alone.
+/// Whether two meshes agree in all data that must depend on the set of leaves alone.
 inline bool same_mesh(const HierarchyMesh& a, const HierarchyMesh& b) {
     return same_bytes(a.mesh.positions, b.mesh.positions) && same_bytes(a.mesh.normals, b.mesh.normals) &&
            a.mesh.face_offsets == b.mesh.face_offsets && a.mesh.face_vertices == b.mesh.face_vertices &&

@@ -43,7 +43,7 @@ inline RunContext with_thread_count(int threads) {
 
 }  // namespace tetrakis::test
 
-// What PNG files are made of.
+// Parts of PNG files.
 namespace tetrakis::test {
 
 inline std::string big_endian(std::uint32_t number) {
@@ -52,7 +52,7 @@ inline std::string big_endian(std::uint32_t number) {
     return bytes;
 }
 
-/// The remainder of the bits, least significant first, by the polynomial of PNG's checksums; bit by bit.
+/// CRC-32 as PNG uses it, computed bit by bit.
 inline std::uint32_t png_checksum(const std::string& bytes) {
     std::uint32_t remainder = ~0u;
     for (const char c : bytes)
@@ -63,7 +63,7 @@ inline std::uint32_t png_checksum(const std::string& bytes) {
     return ~remainder;
 }
 
-/// @param text  the chunk's type, and what it holds
+/// @param text  the chunk's type (4 characters), then its data
 inline std::string png_chunk(const std::string& text) {
     return big_endian(static_cast<std::uint32_t>(text.size() - 4)) + text + big_endian(png_checksum(text));
 }

@@ -20,7 +20,7 @@ inline HeightGrid grid_of(std::uint32_t columns, std::uint32_t rows, const auto&
     return grid;
 }
 
-/// Rough everywhere: waves of halved lengths, each two thirds as high as the one before.
+/// A rough terrain: eight octaves of three random waves, each octave half as long and two thirds as high as the last.
 inline HeightGrid rough(std::uint32_t columns, std::uint32_t rows, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> angle(0, 6.28);
@@ -38,8 +38,8 @@ inline double twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// Calls visit(column, row, height of the triangle there) for the samples under a triangle. Returns its area, in cells,
-/// negative where it is clockwise.
+/// Calls visit(column, row, height of the triangle there) for each sample under a triangle. Returns the triangle's area
+/// in cells, negative if it is clockwise.
 template <class Visit>
 double visit_samples(const HeightGrid& grid, std::array<Vec3d, 3> p, const Visit& visit) {
     for (Vec3d& at : p) at = {(at.x - grid.origin.x) / grid.spacing.x, (at.y - grid.origin.y) / grid.spacing.y, at.z};
@@ -57,7 +57,7 @@ double visit_samples(const HeightGrid& grid, std::array<Vec3d, 3> p, const Visit
     return area / 2;
 }
 
-/// What a mesh is of a grid, found without anything of the library's.
+/// Quality of a mesh for a grid, judged without code of the library.
 struct Judged {
     double largest_error = 0, area = 0;
     std::size_t unseen = 0;  ///< samples that no triangle lies over

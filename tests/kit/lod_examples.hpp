@@ -26,7 +26,7 @@
 #include <utility>
 #include <vector>
 
-/// Surfaces of every kind for views: what holds of one is to hold of all.
+/// One example of each kind of surface, for properties that views of all kinds must have.
 namespace tetrakis::test {
 
 inline constexpr const char* k_box_obj =
@@ -102,7 +102,7 @@ inline std::array<HeightGrid, 6> cube_faces(std::uint32_t side) {
     return faces;
 }
 
-/// A terrain of tiles, all of which are in memory.
+/// A tiled terrain with all tiles in memory.
 inline std::shared_ptr<const lod::Surface> loaded_tiles(const HeightGrid& grid) {
     const ScratchDir dir;
     lod::write_tiles(*make_height_source(grid), dir / "t.tiles", {.side = 16});
@@ -168,7 +168,7 @@ inline std::vector<Example> examples() {
     return all;
 }
 
-/// A camera that comes and goes around the middle of an example, and jumps now and then.
+/// A camera that circles the middle of an example, moves nearer and farther, and jumps every 25 frames.
 inline lod::Camera wander(const Example& example, std::mt19937& random, int frame, double& turn, double& away) {
     std::uniform_real_distribution<double> one(0, 1);
     if (frame % 25 == 0) {
@@ -186,14 +186,14 @@ inline lod::Camera wander(const Example& example, std::mt19937& random, int fram
     return camera;
 }
 
-/// How far LOD alone moves vertices from one update to the next, in pixels. A vertex that comes or goes is on the edge
-/// that it halves before and after. Counted is what both cameras see.
+/// Largest motions of vertices by LOD alone from one update to the next, in pixels. A vertex appears on the edge that
+/// it halves, and disappears there. Only vertices that both cameras see count.
 struct MorphWatch {
-    double moved = 0, came = 0, gone = 0;  ///< the largest motion of vertices that stay, come, go
-    double came_off = 0, gone_off = 0;     ///< how far those that come or go are from the edge as it is shown
-    double beyond = -1;                    ///< the largest motion less what the lemma in eval/lod/README.md allows
-    double shown_off = 0;  ///< how far a vertex is shown from its place, as a part of what the lemma allows
-    double edge_off = 0;   ///< how far an edge is from the vertex that halves it, as a part of its error
+    double moved = 0, came = 0, gone = 0;  ///< largest motion of vertices that stay, appear, disappear
+    double came_off = 0, gone_off = 0;     ///< distance of appearing, disappearing vertices from their edge as shown
+    double beyond = -1;    ///< largest excess of a motion over the bound of the lemma in eval/lod/README.md
+    double shown_off = 0;  ///< distance of a vertex as shown from its position, relative to the lemma's bound
+    double edge_off = 0;   ///< distance of an edge from the vertex that halves it, relative to the vertex's error
     std::size_t came_count = 0, gone_count = 0, edge_count = 0;
 
     void look(const lod::View& view, const lod::Update& update, const lod::Camera& camera) {
@@ -205,7 +205,7 @@ struct MorphWatch {
             const bool is_seen = sight.sees(at) && sight_before.sees(at);
             return is_seen ? glm::length(to - from) * sight.pixels / glm::length(at - camera.eye) : 0;
         };
-        // The lemma is about edges no farther away than the error.
+        // The lemma assumes that this ratio is at most 1.
         const auto far = [&](const lod::Vertex& v) {
             return v.error > 0 ? glm::length(place(v.position) - place(v.on_edge)) / double{v.error} : 0;
         };
@@ -218,7 +218,7 @@ struct MorphWatch {
             const double allowed = update.pixel_error / (1 - lod::k_morph_begin) * std::abs(ratio - 1);
             beyond = std::max(beyond, motion - allowed * std::max(1.0, far(v)));
         };
-        // How far a vertex is from an edge between two of its neighbours that passes on_edge.
+        // Distance of a vertex from the edges as shown between two of its neighbours that contain on_edge.
         const auto off_edge = [&](const lod::Vertex& v, const std::vector<lod::Vertex>& ring, double& largest) {
             const Vec3d on_edge = place(v.on_edge);
             for (const lod::Vertex& a : ring)
@@ -262,7 +262,7 @@ struct MorphWatch {
     }
 
   private:
-    /// What a view shows.
+    /// Copy of a view's vertices and used triangles.
     struct Shown {
         std::vector<lod::Vertex> vertices;
         std::vector<lod::Triangle> triangles;
@@ -276,7 +276,7 @@ struct MorphWatch {
                 for (const std::uint32_t v : t)
                     if (std::exchange(is_known[v], 1) == 0) at.emplace(vertices[v].position, v);
         }
-        /// The neighbours of some vertices.
+        /// Neighbours of each of the vertices `of`, in no order.
         std::map<std::uint32_t, std::vector<lod::Vertex>> rings(const std::vector<std::uint32_t>& of) const {
             std::vector<char> is_wanted(vertices.size(), 0);
             for (const std::uint32_t v : of) is_wanted[v] = 1;

@@ -16,7 +16,7 @@
 
 namespace tetrakis::test {
 
-/// A view's buffers as a graphics card has them: only what updates said to have changed was copied.
+/// A view's buffers as a graphics card has them: only the ranges that updates report are copied.
 struct Copied {
     std::vector<lod::Vertex> vertices;
     std::vector<lod::Triangle> triangles;
@@ -48,7 +48,7 @@ inline Vec3d position(const lod::View& view, std::uint32_t v) {
     return view.origin() + Vec3d(p[0], p[1], p[2]);
 }
 
-/// What a camera sees, without anything of the library's.
+/// Projection and visibility of a camera, without code of the library.
 struct Sight {
     Vec3d eye, forward, right, up;
     double tan_x, tan_y, pixels;  ///< pixels of length 1 at distance 1
@@ -68,7 +68,7 @@ struct Sight {
     }
 };
 
-/// The used triangles are a disc, and cover the grid once.
+/// Checks that the used triangles form a disc and cover the grid exactly once.
 inline void check_whole(const lod::View& view, const HeightGrid& grid) {
     const auto triangles = used(view);
     REQUIRE(triangles.size() == view.leaf_count());
@@ -86,7 +86,7 @@ inline void check_whole(const lod::View& view, const HeightGrid& grid) {
             doctest::Approx(grid.spacing.x * grid.spacing.y * (grid.columns - 1) * (grid.rows - 1)).epsilon(1e-6));
 }
 
-/// The largest error of a sample, in pixels, of those that the camera sees.
+/// Largest error, in pixels, of the samples that the camera sees.
 inline double judged_pixels(const lod::View& view, const HeightGrid& grid, const lod::Camera& camera) {
     const Sight sight(camera);
     double largest = 0;

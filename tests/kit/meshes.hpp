@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-// Control meshes from lists of faces, from text and from data/; grids; and whether meshes are the same.
+// Control meshes from lists of faces, from text and from data/; grids; comparison of meshes.
 namespace tetrakis::test {
 
 template <class T>
@@ -36,8 +36,8 @@ inline ControlMeshData mesh_data(std::vector<Vec3d> positions, const std::vector
     return data;
 }
 
-/// n x n quads between vertices at whole numbers, row by row, each cut in two where triangles are asked for; joined at
-/// their sides where it is to be a torus of n x n vertices.
+/// A grid of n x n quads, or of twice as many triangles, between vertices at integers, row by row. As a torus its
+/// opposite sides are joined: n x n vertices.
 inline ControlMeshData grid(std::uint32_t n, bool triangles = false, bool torus = false) {
     const std::uint32_t side = torus ? n : n + 1;
     std::vector<Vec3d> positions;
@@ -81,7 +81,7 @@ inline Vec3d on_unit_circle(std::uint32_t i, std::uint32_t n, double z) {
     return {std::cos(angle), std::sin(angle), z};
 }
 
-/// Over an n-gon that is not flat.
+/// A pyramid over an n-gon that is not flat.
 inline ControlMeshData pyramid(std::uint32_t n) {
     std::vector<Vec3d> positions;
     std::vector<std::vector<std::uint32_t>> faces(n + 1);
@@ -103,11 +103,11 @@ inline std::vector<std::vector<std::uint32_t>> faces_of(const PolygonMesh& mesh)
     return faces;
 }
 
-/// With the faces that the scheme takes.
+/// The mesh itself, or cut into triangles if the scheme accepts triangles only.
 inline ControlMesh mesh_for(const SchemeInfo& scheme, const ControlMesh& mesh) {
     return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
 }
-/// @param text  an OBJ file's
+/// @param text  contents of an OBJ file
 inline ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
     return mesh_for(scheme, ControlMesh::build(parse_obj(text, "test.obj")));
 }

@@ -52,8 +52,8 @@ inline double distance_to(const Vec3d& p, const Box3d& box) {
 
 }  // namespace detail
 
-/// Nearest points on triangles, by a tree of boxes, in doubles. It is the judges' own, so that no error of the
-/// library's measurement can hide one of its tessellation.
+/// Nearest points on triangles, by a tree of boxes, in doubles. It shares no code with the library's measurement, so
+/// that an error of the measurement cannot hide one of the tessellation.
 class NearestTriangle {
   public:
     static constexpr double k_infinity = std::numeric_limits<double>::infinity();
@@ -72,7 +72,7 @@ class NearestTriangle {
         split(0, 0, static_cast<std::uint32_t>(order_.size()), centres);
     }
 
-    /// Of those as near the one of the lowest number.
+    /// Of equally near triangles, the one with the lowest number.
     Hit nearest(const Vec3d& p) const {
         Hit best;
         visit(p, best.distance, [&](const Hit& h) {
@@ -81,7 +81,7 @@ class NearestTriangle {
         return best;
     }
     double distance(const Vec3d& p) const { return nearest(p).distance; }
-    /// All triangles that are no farther than `radius`, nearest first; those as near by their number.
+    /// All triangles no farther than `radius`, nearest first, equally near ones by their number.
     std::vector<Hit> within(const Vec3d& p, double radius) const {
         std::vector<Hit> hits;
         visit(p, radius, [&](const Hit& h) {
@@ -125,7 +125,7 @@ class NearestTriangle {
         const Vec3d w = detail::nearest_weights(p, a, b, c);
         return {triangle, glm::length(w.x * a + w.y * b + w.z * c - p), w};
     }
-    /// Calls take(hit) for triangles, near ones first, whose box is no farther than `radius`, which `take` may lower.
+    /// Calls take(hit) for triangles whose box is within `radius`, nearer boxes first. `take` may lower `radius`.
     template <class Take>
     void visit(const Vec3d& p, const double& radius, const Take& take) const {
         if (triangles_.empty()) return;
@@ -155,13 +155,13 @@ class NearestTriangle {
 };
 }  // namespace tetrakis::test
 
-/// Nearest point of a set: for comparing meshes whose vertices are numbered differently.
+/// Nearest point of a set, for comparing meshes whose vertices are numbered differently.
 class PointMatch {
   public:
     explicit PointMatch(std::span<const tetrakis::Vec3d> points)
         : nearest_({points.begin(), points.end()}, each_alone(points.size())) {}
     std::uint32_t nearest(const tetrakis::Vec3d& p) const { return nearest_.nearest(p).triangle; }
-    /// How many are no farther away.
+    /// Number of points no farther than `radius`.
     std::size_t count_within(const tetrakis::Vec3d& p, double radius) const {
         return nearest_.within(p, radius).size();
     }

@@ -83,7 +83,7 @@ struct FarPoint {
     void AddWithWeight(const FarPoint& other, double w) { p += w * other.p; }
 };
 
-/// What OpenSubdiv makes of a mesh on some level, texture coordinates included.
+/// A level of a mesh refined by OpenSubdiv, texture coordinates included.
 struct FarLevel {
     std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> refiner;
     std::vector<FarPoint> points, uvs;

@@ -11,8 +11,8 @@
 
 namespace tetrakis::test {
 
-/// Small random meshes with tags of all kinds, of the faces that the family of patches takes: each by both crease
-/// methods, every third full of creases, so that whole chains of them meet.
+/// Small random meshes with tags of all kinds and faces that the patch family accepts. Seeds 2 k and 2 k + 1 differ in
+/// the crease method alone. Every third mesh has so many creases that chains of them meet.
 template <class Family>
 ControlMesh random_patch_mesh(std::uint64_t seed) {
     const std::uint64_t mesh = seed / 2;
@@ -27,7 +27,7 @@ ControlMesh random_patch_mesh(std::uint64_t seed) {
     return ControlMesh::build(std::move(data));
 }
 
-/// One half-edge for each root of the surface: of each face of triangles, of each corner of other faces.
+/// One half-edge for each root of the surface: a root is a whole face (Loop), or one corner of a face.
 template <class Family>
 std::vector<HalfedgeId> roots_of(const ControlMesh& mesh) {
     std::vector<HalfedgeId> roots;

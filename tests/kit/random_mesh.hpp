@@ -14,11 +14,11 @@
 #include <utility>
 #include <vector>
 
-// Random control meshes for property tests: a grid on a plane, torus or sphere whose faces are cut into triangles,
-// merged into n-gons, taken out (boundaries) and tagged. The same seed gives the same mesh everywhere.
+// Random control meshes for property tests: a grid on a plane, torus or sphere, whose faces are cut into triangles,
+// merged into n-gons, removed (for boundaries) and tagged. The same seed gives the same mesh on every platform.
 namespace tetrakis::test {
 
-/// splitmix64: the standard distributions differ from library to library, this does not.
+/// splitmix64. Unlike the distributions of the standard library, it gives the same numbers on every platform.
 class Random {
   public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -197,7 +197,7 @@ class RandomMeshMaker {
 
     void split_faces() {
         std::vector<Polygon> result;
-        // Around small tori two quads may have the same diagonal, or one an edge for its diagonal.
+        // On a small torus two quads can have the same diagonal, or the diagonal of one can be an edge already.
         std::set<std::pair<std::uint32_t, std::uint32_t>> taken;
         for (const auto& [edge, f] : edges()) taken.insert(std::minmax(edge.first, edge.second));
         for (Polygon& p : faces_) {
@@ -311,7 +311,7 @@ inline void add_charts(ControlMeshData& data) {
             data.face_uvs.push_back(data.face_vertices[c] + (f % 3 == 2 ? count : 0));
 }
 
-/// n x n quads, no two of a shape.
+/// A grid of n x n quads, all of different shapes.
 inline ControlMeshData skewed_grid(std::uint32_t n) {
     ControlMeshData data = grid(n);
     for (std::uint32_t i = 0; i < data.positions.size(); ++i) {
@@ -328,9 +328,9 @@ namespace tetrakis::test {
 
 enum class DualTags { infinitely_sharp, of_all_kinds };
 
-/// n-gons, boundaries with and without corners, holes, genus 0 and 1. Creases and corners as the options say:
-/// infinitely sharp, or half of them and the others up to 4. Of seed, seed + 1000, ... the first one that has no vertex
-/// of two faces inside.
+/// n-gons, boundaries with and without corners, holes, genus 0 and 1, creases and corners as the options say. Tags are
+/// all infinitely sharp, or half of them, the others up to 4. The first of seed, seed + 1000, ... is used whose mesh
+/// has no inner vertex of valence 2.
 inline ControlMesh random_dual_mesh(std::uint64_t seed, RandomMeshOptions options,
                                     DualTags tags = DualTags::infinitely_sharp) {
     options.edge_vertices = 0;
@@ -341,19 +341,19 @@ inline ControlMesh random_dual_mesh(std::uint64_t seed, RandomMeshOptions option
             for (auto& corner : data.corners) corner.sharpness = k_infinite_sharpness;
         }
         ControlMesh mesh = ControlMesh::build(std::move(data));
-        bool valence2 = false;  // merging faces leaves some
+        bool valence2 = false;  // merged faces can leave such vertices
         for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
             valence2 = valence2 || (!mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 2);
         if (!valence2) return mesh;
     }
 }
-/// Without creases inside and tagged corners.
+/// The same without inner creases and without tagged corners.
 inline ControlMesh random_dual_mesh(std::uint64_t seed) {
     RandomMeshOptions options = random_options(seed);
     options.crease = options.corner = 0;
     return random_dual_mesh(seed, options);
 }
-/// Creases that end at boundaries and inside, cross and close; corners on them and elsewhere.
+/// The same with creases that end at boundaries or inside, cross, or are closed, and corners on them and elsewhere.
 inline ControlMesh random_creased_dual_mesh(std::uint64_t seed) {
     RandomMeshOptions options = random_options(seed);
     options.crease = 0.25;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-// Control meshes, as OBJ, on which any scheme can be tried, and what it makes of them as triangles.
+// Control meshes, as OBJ, on which any scheme can be tested, and their refined meshes as triangles.
 namespace tetrakis::test {
 
 /// A cube with a roof on one side: vertices with three, four and five edges.
@@ -33,7 +33,7 @@ inline TriangleMesh triangles_of(const PolygonMesh& mesh) {
     return result;
 }
 
-/// Limit points, and normals where the options ask for them, of all levels from 1 on.
+/// Limit points of levels 1 to `levels`, one after the other, with normals if the options ask for them.
 inline PolygonMesh limits_of(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                              RefineOptions options = {}) {
     options.limit = true;
@@ -46,7 +46,7 @@ inline PolygonMesh limits_of(const ControlMesh& mesh, const SchemeInfo& scheme, 
     return all;
 }
 
-/// What each scheme is looked at with: itself, and its choices.
+/// A scheme with one choice of its rule options, for tests of all such choices.
 struct SchemeVariant {
     std::string name;
     const SchemeInfo* scheme;

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-/// A directory of the test's own, gone at the end.
+/// A temporary directory of one test, removed at its end.
 class ScratchDir {
   public:
     ScratchDir() {

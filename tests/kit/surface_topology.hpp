@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-// Topology by counting edges, for comparing output meshes with their control mesh.
+// Topology of face lists by counting edges, for comparing output meshes with their control mesh.
 namespace tetrakis::test {
 
 struct SurfaceTopology {
@@ -19,7 +19,7 @@ struct SurfaceTopology {
     bool operator==(const SurfaceTopology&) const = default;
 };
 
-/// @param faces  vertex numbers, in cycles
+/// @param faces  vertex numbers of each face, in cyclic order
 template <class Faces>
 SurfaceTopology topology(const Faces& faces) {
     const auto key = [](std::uint32_t a, std::uint32_t b) { return (std::uint64_t{a} << 32) | b; };
@@ -69,7 +69,7 @@ SurfaceTopology topology(const Faces& faces) {
     return result;
 }
 
-/// Of the control mesh less its holes.
+/// Topology of the control mesh without its holes.
 inline SurfaceTopology surface_topology(const ControlMesh& mesh) {
     std::vector<std::vector<std::uint32_t>> faces;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
