@@ -138,7 +138,7 @@ ExitCode run_command(const std::function<ExitCode()>& command) {
     return ExitCode::failure;
 }
 
-/// Insertions, deletions and replacements that make one text of the other (Levenshtein 1966).
+/// Number of insertions, deletions and replacements that turn one text into the other (Levenshtein 1966).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
@@ -151,9 +151,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
-/// "; did you mean NAME?" for the nearest of the names that is near enough, or nothing.
+/// "; did you mean NAME?" for the nearest name, or an empty text if none is near enough.
 std::string suggestion(std::string_view text, const std::vector<std::string>& names) {
-    constexpr std::size_t k_telling = 3;  // so many first letters are an abbreviation
+    constexpr std::size_t k_telling = 3;  // letters that an abbreviation has at least
     const auto distance = [&](std::string_view name) {
         return text.size() >= k_telling && name.starts_with(text) ? 0 : edit_distance(text, name);
     };
@@ -169,7 +169,7 @@ std::vector<std::string> command_names(CLI::App& app) {
     return names;
 }
 
-/// For the first unknown option among the arguments that the parser has left over.
+/// suggestion() for the first unknown option among the arguments that the parser has left over.
 std::string suggested_option(const CLI::App& command) {
     std::vector<std::string> names;
     for (const CLI::Option* option : command.get_options())
@@ -179,7 +179,7 @@ std::string suggested_option(const CLI::App& command) {
     return {};
 }
 
-/// Puts the parser's own exit codes (0 for help and version, else 100 and above) into ours.
+/// Converts the parser's exit codes (0 for help and version, else 100 and above) into the program's.
 ExitCode finish_parse(const CLI::App& app, const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {
         app.exit(error);

@@ -4,7 +4,7 @@
 
 namespace tetrakis::cli {
 
-/// Each adds one command to the program.
+/// Each function adds one command to the program.
 void add_info_command(CommandLine program);
 void add_tessellate_command(CommandLine program);
 void add_terrain_command(CommandLine program);

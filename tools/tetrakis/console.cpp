@@ -20,7 +20,7 @@ void print_error(std::string_view text) { fmt::print(stderr, "tetrakis: error: {
 void print_warning(std::string_view text) { fmt::print(stderr, "tetrakis: warning: {}\n", text); }
 
 void print_warnings(const std::vector<std::string>& warnings) {
-    // A broken model can have thousands; the report has them all.
+    // A broken model can have thousands of warnings; the report lists all of them.
     constexpr std::size_t k_most = 20;
     std::unordered_set<std::string_view> seen;
     std::size_t hidden = 0;
@@ -75,7 +75,7 @@ int terminal_width() {
 
 }  // namespace
 
-// The first bar comes a while after the start: what is quick needs none.
+// As if just drawn: the first bar appears after a while, so quick work shows none.
 Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0), last_drawn_(std::chrono::steady_clock::now()) {}
 
 bool Progress::update(std::string_view stage, double fraction) {
@@ -115,10 +115,10 @@ extern "C" void take_interrupt(int) {
 
 void catch_interrupts() {
     end_at_once = 0;
-    std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is then an error of its write
+    std::signal(SIGXFSZ, SIG_IGN);  // writing to a file that grows too large then fails with an error
     for (const int signal : {SIGINT, SIGTERM}) {
         struct sigaction action = {};
-        // A program started in the background by a shell without job control ignores SIGINT; that stays so.
+        // A shell without job control starts background programs with SIGINT ignored: keep that.
         if (sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN) continue;
         action = {};
         action.sa_handler = take_interrupt;

@@ -10,13 +10,13 @@
 
 namespace tetrakis::cli {
 
-/// One line on standard error: "tetrakis: error: ..." and "tetrakis: warning: ...".
+/// Each prints one line to standard error: "tetrakis: error: ..." or "tetrakis: warning: ...".
 void print_error(std::string_view text);
 void print_warning(std::string_view text);
-/// Each warning once; of many, the first few and how many more there are.
+/// Prints each warning once. Of many warnings it prints the first ones and the number of the others.
 void print_warnings(const std::vector<std::string>& warnings);
 
-/// A list of named values on standard output, the values one below the other. An empty name continues the value above.
+/// Named values for standard output, in two aligned columns. A row with an empty name continues the value above.
 class Table {
   public:
     void row(std::string name, std::string value) { rows_.emplace_back(std::move(name), std::move(value)); }
@@ -26,16 +26,16 @@ class Table {
     std::vector<std::pair<std::string, std::string>> rows_;
 };
 
-/// Whether everything printed has reached standard output.
+/// Flushes standard output. Returns whether all output could be written.
 bool flush_output();
 
-/// "1 234 567", "12.3 MB", "0.42 s" and lengths as people read them.
+/// Numbers for people: "1 234 567", "12.3 MB", "420 ms", and lengths with four digits.
 std::string format_count(unsigned long long n);
 std::string format_bytes(unsigned long long bytes);
 std::string format_seconds(double seconds);
 std::string format_length(double length);
 
-/// A bar on standard error, if that is a terminal, and the place where Ctrl-C is noticed. Gone when it is destroyed.
+/// A progress bar on standard error, if that is a terminal. It also polls for Ctrl-C. The destructor removes the bar.
 class Progress {
   public:
     Progress();
@@ -43,7 +43,7 @@ class Progress {
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    /// What RunContext::progress is to call. False once Ctrl-C was pressed.
+    /// The function for RunContext::progress. Returns false after Ctrl-C.
     bool update(std::string_view stage, double fraction);
     /// Removes the bar, so that other output can go to the terminal.
     void clear();
@@ -54,11 +54,11 @@ class Progress {
     std::chrono::steady_clock::time_point last_drawn_;
 };
 
-/// From now on the first Ctrl-C (SIGINT) or SIGTERM only sets a flag, so that the running call can end cleanly; a
-/// second one ends the program at once. Either way its exit code is ExitCode::cancelled.
+/// From now on the first SIGINT (Ctrl-C) or SIGTERM only sets a flag, so that the running call can end cleanly. A
+/// second signal ends the program at once. In both cases the exit code is ExitCode::cancelled.
 void catch_interrupts();
 
-/// From now on such a signal ends the program at once: for long work that nothing can cancel, while no file is written.
+/// From now on such a signal ends the program at once. For long work that cannot be cancelled and writes no file.
 void let_interrupts_end();
 
 /// Whether such a signal has arrived.

@@ -12,11 +12,11 @@
 namespace tetrakis::cli {
 namespace {
 
-/// Whether both name one file, which need not exist yet.
+/// Whether both paths name the same file, which need not exist yet.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
     std::error_code error;
     if (std::filesystem::equivalent(a, b, error)) {
-        // Everything may go to one device, such as /dev/null.
+        // A device, such as /dev/null, may receive several outputs.
         return std::filesystem::is_regular_file(a, error);
     }
     const auto full_a = std::filesystem::weakly_canonical(a, error),

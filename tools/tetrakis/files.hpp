@@ -20,7 +20,7 @@
 
 namespace tetrakis::cli {
 
-/// Seconds since it was made.
+/// Measures the seconds since its construction.
 class Stopwatch {
   public:
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
@@ -29,7 +29,7 @@ class Stopwatch {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Runs `work`, which is about the file `input`: an error that names no file names this one.
+/// Runs `work`. An error that names no file is thrown again with the file name `input`.
 template <class Work>
 auto about(const std::filesystem::path& input, Work&& work) {
     try {
@@ -43,7 +43,7 @@ auto about(const std::filesystem::path& input, Work&& work) {
     }
 }
 
-/// Runs `read`, which reads the file `input`; whatever is wrong with it becomes an InputError.
+/// Runs `read`, which reads the file `input`. Errors but memory_limit and cancelled become an InputError.
 template <class Read>
 auto reading(const std::filesystem::path& input, Read&& read) {
     try {
@@ -54,31 +54,31 @@ auto reading(const std::filesystem::path& input, Read&& read) {
     }
 }
 
-/// A control mesh read from a file, and how long that took.
+/// A control mesh read from a file, and the time that this took.
 struct LoadedModel {
     ControlMesh mesh;
-    std::uint64_t faces = 0;  ///< as read
+    std::uint64_t faces = 0;  ///< as read, before faces are cut into triangles
     double load_seconds = 0, build_seconds = 0;
 };
 
-/// --weld and --repair, which every command that loads a control mesh has.
+/// Adds --weld and --repair, the options of every command that loads a control mesh.
 void add_read_options(CommandLine command, ReadOptions& options);
 
-/// @param scheme  that will refine it: for triangle schemes faces are cut into triangles, with a warning; null: none
+/// @param scheme  scheme that will refine the mesh, or null. For triangle schemes faces are cut into triangles, with a
+///                warning.
 /// @throws InputError, Error (memory_limit, cancelled)
 LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context,
                        const SchemeInfo* scheme = nullptr);
 
-/// A height grid on the command line, and how its file is read.
+/// Options of the command line that name a file of heights and say how to read it.
 struct HeightInput {
     std::filesystem::path path;
     HeightReadOptions read;
     double spacing = 0;  ///< 0: the file's own
 
-    /// @param what  the help text of the file
-    /// @returns     the file's option
+    /// Adds the options to a command. @param what  help text of the file's option, which is returned
     Option add(CommandLine command, const std::string& what = {});
-    /// @param warnings  receives what was filled
+    /// @param warnings  receives a warning if missing heights were filled
     /// @throws InputError, Error (memory_limit, cancelled)
     HeightGrid load(const Run& process, std::vector<std::string>& warnings) const;
     /// @throws InputError, Error (memory_limit, cancelled)
@@ -90,14 +90,14 @@ struct HeightInput {
 
 using tetrakis::detail::lower_extension;
 
-/// The files that a command is to write, checked before any work is done.
+/// The files that a command will write, checked before it does any work.
 class OutputFiles {
   public:
     enum class Kind { mesh, picture, report, table, tiles };
-    /// @param option  how the command line names it, for messages. An empty path is passed over.
-    /// @throws UsageError: the extension is not one that can be written
+    /// An empty path is ignored, except a mesh's. @param option  name of the file's option, for messages
+    /// @throws UsageError: a mesh without a path, or an extension that cannot be written
     void add(Kind kind, const std::string& option, const std::filesystem::path& path);
-    /// @throws UsageError: two files are the same, or one is among the inputs; Error io: one cannot be written
+    /// @throws UsageError: two files are the same, or a file is among `inputs`; Error io: a file cannot be written
     void check(const std::vector<std::filesystem::path>& inputs) const;
 
   private:

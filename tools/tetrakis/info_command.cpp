@@ -25,7 +25,7 @@ struct InfoOptions {
     bool json = false;
 };
 
-/// What there is to know about a control mesh at a glance.
+/// Summary of a control mesh.
 struct MeshStatistics {
     std::map<std::uint32_t, std::uint64_t> faces_by_size;
     std::map<std::uint32_t, std::uint64_t> interior_vertices_by_valence;
@@ -37,7 +37,7 @@ struct MeshStatistics {
     std::uint64_t holes = 0, isolated_vertices = 0;
 };
 
-/// Each boundary loop is walked once: from a half-edge without a twin to the next one around its target.
+/// Follows each boundary loop once: from a half-edge without a twin to the one that starts at its target.
 std::uint64_t count_boundary_loops(const ControlMesh& mesh) {
     std::vector<bool> seen(mesh.halfedge_count(), false);
     std::uint64_t loops = 0;
@@ -47,7 +47,7 @@ std::uint64_t count_boundary_loops(const ControlMesh& mesh) {
         ++loops;
         while (!seen[h.value]) {
             seen[h.value] = true;
-            h = mesh.vertex_halfedge(mesh.target(h));  // of a boundary vertex: the outgoing one that has no twin
+            h = mesh.vertex_halfedge(mesh.target(h));  // at a boundary vertex: the outgoing half-edge without a twin
         }
     }
     return loops;
@@ -94,7 +94,7 @@ MeshStatistics statistics(const ControlMesh& mesh) {
         else if (!mesh.is_boundary(v))
             ++s.interior_vertices_by_valence[mesh.valence(v)];
     }
-    // The tags as given: the boundary rule's own corners are no tags.
+    // Only tags of the input: corners that the boundary rule adds are no tags.
     for (const ControlMeshData::VertexTag& tag : mesh.data().corners) {
         if (tag.sharpness >= k_infinite_sharpness)
             ++s.sharp_vertices;
@@ -108,7 +108,7 @@ MeshStatistics statistics(const ControlMesh& mesh) {
     return s;
 }
 
-/// By the rules' numbers.
+/// Names of the rules, by the values of their enums.
 constexpr std::string_view k_boundary_rules[] = {"none", "edge-and-corner", "edge-only"},
                            k_face_varying_rules[] = {"smooth-all",     "corners-only", "corners-plus-1",
                                                      "corners-plus-2", "boundaries",   "linear-all"};

@@ -39,7 +39,7 @@ struct LodCommandOptions {
     RunOptions run;
 };
 
-/// What a camera sees, in pixels.
+/// Visibility and projected sizes for a camera.
 class Sight {
   public:
     explicit Sight(const lod::Camera& camera)
@@ -56,7 +56,7 @@ class Sight {
         return depth > 0 && std::abs(glm::dot(off, right_)) <= tan_x_ * depth &&
                std::abs(glm::dot(off, up_)) <= tan_y_ * depth;
     }
-    /// How long something of this length looks at most, where p is.
+    /// Largest projected length, in pixels, of a segment of this length at `p`.
     double pixels(double length, const Vec3d& p) const { return length * pixels_ / glm::length(p - eye_); }
 
   private:
@@ -64,7 +64,7 @@ class Sight {
     double tan_y_, tan_x_, pixels_;
 };
 
-/// The largest error that is seen, of places all over the surface.
+/// Largest error in pixels, over those of the surface's points `places` that the camera sees.
 double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, const Sight& sight,
                        const RunContext& context) {
     std::vector<Vec3d> seen;
@@ -78,10 +78,10 @@ double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, 
     return largest;
 }
 
-/// What a view shows of its vertices, from one frame to the next.
+/// Positions at which a view shows its vertices, compared from frame to frame.
 class ShownVertices {
   public:
-    /// The farthest that a vertex is seen to move because of LOD alone: as the new eye sees it.
+    /// Goes on to a new frame. Returns the largest motion of a vertex by LOD alone, in pixels as seen by the new eye.
     double move_to(const lod::View& view, const lod::Update& update, const Vec3d& eye, const Sight& sight) {
         const auto vertices = view.vertices();
         std::vector<Shown> now(vertices.size());
@@ -101,7 +101,7 @@ class ShownVertices {
             if (!before_.empty() && sight.sees(now[v].at))
                 farthest = std::max(farthest, sight.pixels(glm::length(now[v].at - from), now[v].at));
         }
-        // What a merge has taken away goes to its edge.
+        // A vertex that a merge has removed moves to its edge.
         for (std::size_t v = 0; v < before_.size(); ++v) {
             const Shown& old = before_[v];
             const bool stays = v < now.size() && now[v].used && now[v].vertex.position == old.vertex.position;
@@ -113,7 +113,7 @@ class ShownVertices {
         before_ = std::move(now);
         return farthest;
     }
-    /// The mesh as it is shown.
+    /// The mesh as shown, with morphing.
     TriangleMesh mesh(const lod::View& view) const {
         TriangleMesh mesh;
         for (const Shown& vertex : before_) mesh.positions.push_back(vertex.at);
@@ -137,7 +137,7 @@ void paste(const Image& from, Image& to, int x, int y) {
                     to.rgb.begin() + 3 * (std::ptrdiff_t{y + row} * to.width + x));
 }
 
-/// The mesh as the camera sees it; in a corner the middle of the picture, larger and with the mesh's edges.
+/// Renders the mesh. An inset in a corner shows the middle of the picture enlarged, with the mesh's edges.
 Image picture(const TriangleMesh& mesh, const CameraPlace& view, RenderOptions render, const RunContext& context) {
     render.camera = Camera{view.eye, view.target, view.up(), view.fov_degrees};
     render.ground = false;
@@ -169,7 +169,7 @@ Image contact_sheet(const std::vector<Image>& images) {
     return sheet;
 }
 
-/// Random places of the ground. They are read by themselves, so that the view's tiles are loaded as it asks for them.
+/// Random points of a tiled terrain, which is opened a second time, so that the view has to request its own tiles.
 std::vector<Vec3d> places_of_tiles(const std::filesystem::path& path, const RunContext& context) {
     constexpr std::uint32_t k_parts = 250, k_places = 16;  // each place may be in a tile of its own
     const lod::TiledTerrain terrain(path);
@@ -180,7 +180,7 @@ std::vector<Vec3d> places_of_tiles(const std::filesystem::path& path, const RunC
         for (std::uint64_t revision = 0;; terrain.wait(revision)) {
             revision = terrain.revision();
             found = lod::random_places(terrain, k_places, part + 1);
-            // A tile that is damaged is never there.
+            // A damaged tile is never loaded.
             if (found.size() == k_places || terrain.statistics().failures > 0) break;
         }
         places.insert(places.end(), found.begin(), found.end());
@@ -245,7 +245,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
             const lod::TileStatistics before = scene.tiles->statistics();
             scene.tiles->wait(revision, std::chrono::seconds(2));
             const lod::TileStatistics after = scene.tiles->statistics();
-            // Tiles that are damaged never come.
+            // Damaged tiles are never loaded: do not wait for them.
             waits = after.loads > before.loads || after.failures == before.failures;
         }
         if (update.waiting > 0) ++waiting_frames;
@@ -254,7 +254,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
                      pop = shown.move_to(view, update, at.eye, sight);
         csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{},{:.4g}\n", frame, splits, merges, update.leaves, upload,
                            took, update.pixel_error, places.empty() ? "" : fmt::format("{:.4g}", error), pop);
-        // The promise does not include diamonds that wait to be loaded.
+        // The bound does not hold for diamonds that are not loaded yet.
         if (update.waiting == 0) kept_promise = kept_promise && error <= update.pixel_error * (1 + 1e-3);
         worst_error = std::max(worst_error, error);
         worst_promise = std::max(worst_promise, update.pixel_error);

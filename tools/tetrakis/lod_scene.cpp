@@ -24,7 +24,7 @@ namespace tetrakis::cli {
 
 namespace {
 
-/// @param grid  without its heights
+/// @param grid  the heights' grid, which needs no heights
 LodScene terrain_scene(std::unique_ptr<const lod::Surface> surface, const HeightGrid& grid, double lowest,
                        double highest) {
     const double width = (grid.columns - 1) * grid.spacing.x, height = (grid.rows - 1) * grid.spacing.y;
@@ -32,7 +32,7 @@ LodScene terrain_scene(std::unique_ptr<const lod::Surface> surface, const Height
     scene.size = std::min(width, height);
     scene.middle = {grid.origin.x + width / 2, grid.origin.y - height / 2, lowest + 0.3 * (highest - lowest)};
     scene.description = fmt::format("{} x {} samples", grid.columns, grid.rows);
-    // At the place over the grid that is nearest; of tiles, as far as they are loaded.
+    // Height at the nearest point of the grid, by the finest triangles that are loaded; `highest` without any.
     scene.low = [terrain = surface.get(), west = grid.origin.x, east = grid.origin.x + width, north = grid.origin.y,
                  south = grid.origin.y - height, top = highest + 1](const Vec3d& p) {
         const Vec3d above(std::clamp(p.x, west, east), std::clamp(p.y, south, north), top);
@@ -62,12 +62,12 @@ LodScene tiles_scene(const std::filesystem::path& path, std::uint64_t cache_byte
     return scene;
 }
 
-/// Nothing of it is stored.
+/// A fractal scene. Its heights are computed on demand.
 /// @param planet_radius  0: a square
-/// @param finest         sides of the smallest triangles; 0: a millionth of the whole
+/// @param finest         side of the smallest triangles; 0: a millionth of the scene's size
 LodScene fractal_scene(std::uint64_t seed, double planet_radius, double finest) {
     constexpr double k_side = 1e5;  // of the square
-    // Of the first layer, as parts of the size. With these, 200000 triangles do for a pixel of a flight at 960 x 540.
+    // Of the first layer, relative to the size. 200000 triangles then reach one pixel in a flight at 960 x 540.
     constexpr double k_wavelength = 0.5, k_amplitude = 1 / 150.0, k_ball_amplitude = 1 / 400.0;
     LodScene scene;
     scene.is_round = planet_radius > 0;
@@ -262,7 +262,7 @@ std::vector<CameraPlace> circle(const LodScene& scene, std::uint32_t frames, boo
         CameraPlace camera;
         camera.about_up = z;
         if (!fly || !scene.low) {
-            // From 1.2 diameters away; a flight over a mesh is a closer one.
+            // 1.2 diameters from the axis; a flight around a mesh is closer.
             camera.eye = scene.middle + (fly ? 0.8 : 1.2) * size * out +
                          (scene.is_round ? 0.2
                           : fly          ? 0.3
@@ -270,7 +270,7 @@ std::vector<CameraPlace> circle(const LodScene& scene, std::uint32_t frames, boo
                              size * z;
             camera.target = scene.middle;
         } else if (scene.is_round) {
-            // Along the equator, as high as the ground asks for.
+            // Along the equator, above all ground passed so far.
             const double ground = std::max(scene.low(out), scene.low(out + 0.1 * ahead));
             above = std::max(above, ground + 0.02 * size);
             camera.eye = above * out;
@@ -278,7 +278,7 @@ std::vector<CameraPlace> circle(const LodScene& scene, std::uint32_t frames, boo
             camera.about_up = out;
         } else {
             camera.eye = scene.middle + 0.42 * size * out;
-            // Without jumps.
+            // The height follows the ground smoothly.
             const double ground = scene.low(camera.eye),
                          wanted = std::max(ground, scene.low(camera.eye + 0.1 * size * ahead)) + 0.12 * size;
             above = i == 0 ? wanted : above + 0.2 * (wanted - above);

@@ -19,59 +19,59 @@
 
 namespace tetrakis::cli {
 
-/// Where the camera is and what it looks at, frame by frame.
+/// Position and target of the camera in one frame.
 struct CameraPlace {
     Vec3d eye{}, target{};
     double fov_degrees = 60;
     Vec3d about_up{0, 0, 1};
 
     Vec3d forward() const { return glm::normalize(target - eye); }
-    /// about_up, but where it looks along that: another one.
+    /// about_up, or another direction if the camera looks along about_up.
     Vec3d up() const {
         return std::abs(glm::dot(forward(), about_up)) < 0.999 ? about_up : Vec3d(about_up.y, about_up.z, about_up.x);
     }
     lod::Camera lod_camera(int width, int height) const;
 };
 
-/// What `tetrakis lod` flies over.
+/// The surface that `tetrakis lod` flies over.
 struct LodScene {
     std::unique_ptr<const lod::Surface> surface;
-    const lod::TiledTerrain* tiles = nullptr;  ///< the same, where it is one
-    std::string description;                   ///< "512 x 512 samples"
-    std::function<double(const Vec3d&)> low;   ///< of terrains and planets: the height of the ground below a place
+    const lod::TiledTerrain* tiles = nullptr;  ///< the surface, if it is a tiled terrain
+    std::string description;                   ///< such as "512 x 512 samples"
+    std::function<double(const Vec3d&)> low;   ///< height of the ground below a point; empty for control meshes
     Vec3d middle{};
-    double size = 1;        ///< of terrains the shorter side, else the diameter
-    Vec3d up{0, 0, 1};      ///< of meshes y
-    bool is_round = false;  ///< up is outwards
+    double size = 1;        ///< shorter side of a terrain, else the diameter
+    Vec3d up{0, 0, 1};      ///< y for control meshes
+    bool is_round = false;  ///< "up" is outwards, as on a planet
     std::uint64_t surface_bytes = 0;
 };
 
-/// A scene on the command line: heights, tiles of them, heights around a planet, a control mesh, or a fractal.
+/// Options of the command line that choose a scene: a terrain, tiles, a planet, a control mesh, or a fractal.
 struct LodInput {
-    HeightInput heights;                       ///< without a path: a fractal
-    std::vector<std::filesystem::path> faces;  ///< of a planet from the six faces of a cube: the other five
-    std::optional<std::uint64_t> fractal;      ///< its seed
+    HeightInput heights;                       ///< no path: a fractal
+    std::vector<std::filesystem::path> faces;  ///< faces 2 to 6 of the cube, for a planet from six files
+    std::optional<std::uint64_t> fractal;      ///< seed of the fractal
     double planet_radius = 0;                  ///< 0: no planet
     std::string scheme;
-    int level = 0;  ///< 0: the surface's own
+    int level = 0;  ///< 0: the surface's default
     std::uint64_t cache_bytes = lod::TiledTerrainOptions().cache_bytes;
     ReadOptions read_mesh;
 
     void add(CommandLine command);
-    std::filesystem::path title() const;  ///< for messages: the (first) file, or "fractal 7"
-    /// The files that are read, and `path`.
+    std::filesystem::path title() const;  ///< for messages: the (first) file, or for example "fractal 7"
+    /// All input files, and the camera path `path`.
     std::vector<std::filesystem::path> inputs(const std::filesystem::path& path) const;
-    /// @param warnings  receives what was filled or cut
+    /// @param warnings  receives a warning if heights were filled or faces were cut
     /// @throws InputError, UsageError, Error (memory_limit, cancelled)
     LodScene load(const Run& process, std::vector<std::string>& warnings) const;
 };
 
-/// The cameras of a file: a list of {"eye": [x, y, z], "target": [x, y, z], "fov_degrees": a}, on which the frames lie
-/// at equal steps.
+/// Reads a camera path: a JSON list of {"eye": [x, y, z], "target": [x, y, z], "fov_degrees": a}. Frames are at equal
+/// steps along the list, linearly between its entries.
 /// @throws InputError
 std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint32_t frames);
 
-/// Around the middle of a scene: from outside, looking at it; or above the ground, looking ahead.
+/// Cameras on a circle around the middle of a scene. They look at it from outside, or (`fly`) ahead above the ground.
 std::vector<CameraPlace> circle(const LodScene& scene, std::uint32_t frames, bool fly);
 
 }  // namespace tetrakis::cli

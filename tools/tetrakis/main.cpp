@@ -8,10 +8,10 @@
 
 namespace {
 
-/// As keep_freed_memory(), for what malloc() gives: by default it returns pages again and again, and touches new ones.
+/// keep_freed_memory() for malloc(), which by default often returns pages to the system and then needs new ones.
 void keep_freed_heap() {
 #if defined(__GLIBC__)
-    constexpr int k_own_mapping = 4 << 20;  // bytes of a block that is none of the heap's
+    constexpr int k_own_mapping = 4 << 20;  // bytes from which a block gets a mapping of its own
     mallopt(M_MMAP_THRESHOLD, k_own_mapping);
     mallopt(M_TRIM_THRESHOLD, static_cast<int>(tetrakis::default_freed_memory()));
 #endif

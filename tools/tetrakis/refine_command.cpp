@@ -41,7 +41,7 @@ struct RefineCommandOptions {
     RunOptions run;
 };
 
-/// Where half-steps adapt: as many as asked for inside, fewer outside.
+/// Sphere of adaptive half-steps: all half-steps are done inside, fewer outside.
 struct HalfStepSphere {
     Vec3d centre{0};
     double radius = 0;
@@ -49,10 +49,10 @@ struct HalfStepSphere {
 /// A mesh refined by half-steps of the 4-8 mesh.
 struct FactoredResult {
     PolygonMesh mesh;
-    int levels = 0;      ///< whole ones
+    int levels = 0;      ///< complete levels
     int half_steps = 0;  ///< of the finest triangles
     std::uint64_t active = 0;
-    std::vector<std::size_t> inactive{};  ///< of the mesh's vertices
+    std::vector<std::size_t> inactive{};  ///< inactive vertices of `mesh`
 };
 
 template <class Has>
@@ -63,7 +63,7 @@ std::string names(Has&& has) {
     return result;
 }
 
-/// The sphere of --near X,Y,Z and --radius R.
+/// Parses the sphere of --near X,Y,Z and --radius R.
 HalfStepSphere half_step_sphere(const std::string& near, const std::string& radius) {
     const auto centre = finite_numbers(near, 3), length = finite_numbers(radius, 1);
     if (!centre) throw UsageError(fmt::format("--near: \"{}\" is no point such as 0.5,1,-2 (three numbers)", near));
@@ -71,12 +71,12 @@ HalfStepSphere half_step_sphere(const std::string& near, const std::string& radi
     return {{(*centre)[0], (*centre)[1], (*centre)[2]}, (*length)[0]};
 }
 
-/// Those that `refine --factored` takes.
+/// Names of the schemes that `refine --factored` accepts.
 std::string factored_scheme_names() {
     return names([](FactoredScheme) { return true; });
 }
 
-/// @param adaptive  half-steps are to adapt
+/// @param adaptive  whether the half-steps must adapt
 FactoredScheme chosen_factored_scheme(const SchemeInfo& scheme, bool adaptive) {
     const auto factored = factored_scheme_from_name(scheme.name);
     if (!factored)
@@ -88,7 +88,7 @@ FactoredScheme chosen_factored_scheme(const SchemeInfo& scheme, bool adaptive) {
     return *factored;
 }
 
-/// @param active  make the scheme's own faces, not the triangles of the 4-8 mesh
+/// @param active  output the scheme's own faces instead of the triangles of the 4-8 mesh
 FactoredResult refine_by_half_steps(const ControlMesh& mesh, FactoredScheme scheme, int half_steps, bool active,
                                     const RuleOptions& rules, const RunContext& context) {
     FactoredMesh factored(mesh, scheme, context.max_memory_bytes, rules);
@@ -102,16 +102,16 @@ FactoredResult refine_by_half_steps(const ControlMesh& mesh, FactoredScheme sche
     result.mesh = active ? factored.active_mesh() : factored.mesh(&numbers);
     for (std::uint32_t v = 0; v < factored.positions().size(); ++v)
         result.active += factored.state(v) == FactoredVertex::active;
-    // The scheme's own mesh has active vertices alone: of that the list is empty.
+    // All vertices of the scheme's own mesh are active: then `numbers` is empty.
     for (std::size_t v = 0; v < numbers.size(); ++v)
         if (factored.state(numbers[v]) == FactoredVertex::inactive) result.inactive.push_back(v);
     return result;
 }
 
-/// All half-steps inside of the sphere, as few as the mesh allows outside.
+/// Refines by all half-steps inside the sphere, and by as few as conformity allows outside.
 FactoredResult refine_by_adaptive_half_steps(const ControlMesh& mesh, FactoredScheme scheme, int half_steps,
                                              const HalfStepSphere& sphere, const RunContext& context) {
-    // The coarsest leaves have two half-steps (Catmull-Clark: one); fewer are the same everywhere.
+    // The coarsest leaves have two half-steps (Catmull-Clark: one), so fewer cannot adapt.
     if (half_steps < 2) return refine_by_half_steps(mesh, scheme, half_steps, false, {}, context);
     AdaptiveFactoredMesh adaptive(mesh, scheme, context);
     adaptive.refine_near(sphere.centre, sphere.radius, half_steps);
@@ -126,7 +126,7 @@ FactoredResult refine_by_adaptive_half_steps(const ControlMesh& mesh, FactoredSc
     return result;
 }
 
-/// By whole levels. The control vertices' weights come with it where they are asked for.
+/// Refines by whole levels. @param stencils  receives the control vertices' weights, if the options ask for them
 PolygonMesh refine_by_levels(const RefineCommandOptions& options, const SchemeInfo& scheme, const ControlMesh& mesh,
                              const RunContext& context, StencilTable& stencils) {
     RefineOptions refine_options{.rules = options.rules,
@@ -134,7 +134,7 @@ PolygonMesh refine_by_levels(const RefineCommandOptions& options, const SchemeIn
                                  .limit = options.limit,
                                  .normals = options.limit,
                                  .context = context};
-    // The program itself is part of the limit, and allocators take more than they are asked for.
+    // The limit includes the program itself, and allocators use more than is requested of them.
     constexpr std::uint64_t k_percent = 92;
     const std::uint64_t limit = context.max_memory_bytes, used = memory_bytes();
     if (limit != 0) refine_options.context.max_memory_bytes = limit > used ? (limit - used) / 100 * k_percent : 1;
@@ -145,7 +145,7 @@ PolygonMesh refine_by_levels(const RefineCommandOptions& options, const SchemeIn
         return std::move(refined.mesh);
     } catch (const Error& error) {
         if (error.code() != ErrorCode::memory_limit) throw;
-        // The caller names the file.
+        // The caller adds the name of the file.
         std::string text = error.what();
         if (const std::string file = error.file().string() + ": "; text.starts_with(file)) text.erase(0, file.size());
         throw Error(error.code(),
@@ -153,8 +153,8 @@ PolygonMesh refine_by_levels(const RefineCommandOptions& options, const SchemeIn
     }
 }
 
-/// @param factored  the scheme, where half-steps are asked for
-/// @param sphere    where they adapt
+/// @param factored  the scheme, if half-steps are requested
+/// @param sphere    where half-steps adapt
 ExitCode run_checked(const RefineCommandOptions& options, const SchemeInfo& scheme,
                      std::optional<FactoredScheme> factored, const std::optional<HalfStepSphere>& sphere) {
     Run process(options.run);
@@ -249,7 +249,7 @@ void add_refine_command(CommandLine program) {
     command.option("IN", "", options->input, "Control mesh (.obj)").required();
     command.option("--scheme", "S", options->scheme,
                    "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark)");
-    constexpr int k_most_levels = 31, k_most_steps = 64;  // far beyond what 32-bit indices allow; the library says so
+    constexpr int k_most_levels = 31, k_most_steps = 64;  // beyond 32-bit indices, which the library checks
     command.option("--levels", "N", options->levels, "Steps of the scheme")
         .range(0, k_most_levels, Option::InHelp::yes);
     command.flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");

@@ -22,7 +22,7 @@ namespace tetrakis::cli {
 
 using Json = nlohmann::ordered_json;
 
-/// What a run has done, for programs to read. Lengths are in the unit of the model; what does not apply is null.
+/// Results of a run, for other programs. Lengths are in the unit of the model; fields that do not apply are null.
 struct Report {
     std::filesystem::path input;
     std::string scheme;
@@ -35,25 +35,25 @@ struct Report {
     StageSeconds seconds;
     int threads = 0;
     std::vector<std::string> warnings;
-    Json more = Json::object();  ///< keys of one command alone; they follow the others
+    Json more = Json::object();  ///< additional keys of this command, after the common ones
 
-    /// What is known of every command's report once the model is there.
+    /// A report with the fields that are known once the model is loaded.
     static Report of(const std::filesystem::path& input, std::string_view scheme, const LoadedModel& model,
                      const RunOptions& run);
 
     Json json() const;
 };
 
-/// The end of a command that makes a mesh. Writes its files, all or none; then prints the warnings.
-/// @param write  writes the files but the report, whose path may be empty
+/// Ends a command that makes a mesh: writes its files, all or none, then prints the warnings.
+/// @param write  writes all files but the report. @param report_path  may be empty
 void write_results(Run& process, Report& report, const std::filesystem::path& report_path,
                    const std::function<void(FileSet&)>& write);
-/// Adds the last rows of its summary, time, memory and the files written, and prints it. Empty paths are passed over.
+/// Adds time, memory and the files written to a summary and prints it. Empty paths are ignored.
 void finish_summary(Table& table, const Report& report, std::initializer_list<std::filesystem::path> written);
 
 /// {forward, backward, hausdorff, mean, rms}, or null.
 Json json_of(const std::optional<MeasuredError>& error);
-/// Text of any encoding becomes valid JSON; numbers are the shortest that read back the same.
+/// JSON as text. It is valid for text of any encoding; numbers are as short as possible for the same value.
 std::string dump(const Json& json);
 
 }  // namespace tetrakis::cli

@@ -107,7 +107,7 @@ std::uint64_t free_memory_bytes() {
 
 namespace {
 
-/// Numbers with one separator between them; nothing where there is anything else.
+/// Parses numbers with one separator between them; nothing if the text is anything else.
 template <class T>
 std::optional<std::vector<T>> split_numbers(std::string_view text, char separator) {
     std::vector<T> numbers;
@@ -182,7 +182,7 @@ std::string given_view_option(const CommandLine& command) {
 
 namespace {
 
-/// Takes a finite number from `low` to `high` into `to`.
+/// Parses a finite number from `low` to `high` into `to`. Returns an error message, or an empty text.
 template <class Number>
 std::string set_number(Number& to, const std::string& text, double low = -HUGE_VAL, double high = HUGE_VAL) {
     const std::optional<double> x = finite_number(text);

@@ -45,8 +45,8 @@ struct TerrainCommandOptions {
     }
 };
 
-/// What writing adds to the errors: floats of a GLB are about a local origin, and what moves along the ground is off by
-/// as much times the slope.
+/// Bound on the vertical error that writing adds. The floats of a GLB are relative to a local origin; a horizontal
+/// error of a vertex counts times the slope.
 double rounding_of(const std::filesystem::path& output, const HeightGrid& grid, bool y_up) {
     if (mesh_format(output) != MeshFormat::glb) return 0;
     double slope = 0;
@@ -64,7 +64,7 @@ double rounding_of(const std::filesystem::path& output, const HeightGrid& grid, 
     return glb_rounding_bound(box) * (1 + 2 * slope);
 }
 
-/// A warning where heights that were scaled or moved are kept as floats too coarse for the tolerance.
+/// Warns if scaled or offset heights, kept as floats, are too coarse for the tolerance.
 void warn_of_coarse_heights(const HeightReadOptions& read, const HeightGrid& grid, double max_error,
                             std::vector<std::string>& warnings) {
     if (read.scale == 1 && read.offset == 0) return;
@@ -78,8 +78,8 @@ void warn_of_coarse_heights(const HeightReadOptions& read, const HeightGrid& gri
                     format_length(largest), format_length(rounding)));
 }
 
-/// Writes each tile into a file of its own.
-/// @return  what the report says about them
+/// Writes each tile to its own file.
+/// @return  the report's entry about the tiles
 Json write_tiles(FileSet& files, const Terrain& terrain, const TerrainCommandOptions& options,
                  const RunContext& context) {
     const Box3d whole = bounding_box(terrain.mesh.positions);
@@ -90,7 +90,7 @@ Json write_tiles(FileSet& files, const Terrain& terrain, const TerrainCommandOpt
             const TriangleMesh tile = terrain_tile(terrain, list.size());
             AtomicFile& file = files.add(options.tile_path(std::to_string(row), std::to_string(column)));
             write_mesh_part(file, tile, whole, context);
-            file.finish();  // of many files only one is open
+            file.finish();  // so that only one of many files is open
             list.push_back({{"file", file.path().string()},
                             {"row", row},
                             {"column", column},
@@ -233,7 +233,7 @@ void add_terrain_command(CommandLine program) {
     command.flag("--y-up", options->y_up, "y is the height and z runs south, as in engines; else z is the height");
     command.flag("--normals", options->normals, "Write vertex normals: the means of the triangles around");
     const auto take_tiles = [options](const std::string& text) {
-        constexpr int k_most = 4096;  // along a side: files enough
+        constexpr int k_most = 4096;  // tiles along a side
         options->tiles = parse_counts(text, k_most);
         return options->tiles ? "" : text + " is no pair of counts such as 4x3 (1 to 4096 each)";
     };

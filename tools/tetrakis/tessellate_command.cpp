@@ -34,11 +34,11 @@ struct TessellateCommandOptions {
     bool no_measure = false;
     RenderOptions render;
     bool scheme_given = false;
-    std::string view_option;  ///< of --size, --camera and --up one that is given, or empty
+    std::string view_option;  ///< the first of --size, --camera and --up that is given, or empty
     RunOptions run;
 };
 
-/// What the option parser cannot see: options that need or exclude each other.
+/// Checks the options that need or exclude each other in ways that the option parser cannot see.
 void check_combination(const TessellateCommandOptions& options) {
     const TessellateOptions& t = options.tessellate;
     if (!t.tolerance && t.max_triangles == 0)
@@ -74,7 +74,7 @@ OutputFiles output_files(const TessellateCommandOptions& options) {
 /// Why the tolerance was missed, and what to do about it.
 std::string advice(const TessellateCommandOptions& options, const Tessellation& result) {
     const std::string what = "the tolerance was not reached; the best result is written all the same";
-    // A split brings two triangles or more, those of dual schemes six and what has to be split with it.
+    // Room for one more split: it adds two triangles or more, for dual schemes six, and its closure adds others.
     const std::uint64_t budget = options.tessellate.max_triangles, room = budget / 50 + 8;
     if (budget != 0 && result.mesh.triangles.size() + room >= budget) return what + " (all of --max-triangles is used)";
     if (result.deepest_level >= options.tessellate.max_level) return what + " (--max-level stopped the refinement)";
@@ -118,7 +118,7 @@ Report make_report(const TessellateCommandOptions& options, const LoadedModel& m
     return report;
 }
 
-/// @param mesh  the control mesh as tessellated
+/// @param mesh  the control mesh that was tessellated
 void print_summary(const TessellateCommandOptions& options, const ControlMesh& mesh, const Tessellation& result,
                    const Report& report) {
     const TessellateOptions& t = options.tessellate;
@@ -132,7 +132,7 @@ void print_summary(const TessellateCommandOptions& options, const ControlMesh& m
               fmt::format("{} ({} faces, {})", options.input.string(), format_count(report.faces), report.scheme));
     table.row("result", fmt::format("{} triangles, {} vertices, deepest level {}", format_count(*report.triangles),
                                     format_count(report.vertices), report.levels));
-    // A model without extent has no share of its diagonal.
+    // A relative tolerance means nothing for a model without extent.
     if (report.tolerance && std::isfinite(*report.tolerance))
         table.row("tolerance",
                   fmt::format("{:<10} {:.3g} of the diagonal", format_length(tolerance), *report.tolerance));
@@ -169,7 +169,7 @@ Image draw(const Tessellation& result, const TessellateCommandOptions& options, 
     if (heat) {
         render_options.triangle_values = result.triangle_error;
         render_options.legend_title = "error";
-        // The scale ends at the tolerance, so that colours mean shares of it.
+        // The colour scale ends at the tolerance, so that colours show parts of it.
         if (std::isfinite(result.tolerance_absolute)) render_options.highest_value = result.tolerance_absolute;
     }
     return render(result.mesh, render_options, context);

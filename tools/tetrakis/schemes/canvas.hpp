@@ -11,8 +11,8 @@
 
 namespace tetrakis::cli {
 
-/// A white sheet for drawings of lines, dots and text, in pixels from the top left; drawn larger and averaged, so edges
-/// are smooth.
+/// A white image for lines, dots and text. Coordinates are pixels from the top left. It is drawn enlarged and averaged,
+/// so that edges are smooth.
 class Canvas {
   public:
     Canvas(int width, int height) {
@@ -40,13 +40,13 @@ class Canvas {
     void rectangle(Vec2d low, Vec2d high, const Vec3f& colour) {
         fill(low, high, colour, [&](Vec2d p) { return p.x >= low.x && p.x < high.x && p.y >= low.y && p.y < high.y; });
     }
-    /// ASCII, its top left corner there. @param height  of a capital letter
+    /// Draws ASCII text. @param at  its top left corner @param height  of a capital letter
     void text(Vec2d at, double height, const std::string& text, const Vec3f& colour) {
         const double scale = height / k_text_height;
         for (const TextRectangle& part : text_rectangles(text))
             rectangle(at + scale * part.low, at + scale * part.high, colour);
     }
-    /// The same, its middle there, on a white ground.
+    /// Draws text centred at `middle` on a white rectangle.
     void label(Vec2d middle, double height, const std::string& text, const Vec3f& colour) {
         const Vec2d half(text_width(text, height) / 2, height / 2), margin(k_label_margin * height);
         rectangle(middle - half - margin, middle + half + margin, Vec3f(1));
@@ -55,7 +55,7 @@ class Canvas {
     static double text_width(const std::string& text, double height) {
         return tetrakis::text_width(text) * height / k_text_height;
     }
-    /// Another picture, its top left corner there.
+    /// Copies an image so that its top left corner is at (x, y).
     void paste(int x, int y, const Image& image) {
         for (int v = 0; v < image.height * k_samples; ++v)
             for (int u = 0; u < image.width * k_samples; ++u) {

@@ -15,12 +15,12 @@ namespace tetrakis::cli {
 namespace {
 
 using Complex = std::complex<double>;
-// Masks reach up to three rings beyond what they make, and the rules of the rim must stay out of it.
+// Masks reach up to three rings around a new point, and rules of the rim must not change the inner k_patch_rings.
 constexpr int k_control_rings = 2 * k_patch_rings + 1;
-// The subdominant eigenvalue's quotient with the next one of its mode is hardly ever above 0.8.
+// The power iteration converges by the ratio of the mode's next eigenvalue to its subdominant one: rarely above 0.8.
 constexpr int k_iterations = 120;
 
-/// Where a label lies if all sectors are alike and straight: a start for the iteration.
+/// Position of a label if all sectors are equal and straight: the start of the iteration.
 Complex rough_place(const FanLabels& labels, FanLabel l) {
     const int n = labels.shape().faces;
     const double step = 2 * std::numbers::pi / n;
@@ -30,7 +30,7 @@ Complex rough_place(const FanLabels& labels, FanLabel l) {
            double(l.b) * std::polar(1.0, (l.sector + 0.5) * step);
 }
 
-/// The part of Fourier mode 1, which the symmetry keeps apart from all others, scaled to a largest magnitude of one.
+/// Projects to Fourier mode 1, which rotational symmetry separates from the others, and scales to magnitude 1.
 void keep_first_mode(const FanLabels& labels, std::vector<Complex>& z) {
     const int n = labels.shape().faces;
     const double step = 2 * std::numbers::pi / n;
@@ -49,12 +49,12 @@ void keep_first_mode(const FanLabels& labels, std::vector<Complex>& z) {
     for (Complex& x : z) x /= most;
 }
 
-/// The rings of a mesh of hexagons with one k-gon: the dual of a fan of triangles, in the plane as that is.
+/// Rings of hexagons around one k-gon: the dual of a fan of triangles, with its positions in the plane.
 FanPatch hexagon_patch(int valence) {
     const SectorFan fan(FanLattice::triangles, {.faces = valence}, k_control_rings);
     FanPatch patch;
     RuleMesh::Builder faces;
-    // Only triangles that an inner vertex has become a vertex.
+    // A triangle becomes a vertex if one of its corners is an inner vertex.
     std::vector<int> number(fan.mesh.face_count(), -1);
     for (int v = 0; v < fan.mesh.vertex_count(); ++v) {
         if (fan.mesh.on_boundary(v)) continue;
@@ -76,8 +76,8 @@ FanPatch hexagon_patch(int valence) {
     return patch;
 }
 
-/// Straight sectors of half a disc (of less, where there are fewer faces than in half a lattice), or of the upper half
-/// of a grid.
+/// Position of a label in half a disc with straight sectors, or less than half if there are fewer faces than in half a
+/// regular lattice; for dual schemes, in the upper half of a grid.
 Vec2d rough_boundary_place(const FanLabels& labels, FanLabel l) {
     if (labels.lattice() == FanLattice::dual) return {l.sector == 0 ? l.a + 0.5 : -l.a - 0.5, l.b};
     const int faces = labels.shape().faces;
@@ -88,15 +88,15 @@ Vec2d rough_boundary_place(const FanLabels& labels, FanLabel l) {
     return {z.real(), z.imag()};
 }
 
-/// The largest magnitude becomes one.
+/// Scales the values so that their largest magnitude is 1.
 void scale_to_one(std::vector<double>& values) {
     double most = 0;
     for (const double x : values) most = std::max(most, std::abs(x));
     for (double& x : values) x /= most;
 }
 
-/// Half a disc: along the boundary the largest mode that changes its sign in the mirror image, upwards the largest one
-/// but the constant that does not.
+/// Patch of a boundary vertex. x is the dominant antisymmetric eigenvector, y the dominant symmetric one but the
+/// constant. Both are found by power iteration.
 FanPatch boundary_patch(const SchemeInfo& scheme, const SpectralAnalysis& analysis, const RuleOptions& rules) {
     const FanLabels& inner = analysis.matrix.labels;
     SectorFan fan(inner.lattice(), inner.shape(), k_control_rings);
@@ -150,7 +150,7 @@ FanPatch boundary_patch(const SchemeInfo& scheme, const SpectralAnalysis& analys
     return patch;
 }
 
-/// Two sectors, each half of the plane: the lattice's own, bent open.
+/// Position of a label in a fan of two sectors, each of which is opened to a half-plane.
 Complex half_plane_place(FanLattice lattice, FanLabel l) {
     const double angle = std::numbers::pi / (lattice == FanLattice::triangles ? 3 : 2);
     const Complex z = double(l.a) + double(l.b) * std::polar(1.0, angle);
@@ -178,7 +178,7 @@ FanPatch fan_patch(const SchemeInfo& scheme, const SpectralAnalysis& analysis, c
         for (int j = 0; j < fan.labels.size(); ++j) z[j] = finer[rows[j]];
         keep_first_mode(fan.labels, z);
     }
-    // Turned so that the first ray, or the middle of the first side, points to the right.
+    // Rotate so that the first ray, or the middle of the first side, points to the right.
     const bool dual = fan.labels.lattice() == FanLattice::dual;
     const Complex right = z[fan.labels.find(dual ? FanLabel{0, 0, 0} : FanLabel{0, 1, 0})] +
                           (dual ? z[fan.labels.find({1, 0, 0})] : Complex(0));
@@ -201,7 +201,7 @@ void refine(FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules)
     std::vector<double> height(step.mesh.vertex_count());
     step.stencils.apply<Vec2d>(patch.plane, plane);
     step.stencils.apply<double>(patch.height, height);
-    // A dual boundary is walked from its edge, which has a child along the boundary.
+    // A dual fan at a boundary starts at a boundary edge, whose child along the boundary is child_crease.
     const bool dual = fan_lattice(scheme, rules) == FanLattice::dual;
     for (int& h : patch.start)
         h = dual && patch.mesh.twin(h) == RuleMesh::none ? step.child_crease[h] : step.child_halfedge[h];

@@ -34,15 +34,15 @@ struct SchemeOptions {
     std::filesystem::path image;
 };
 
-// What an analysis takes at least, whatever the scheme: the fan's points and rules for each edge, and, where rules see
-// whole rings, the terms of their rows (measured from 1000 to 4096 edges).
+// Least memory of an analysis by any scheme: the fan's points and rules for each edge, and, for rules with the whole
+// ring as support, the terms of their rows (measured from 1000 to 4096 edges).
 constexpr std::uint64_t k_bytes_per_edge = 12 * 1024, k_bytes_per_pair = 16;
-// Of a matrix's number, printed as JSON: itself and its text.
+// Of each number of a matrix printed as JSON: the number and its text.
 constexpr std::uint64_t k_bytes_per_number = 48;
-// Of a picture, per edge: the mesh under it, refined twice.
+// Of a picture, for each edge: the mesh, refined twice.
 constexpr std::uint64_t k_bytes_drawn_per_edge = 300 * 1024;
 
-/// @throws UsageError  there is not so much memory
+/// @throws UsageError  less memory is free
 void check_memory(const std::string& what, std::uint64_t bytes) {
     const std::uint64_t there = free_memory_bytes();
     if (there == 0 || bytes <= there) return;
@@ -63,7 +63,7 @@ void check_memory(const SchemeInfo& scheme, const SchemeOptions& options, const 
     if (!options.image.empty()) check_memory(fmt::format("--image at valence {}", valence), n * k_bytes_drawn_per_edge);
 }
 
-/// How far a mesh is from its limit over a cell at the vertex: the sum of weights that the certified estimator has.
+/// Factor of the certified estimator's bound on the distance between a mesh and its limit, over a cell at the vertex.
 std::optional<tetrakis::detail::CellNormTable::Total> mask_norm(const SchemeInfo& scheme, const FanShape& shape,
                                                                 const RuleOptions& rules) {
     if (!has_mask_norms(scheme, rules)) return std::nullopt;
@@ -95,14 +95,14 @@ void draw(const SchemeFindings& f, const SchemeOptions& options) {
         .analysis = a,
         .rules = options.rules,
         .masks = {}};
-    // Of many beside a boundary the first ones: further inside they are alike.
+    // Of many masks at a boundary only the first are drawn; farther inside they are similar.
     constexpr std::size_t k_most_masks = 48;
     constexpr int k_sectors_drawn = 6;
     const std::vector<int> rows = shown_rows(f.analysis.matrix);
     for (const int i : rows) {
         const FanLabel label = labels.all()[i];
         if (rows.size() > k_most_masks && label.sector >= k_sectors_drawn) continue;
-        // Beyond the edges that leave a face in the middle of an old one are the old one's corners.
+        // With hexagons, the points across the edges that leave the middle face are the old face's corners.
         const bool old = labels.shape().hexagons && label.a == 1 && label.b == 1;
         picture.masks.push_back({fmt::format("new {}{}", place_name(labels, label), old ? ", an old vertex" : ""),
                                  row_of(f.analysis.matrix, i), i});
@@ -119,7 +119,7 @@ void draw(const SchemeFindings& f, const SchemeOptions& options) {
     let_interrupts_end();
 }
 
-/// @throws UsageError  the scheme has no such vertex or face
+/// @throws UsageError  the scheme has no vertex or face of that valence
 void check_valence(const SchemeInfo& scheme, const SchemeOptions& options, bool dual) {
     if (!options.valence || (options.boundary && dual)) return;
     const int least = dual ? 3 : 2;
@@ -134,12 +134,12 @@ void check_valence(const SchemeInfo& scheme, const SchemeOptions& options, bool 
                                                   "its two new points are joined by an edge"));
 }
 
-/// Options that the scheme has a use for, but not here: the matrix is the same without them.
+/// Warnings for options that the scheme uses, but not at this point: the matrix is the same without them.
 std::vector<std::string> idle_options(const SchemeFindings& f) {
     const LocalMatrix& matrix = f.analysis.matrix;
     std::vector<std::string> warnings;
     for (const RuleOption& choice : rule_options()) {
-        if (choice.flag == k_steps_option) continue;  // another number of steps has points of its own
+        if (choice.flag == k_steps_option) continue;  // other numbers of steps have other points: no comparison
         RuleOptions without = f.rules;
         choice.reset(without);
         if (rule_choices(without) != rule_choices(f.rules) &&
@@ -161,14 +161,14 @@ ExitCode run(SchemeOptions options) {
         warnings.push_back(options.corner ? "--corner-angle measured has no effect here: there is no control mesh"
                                           : "--corner-angle has no effect here: at no vertex but a --corner");
     print_warnings(warnings);
-    // A corner of a dual scheme has one face after a step.
+    // At a corner of a dual scheme there is one face after a step.
     const bool dual_corner = options.corner && fan_lattice(scheme, options.rules) == FanLattice::dual;
     const int valence = options.valence.value_or(dual_corner ? 2 : regular_valence(scheme, options.boundary));
     FanShape shape{.faces = valence, .boundary = options.boundary, .corner = options.corner, .dart = options.dart};
     const FanLattice lattice = fan_lattice(scheme, shape, options.rules);
     const bool dual = lattice == FanLattice::dual;
     check_valence(scheme, options, dual);
-    // Beside a boundary vertex there is one face less than edges; a dual scheme's boundary has no valence.
+    // A boundary vertex has one face less than edges; a dual scheme's boundary has no valence.
     if (options.boundary && !dual) shape.faces = valence - 1;
     if (options.boundary && dual && options.valence)
         throw UsageError(
@@ -189,7 +189,7 @@ ExitCode run(SchemeOptions options) {
                                       reproduction_degree(scheme, options.rules),
                                       support_radius(scheme, options.rules),
                                       mask_norm(scheme, shape, options.rules)};
-        // What is of no use to the scheme at all has been said.
+        // Options without any use for the scheme have been reported above.
         if (warnings.empty()) print_warnings(idle_options(findings));
         if (!options.image.empty()) draw(findings, options);
         if (options.json)

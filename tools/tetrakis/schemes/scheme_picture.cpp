@@ -19,12 +19,12 @@ namespace {
 
 constexpr int k_columns = 4, k_cell = 380, k_margin = 24, k_head = 84, k_caption = 40;
 constexpr int k_width = k_columns * k_cell + 2 * k_margin, k_large = (k_width - 3 * k_margin) / 2;
-// Steps are made while the mesh stays below this: about a second.
+// The patch is refined while it has fewer vertices than this, which takes about a second.
 constexpr int k_most_vertices = 200'000, k_most_steps = 5;
 const Vec3f k_ink(0.14f, 0.17f, 0.22f), k_grey(0.62f, 0.66f, 0.71f);
 const Vec3f k_blue(0.12f, 0.33f, 0.62f), k_red(0.80f, 0.22f, 0.16f), k_orange(0.88f, 0.48f, 0.10f);
 
-/// "3/8" where the number is a fraction of a small denominator, else a few digits.
+/// "3/8" if the number is a fraction with a small denominator, else a few digits.
 std::string weight_text(double x) {
     for (const int denominator :
          {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 20, 24, 27, 32, 36, 40, 64, 81, 128, 256, 512}) {
@@ -37,7 +37,7 @@ std::string weight_text(double x) {
     return std::abs(x) < k_least_fixed ? fmt::format("{:.0e}", x) : fmt::format("{:.3f}", x);
 }
 
-/// A square window of the plane on the canvas.
+/// Maps a square window of the plane to the canvas.
 struct Window {
     Vec2d middle;  // on the canvas
     double scale;
@@ -45,7 +45,7 @@ struct Window {
     Vec2d at(Vec2d p) const { return {middle.x + scale * p.x, middle.y - scale * p.y}; }
 };
 
-/// The outlines of the faces within a distance of the middle.
+/// Draws the outlines of the faces whose corners are all nearer to the origin than `reach`.
 void draw_faces(Canvas& canvas, const Window& window, const RuleMesh& mesh, const std::vector<Vec2d>& plane,
                 double reach) {
     for (int f = 0; f < mesh.face_count(); ++f) {
@@ -63,23 +63,23 @@ double largest(const std::vector<Vec2d>& points) {
     return most;
 }
 
-/// Where the labels are in the plane of the patch.
+/// Positions of the labels in the plane of the patch.
 std::vector<Vec2d> label_places(const FanLabels& labels, const FanPatch& patch) {
     std::vector<Vec2d> places;
     std::vector<int> start = patch.start;
-    // Hexagons: the face in the middle is the first, from its first corner on.
+    // Hexagons: the middle face is face 0; start at each of its corners.
     for (int s = 0; patch.start.empty() && s < labels.shape().faces; ++s) start.push_back(patch.mesh.face_begin(0) + s);
     for (const int v : find_fan(patch.mesh, start, labels)) places.push_back(patch.plane[v]);
     return places;
 }
 
-/// Places for labels beside their dots where they cover nothing: below, else above, else beside.
+/// Finds positions of labels next to their dots that cover nothing: first below, then above, then beside the dot.
 class LabelPlaces {
   public:
     void keep_free(Vec2d middle, double radius) { taken_.push_back({middle - radius, middle + radius}); }
 
-    /// The middle of a label of that size for a dot of that radius.
-    /// @param must  else nothing, where it would cover something wherever it is
+    /// The centre for a label of that size at a dot of that radius.
+    /// @param must  if every position covers something: true returns the best position, false returns nothing
     std::optional<Vec2d> find(Vec2d dot, double radius, Vec2d size, bool must) {
         constexpr double k_gap = 3;
         const Vec2d off = 0.5 * size + radius + k_gap;
@@ -111,7 +111,7 @@ class LabelPlaces {
     std::vector<Box> taken_;
 };
 
-/// Where a line is within a square around the origin: its parameters there, from 0 at one end to 1 at the other.
+/// Clips a segment to a square around the origin. Returns the parameters (0 to 1) of the part inside, or nothing.
 std::optional<Vec2d> part_within(Vec2d from, Vec2d to, double half) {
     Vec2d part(0, 1);
     for (int k = 0; k < 2; ++k) {
@@ -128,11 +128,11 @@ std::optional<Vec2d> part_within(Vec2d from, Vec2d to, double half) {
     return part;
 }
 
-/// The weights beside their dots. Where these are crowded each weight once, the heaviest first, at the first dot where
-/// there is room for it; none for very light ones.
+/// Writes the weights next to their dots. If dots are crowded, each weight is written once, the largest first, at the
+/// first dot that has room; very small weights are left out.
 void label_weights(Canvas& canvas, LabelPlaces& labels, const SchemePicture::Mask& mask, const std::vector<Vec2d>& dots,
                    const std::vector<double>& radius, bool crowded) {
-    constexpr double k_light = 0.01;  // of the heaviest
+    constexpr double k_light = 0.01;  // of the largest weight
     const double height = crowded ? 8 : 11, gap = crowded ? 6 : 4;
     std::vector<int> order;
     double heaviest = 0;
@@ -160,7 +160,7 @@ void label_weights(Canvas& canvas, LabelPlaces& labels, const SchemePicture::Mas
 
 void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, const std::vector<Vec2d>& places,
                const FanPatch& patch, const std::vector<bool>& inner, Vec2d lambda) {
-    constexpr double k_clearance = 46;  // around the outermost weight, which has its text beside it
+    constexpr double k_clearance = 46;  // around the outermost dot, for its text
     std::vector<Vec2d> used;
     double heaviest = 0;
     for (std::size_t i = 0; i < places.size(); ++i)
@@ -169,7 +169,7 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
             heaviest = std::max(heaviest, std::abs(mask.weights[i]));
         }
     const bool crowded = used.size() > 24;
-    // The part of the fan that the mask reaches; all of the face or ring in the middle for limits.
+    // The window shows the mask's support; for limit masks at least the middle face or the one-ring.
     if (!mask.new_point)
         for (std::size_t i = 0; i < places.size(); ++i)
             if (inner[i]) used.push_back(places[i]);
@@ -199,7 +199,7 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
         canvas.disc(window.at(places[i]), radius[i], w > 0 ? k_blue : k_orange);
         labels.keep_free(window.at(places[i]), radius[i]);
     }
-    // One level down the same place is this much nearer to the middle.
+    // On the next level the point of the same label is nearer to the middle by lambda.
     if (mask.new_point) {
         constexpr double k_ring = 12, k_ring_width = 2.4;
         const Vec2d at = window.at(lambda * places[*mask.new_point]);
@@ -213,7 +213,7 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
     canvas.text(corner + Vec2d(14, 10), 13, mask.title, k_ink);
 }
 
-/// The lines of the lattice over k_patch_rings rings, from the places of a refined patch.
+/// Draws the lattice lines over k_patch_rings rings, as polylines through the points of a refined patch.
 void draw_lines(Canvas& canvas, const Window& window, const FanPatch& patch, const std::vector<Vec2d>& places,
                 const FanLabels& labels) {
     const int n = labels.shape().faces, m = patch.intervals;
@@ -223,13 +223,13 @@ void draw_lines(Canvas& canvas, const Window& window, const FanPatch& patch, con
     const auto line = [&](Vec2d from, Vec2d to, bool bold) {
         canvas.line(window.at(from), window.at(to), bold ? 3.2 : 1.5, bold ? k_blue : k_ink);
     };
-    // Where a line may go on, one step from one label to another; nothing beyond the rim.
+    // One step of a line from one label to another, if it is on a lattice line and not outside the rim.
     const auto step = [&](bool on_line, FanLabel from, FanLabel to, bool bold = false) {
         if (!on_line || std::max(to.a, to.b) > rim) return;
         const int a = labels.find(from), b = labels.find(to);
         if (a >= 0 && b >= 0) line(places[a], places[b], bold);
     };
-    Vec2d centre(0);  // of a dual fan's middle face, which the refined patch has a smaller copy of
+    Vec2d centre(0);  // of a dual fan's middle face
     const bool around_face = dual && !boundary;
     for (int s = 0; s < n && around_face; ++s) centre += places[labels.find({s, 0, 0})] / static_cast<double>(n);
     const int sectors = around_face ? n : dual ? 2 : n + (boundary ? 1 : 0);
@@ -250,7 +250,7 @@ void draw_lines(Canvas& canvas, const Window& window, const FanPatch& patch, con
                 if (dual) {
                     step(s == 0 && i == 0 && j % m == 0, {1, 0, j}, {0, 0, j}, j == 0);
                     step(i % m == m / 2, {s, i, j}, {s, i, j + 1});
-                } else if (s < n) {  // else the boundary's other half
+                } else if (s < n) {  // s = n: only the ray along the other half of the boundary
                     step(i > 0 && i % m == 0, {s, i, j}, {s, i, j + 1});
                     step(triangles && i > 0 && (i + j) % m == 0, {s, i, j}, {s, i - 1, j + 1});
                 }
@@ -264,7 +264,7 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     const FanLabels& labels = picture.analysis.matrix.labels;
     const bool boundary = labels.shape().boundary;
     FanPatch patch = fan_patch(picture.scheme, picture.analysis, picture.rules);
-    // The next level's lines of a sketch are between those of the first.
+    // In a sketch, the lines of the next level lie between the lines of the first.
     const double between_lines = picture.scheme.refinement == Refinement::sqrt3 ? 1.0 / 3 : 0.5;
     const Vec2d lambda =
         patch.characteristic ? Vec2d(picture.analysis.lambda1, picture.analysis.lambda2) : Vec2d(between_lines);
@@ -286,7 +286,7 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
                    k_head + static_cast<double>(i / k_columns) * (k_cell + k_caption)},
                   picture.masks[i], places, patch, inner, lambda);
 
-    // How far out the two pictures go: four rings of the lattice; the support of the basis function.
+    // Extents of the two pictures: k_patch_rings rings of the lattice, and the support of the basis function.
     const bool hexagons = patch.start.empty();
     const double hexagon_reach = 0.5 * largest(patch.plane);
     std::vector<Vec2d> coarse = patch.plane;
@@ -303,7 +303,7 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
         basis_reach = largest(points);
     }
     const int growth = picture.scheme.refinement == Refinement::sqrt3 ? 9 : 4;
-    // Each two steps of averaging make the rows longer by a ring.
+    // Every two averaging steps widen the rows by one ring.
     const int most = k_most_vertices / (1 + averaging_steps(picture.scheme, picture.rules) / 2);
     while (patch.steps < k_most_steps && (patch.steps < 2 || patch.mesh.vertex_count() * growth < most))
         refine(patch, picture.scheme, picture.rules);
@@ -325,7 +325,7 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
         const FanLabels rings(labels.lattice(), labels.shape(), k_patch_rings * patch.intervals);
         std::vector<Vec2d> fine;
         for (const int v : find_fan(patch.mesh, patch.start, rings)) fine.push_back(patch.plane[v]);
-        // A boundary's half of the plane is drawn in the middle, too.
+        // The half-plane of a boundary is centred.
         const double scale = 0.47 * k_large / largest(fine);
         double top = 0;
         for (const Vec2d& p : fine) top = std::max(top, p.y);
@@ -334,7 +334,7 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     }
 
     const int right = 2 * k_margin + k_large;
-    // As high as it is wide, about: its largest value is that of its own point, or near it.
+    // Scale the graph to be about as high as wide. Its largest value is at the middle point or near it.
     double highest = 0;
     for (const double h : patch.height) highest = std::max(highest, h);
     const double height = 0.8 * basis_reach / highest;
@@ -347,16 +347,16 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
                         FanLabels(labels.lattice(), labels.shape(), basis_rings * patch.intervals));
     }
     const BasisSurface basis = basis_surface(patch, picture.scheme, picture.rules, near, height);
-    // At a vertex the limit mask has it to the last digit; that of a dual scheme is between the points drawn.
+    // At a vertex the limit mask gives the largest value exactly; in dual schemes it lies between the points drawn.
     const bool between = labels.lattice() == FanLattice::dual;
     canvas.text({right + 14.0, large_top + 10.0}, 15,
                 fmt::format("basis function, its largest value {}",
                             between ? fmt::format("{:.3f}", basis.peak) : fmt::format("{:.4g}", basis.peak)),
                 k_ink);
     RenderOptions options;
-    options.occlusion_samples = 12;  // a smooth surface alone
+    options.occlusion_samples = 12;  // enough for one smooth surface
     options.width = options.height = k_large;
-    options.view.azimuth_degrees = boundary ? 200 : 20;  // not under the surface from its cut
+    options.view.azimuth_degrees = boundary ? 200 : 20;  // 200: do not look at the underside through the cut
     options.view.elevation_degrees = 30;
     options.view.margin = 0.04;
     options.crease_degrees = 180;

@@ -12,12 +12,12 @@
 
 namespace tetrakis::cli {
 
-/// What draw_scheme() draws of a scheme.
+/// Contents of the picture of a scheme.
 struct SchemePicture {
     struct Mask {
         std::string title;
         std::vector<double> weights;   ///< in the order of the labels
-        std::optional<int> new_point;  ///< the label of the point that it makes, marked by a circle
+        std::optional<int> new_point;  ///< index of the label of its new point, which a circle marks
     };
 
     std::string title, subtitle;
@@ -27,8 +27,8 @@ struct SchemePicture {
     std::vector<Mask> masks;
 };
 
-/// One sheet: the masks on the characteristic map's net, the isoparametric lines of that map over four rings, and a
-/// basis function as a shaded surface. At a boundary all of it on one side of it.
+/// One picture with the masks on the characteristic map's net, the isoparametric lines of that map over k_patch_rings
+/// rings, and a basis function as a shaded surface. At a boundary everything lies on one side of it.
 Image draw_scheme(const SchemePicture& picture, const RunContext& context);
 
 }  // namespace tetrakis::cli

@@ -15,19 +15,19 @@
 namespace tetrakis::cli {
 namespace {
 
-// Of long lists, people see this much; JSON has all.
+// Largest lengths of printed lists. JSON has all entries.
 constexpr std::size_t k_shown_eigenvalues = 12, k_shown_masks = 64;
 constexpr double k_same_eigenvalue = 1e-6, k_same_weight = 1e-12;
-// A multiple eigenvalue 0 comes out as large as a root of the rounding error.
+// A multiple eigenvalue 0 can be computed with an error as large as a root of the rounding error.
 constexpr double k_zero_eigenvalue = 1e-4;
 
-/// The number, without the noise of its last digits.
+/// The number as text, without the rounding noise of its last digits.
 std::string number(double x) {
     if (std::abs(x) < 1e-14) return "0";
     return fmt::format("{:.10g}", x);
 }
 
-/// Whether the points lie on and between edges that leave a vertex.
+/// Whether the fan is around a vertex, with points on and between the edges that leave it.
 bool has_edges(const FanLabels& labels) {
     return labels.lattice() == FanLattice::triangles || labels.lattice() == FanLattice::quads;
 }
@@ -46,7 +46,7 @@ std::vector<int> shown_rows(const LocalMatrix& m) {
     for (int i = 0; i < m.size(); ++i) {
         const FanLabel l = labels.all()[i];
         const bool near = labels.ring_of(l) <= 1 || (labels.lattice() == FanLattice::triangles && l.a == 1 && l.b == 1);
-        // All edges of a boundary differ; of the rest sector 0 stands for the others.
+        // At a boundary, edges differ up to the middle one; otherwise sector 0 stands for all sectors.
         const bool first =
             l.sector == 0 || (labels.shape().boundary && has_edges(labels) && 2 * l.sector <= labels.shape().faces);
         if (near && first) rows.push_back(i);
@@ -82,9 +82,9 @@ std::string looked_at(const SchemeFindings& f, const FanLabels& labels) {
 
 namespace {
 
-/// Names of points by their weights, those of one weight side by side.
+/// Text of weights and the points that have them: "WEIGHT of POINT POINT ..., WEIGHT of ...".
 std::string weights_text(const std::vector<std::pair<double, std::string>>& terms) {
-    // The groups by their weights as well, for masks of thousands.
+    // The map finds the group of a weight in masks with thousands of weights.
     std::vector<std::pair<double, std::string>> groups;
     std::map<double, std::size_t> group_of;
     for (const auto& [weight, place] : terms) {
@@ -119,7 +119,7 @@ std::string support_text(const SchemeFindings& f, FanLattice lattice) {
     return fmt::format("{} rings", number(f.support));
 }
 
-/// What the table says of averaging depends on the number of steps.
+/// The scheme table's properties. For averaging they depend on the number of steps.
 std::string smoothness(const SchemeInfo& scheme, const RuleOptions& rules) {
     return scheme.has_chosen_steps() ? fmt::format("C{}", rules.averaging_steps) : std::string(scheme.smoothness);
 }
@@ -131,15 +131,15 @@ bool interpolating(const SchemeInfo& scheme, const RuleOptions& rules) {
     return scheme.interpolating || (scheme.has_chosen_steps() && rules.averaging_steps == 0);
 }
 
-/// An even number of averages makes vertices of vertices.
+/// An even number of averaging steps maps vertices to vertices.
 std::string_view refinement(const SchemeInfo& scheme, const RuleOptions& rules) {
     const bool even = scheme.has_chosen_steps() && rules.averaging_steps % 2 == 0;
     return name(even ? Refinement::face_split : scheme.refinement);
 }
 
-/// Honeycomb refinement's other rule, which no matrix of a face has: where an old vertex between this face and two
-/// hexagons goes. Points by face (0: the one looked at; 1 and 2: the hexagons behind its side from the vertex and its
-/// side to it) and number of the corner, counted from the vertex.
+/// Honeycomb refinement's rule for an old vertex, here one between the analysed face and two hexagons. The matrix of a
+/// face does not contain this rule. A point is named by its face (0: the analysed face; 1 and 2: the hexagons across
+/// the sides from and to the vertex) and its corner's number, counted from the vertex.
 struct OldVertexRule {
     struct Term {
         int face, corner;
@@ -150,7 +150,7 @@ struct OldVertexRule {
 
 std::optional<OldVertexRule> old_vertex_rule(const SchemeFindings& f) {
     if (f.scheme.family != MeshFamily::hexagons || f.boundary()) return std::nullopt;
-    const int k = f.valence, third = k;  // the vertex's neighbours are 1, k - 1 and this
+    const int k = f.valence, third = k;  // the vertex's neighbours are 1, k - 1 and `third`
     RuleMesh::Builder faces;
     for (int i = 0; i < k; ++i) faces.corner(i);
     faces.end_face();
@@ -206,7 +206,7 @@ void print_scheme(const SchemeFindings& f, bool with_matrix) {
     std::size_t masks = 0;
     const std::vector<int> rows = shown_rows(a.matrix);
     for (const int i : rows) {
-        // Further from a boundary they are alike.
+        // The masks left out are similar: they are farther from the boundary.
         if (masks++ == k_shown_masks) {
             table.row("", fmt::format("... ({} more)", rows.size() - k_shown_masks));
             break;
@@ -228,7 +228,7 @@ void print_scheme(const SchemeFindings& f, bool with_matrix) {
         int count = 0;
         const bool zero = std::abs(e.value) < k_zero_eigenvalue;
         if (zero) e.value = 0;
-        // Others of the same size may lie between; what comes after is smaller.
+        // Count equal eigenvalues. Others of the same magnitude can lie between them; then smaller ones follow.
         for (std::size_t k = i; k < a.eigenvalues.size(); ++k) {
             const auto value = a.eigenvalues[k].value;
             if (!zero && std::abs(value) < std::abs(e.value) - 2 * k_same_eigenvalue) break;

@@ -11,7 +11,7 @@
 
 namespace tetrakis::cli {
 
-/// What the command "scheme" has to say.
+/// Results that the command "scheme" reports.
 struct SchemeFindings {
     const SchemeInfo& scheme;
     RuleOptions rules;
@@ -24,11 +24,11 @@ struct SchemeFindings {
     bool boundary() const { return analysis.matrix.labels.shape().boundary; }
 };
 
-/// The scheme's, with the number of its steps.
+/// The scheme's title, with its number of averaging steps.
 std::string title_of(const SchemeFindings& f);
 std::string looked_at(const SchemeFindings& f, const FanLabels& labels);
 std::string place_name(const FanLabels& labels, FanLabel label);
-/// The new points in the middle: one of each kind, with its row of the matrix.
+/// Rows of the matrix for the new points near the middle, one of each kind.
 std::vector<int> shown_rows(const LocalMatrix& m);
 std::vector<double> row_of(const LocalMatrix& m, int i);
 
