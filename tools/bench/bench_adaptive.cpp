@@ -12,13 +12,13 @@
 #include <vector>
 
 // Adaptive refinement of triangles: from the control mesh with its data structure to the refined mesh with positions.
-// What is to be split is known beforehand on both sides, round by round, so that nobody is timed while looking for it.
+// Both libraries know beforehand which faces each round splits, so that the search for them is not timed.
 namespace tetrakis::bench {
 
 namespace {
 
-/// A regular triangulation of the square [-1/2, 1/2]^2, flat but at two sides, by which it is joined to the other two:
-/// no triangle is at a boundary.
+/// A regular triangulation of the square [-1/2, 1/2]^2, joined at opposite sides to a torus, so that no triangle is at
+/// a boundary. It is flat except next to the joined sides.
 ControlMeshData square(std::uint32_t n) {
     ControlMeshData data = test::grid(n, true, true);
     for (Vec3d& p : data.positions) p = {p.x / n - 0.5, p.y / n - 0.5, p.x == 0 || p.y == 0 ? -0.25 : 0};
@@ -42,8 +42,8 @@ class Ours {
     explicit Ours(const Case& c) : case_(c) {
         Hierarchy h = fresh();
         for (int round = 0; round < c.rounds; ++round) {
-            // Half triangles of sqrt(3), of an odd depth, are OpenMesh's triangles of a round as well. The ones that a
-            // curve cuts become whole first; else it would soon have no triangles left whose neighbours are split, too.
+            // Half triangles of sqrt(3) (odd depth) are triangles of a round in OpenMesh, too. Those that the circle
+            // cuts are completed first; else soon no triangle with split neighbours would be left on the circle.
             if (c.sqrt3 && c.selection == Selection::circle && round > 0) split_selected(h, 2 * round - 1);
             split_selected(h, c.sqrt3 ? 2 * round : round);
         }

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-// What operations, vertices and leaves of hierarchies cost. One operation is a diamond split or merged: its leaves,
-// their neighbours and the point in the middle.
+// Cost of operations, vertices and leaves of hierarchies. One operation splits or merges one diamond: it changes the
+// diamond's leaves, their neighbours and the midpoint.
 namespace tetrakis::bench {
 
 namespace {
@@ -30,7 +30,7 @@ void all_leaves(const BisectionForest& forest, std::vector<LeafId>& leaves) {
         if (forest.is_leaf(LeafId(s))) leaves.push_back(LeafId(s));
 }
 
-// Everything split, round by round, and merged again.
+// Splits all leaves, round by round, then merges everything again.
 void forest_operations(benchmark::State& state, bool single) {
     const ControlMesh mesh = ControlMesh::build(test::grid(32, false, true));
     BisectionForest forest(mesh);
@@ -40,7 +40,7 @@ void forest_operations(benchmark::State& state, bool single) {
     if (single) forest.reserve(forest.leaf_count() << state.range(0));
     with_threads(context_of(1), [&] {
         for (auto _ : state) {
-            all_leaves(forest, leaves);  // from then on the new leaves of a round are all
+            all_leaves(forest, leaves);  // later, the leaves that a round creates are all leaves
             for (std::int64_t round = 0; round < state.range(0); ++round) {
                 if (single) {
                     for (LeafId leaf : leaves)
@@ -67,7 +67,7 @@ void forest_operations(benchmark::State& state, bool single) {
     state.SetItemsProcessed(operations);
 }
 
-// All leaves down to a uniform level, and the mesh with its limit positions; bytes are those of the structure.
+// Refines all leaves to a uniform level and makes the mesh with limit positions. `bytes` count the hierarchy itself.
 void to_uniform_level(benchmark::State& state, const std::string& scheme, const std::string& model, bool by_patches) {
     const bool triangles = scheme == "loop", sqrt3 = scheme == "sqrt3";
     const ControlMesh mesh = sqrt3 ? triangulate(test::model(model)) : test::model(model);
@@ -75,7 +75,7 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
     HierarchyOptions options;
     options.context = context_of(state.range(1));
     if (by_patches) options.limit_positions = std::make_shared<LimitSurface>(mesh, scheme_from_name(scheme).value());
-    // Depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1; sqrt3: halves of half steps.
+    // Bisection: depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1. sqrt3: four a level.
     const bool bisection = make_hierarchy(mesh, scheme, options).family() == "bisection";
     const int depth = bisection ? 2 * level - 1 : sqrt3 ? 4 * level : triangles ? level : level - 1;
     std::int64_t vertices = 0;

@@ -23,15 +23,15 @@
 #include <thread>
 #include <vector>
 
-// View-dependent LOD: a fractal terrain, mirrored to any size, and cameras that fly over it, stand still and jump. One
-// thread but for the surface. `changes` are splits and merges of diamonds; times are a frame's, in milliseconds.
+// View-dependent LOD: a fractal terrain, mirrored to any size, and cameras that fly over it, stand still and jump. Only
+// the surface uses several threads. `changes` are splits and merges of diamonds; times are per frame, in milliseconds.
 namespace tetrakis::bench {
 
 namespace {
 
-constexpr double k_spacing = 20;  // between samples; heights are of some thousands
+constexpr double k_spacing = 20;  // between samples; heights are some thousands
 
-/// Diamond-square (Fournier, Fussell, Carpenter 1982).
+/// A fractal terrain by the diamond-square algorithm (Fournier, Fussell, Carpenter 1982).
 HeightGrid fractal(std::uint32_t side) {
     HeightGrid grid{.columns = side, .rows = side, .heights = std::vector<float>(std::size_t{side} * side, 0.0f)};
     grid.spacing = Vec2d(k_spacing);
@@ -61,7 +61,7 @@ std::uint32_t mirrored_place(std::uint32_t i, std::uint32_t count) {
     return i < count ? i : 2 * (count - 1) - i;
 }
 
-/// A terrain mirrored to any size, of which only a square tile is in memory.
+/// A terrain mirrored to any size. Only one square tile of it is in memory.
 class MirroredSource final : public HeightSource {
   public:
     MirroredSource(HeightGrid tile, std::uint32_t columns, std::uint32_t rows) : tile_(std::move(tile)) {
@@ -90,7 +90,7 @@ HeightGrid all_of(MirroredSource source) {
 }
 HeightGrid mirrored(std::uint32_t side) { return all_of(MirroredSource(side)); }
 
-/// The last one asked for is kept: the largest takes a while.
+/// The terrain of this size. The last one is cached, because the largest takes long to make.
 const lod::TerrainSurface& surface(std::uint32_t side) {
     static std::unique_ptr<lod::TerrainSurface> kept;
     if (!kept || kept->grid().columns != side) {
@@ -100,7 +100,7 @@ const lod::TerrainSurface& surface(std::uint32_t side) {
     return *kept;
 }
 
-/// Around and around the middle of the first 1025 samples, at one height above the ground there.
+/// A camera that circles the middle of the first 1025 samples at a constant height above the highest ground.
 class Flight {
   public:
     Flight(const HeightGrid& grid, double speed) : step_(speed / k_radius) {
@@ -132,7 +132,7 @@ void report_frames(benchmark::State& state, std::vector<double> times, double ch
     state.counters["changes"] = changes / frames;
 }
 
-/// @param next  gives the camera of the next frame
+/// @param next  returns the camera of the next frame
 template <class Next>
 void measure_flight(benchmark::State& state, const lod::Surface& surface, std::uint32_t most_leaves, const Next& next) {
     lod::View view(surface, {.max_leaves = most_leaves});
@@ -156,7 +156,7 @@ void measure_flight(benchmark::State& state, const lod::Surface& surface, std::u
     state.counters["bytes_a_leaf"] = static_cast<double>(view.memory_bytes()) / leaves;
 }
 
-/// Arguments: samples of a side; leaves, thousands; how far the camera flies in a frame.
+/// Arguments: samples along a side; thousands of leaves; length of the camera's way in a frame.
 void fly(benchmark::State& state) {
     const lod::TerrainSurface& terrain = surface(static_cast<std::uint32_t>(state.range(0)));
     Flight flight(terrain.grid(), static_cast<double>(state.range(2)));
@@ -171,7 +171,7 @@ BENCHMARK(fly)
     ->Iterations(2000)
     ->Unit(benchmark::kMillisecond);
 
-/// Over Mount Fuji, mirrored, its samples as far apart as the fractal's. Argument: how far the camera flies in a frame.
+/// Over Mount Fuji, mirrored, with the fractal's sample spacing. Argument: length of the camera's way in a frame.
 void fly_over_fuji(benchmark::State& state) {
     const std::filesystem::path path = shared_folder() / "data/terrain/fuji-terrain-rgb.png";
     if (!std::filesystem::exists(path)) return state.SkipWithError("the shared test data are not here");
@@ -181,7 +181,7 @@ void fly_over_fuji(benchmark::State& state) {
 }
 BENCHMARK(fly_over_fuji)->Arg(40)->Iterations(2000)->Unit(benchmark::kMillisecond);
 
-/// Around the earth, 1000 km above the fractal terrain. Argument: metres in a frame.
+/// Around the earth, 1000 km above the fractal terrain. Argument: metres of the camera's way in a frame.
 void fly_around_planet(benchmark::State& state) {
     const lod::PlanetSurface planet(all_of(MirroredSource(fractal(1025), 4096, 2048)));
     double turn = 0;
@@ -193,7 +193,7 @@ void fly_around_planet(benchmark::State& state) {
 }
 BENCHMARK(fly_around_planet)->Arg(20000)->Iterations(2000)->Unit(benchmark::kMillisecond);
 
-/// Around suzanne's limit surface, near it. Argument: frames of a turn.
+/// Close to the limit surface of suzanne, around it. Argument: frames of one turn.
 void fly_around_suzanne(benchmark::State& state) {
     const std::filesystem::path path = shared_folder() / "data/models/suzanne.obj";
     if (!std::filesystem::exists(path)) return state.SkipWithError("the shared test data are not here");
@@ -218,7 +218,7 @@ void stand_still(benchmark::State& state) {
 }
 BENCHMARK(stand_still)->Arg(200)->Arg(1000)->Unit(benchmark::kMicrosecond);
 
-/// From the far end of the terrain, a million leaves; then with 4 milliseconds a frame.
+/// Jumps between the two ends of the terrain with a million leaves. Argument: milliseconds of an update; 0: no limit.
 void teleport(benchmark::State& state) {
     const lod::TerrainSurface& terrain = surface(4097);
     lod::View view(terrain, {.max_leaves = 1'000'000});
@@ -261,7 +261,7 @@ void make_surface(benchmark::State& state) {
 }
 BENCHMARK(make_surface)->Arg(1025)->Arg(4097)->Unit(benchmark::kMillisecond);
 
-/// One mesh of all of it, by all threads.
+/// One mesh of the whole terrain, by all threads. Arguments: samples along a side; error.
 void mesh_terrain(benchmark::State& state) {
     const HeightGrid grid = mirrored(static_cast<std::uint32_t>(state.range(0)));
     std::size_t triangles = 0;
@@ -275,7 +275,7 @@ std::filesystem::path tiles_path(std::uint32_t side) {
     return std::filesystem::temp_directory_path() / ("tetrakis_bench_" + std::to_string(side) + ".tiles");
 }
 
-/// Leaves its file, of 11.5 bytes a sample, to fly_tiles.
+/// Writes a file of 11.5 bytes a sample, which fly_tiles reads.
 void write_tiles(benchmark::State& state) {
     MirroredSource source(static_cast<std::uint32_t>(state.range(0)));
     for (auto _ : state) lod::write_tiles(source, tiles_path(source.frame().columns));
@@ -283,8 +283,8 @@ void write_tiles(benchmark::State& state) {
 }
 BENCHMARK(write_tiles)->Arg(4097)->Arg(16385)->Iterations(1)->Unit(benchmark::kMillisecond);
 
-/// Straight across, 60 frames a second. Arguments: samples of a side; MiB of tiles; how far the camera flies in a
-/// frame.
+/// Straight across tiles, 60 frames a second. Arguments: samples along a side; MiB of tiles in memory; length of the
+/// camera's way in a frame.
 void fly_tiles(benchmark::State& state) {
     const MirroredSource source(static_cast<std::uint32_t>(state.range(0)));
     const std::filesystem::path path = tiles_path(source.frame().columns);

@@ -17,7 +17,7 @@ struct BenchModel {
     SchemeKind scheme;
 };
 
-/// Those of the tables in the README.
+/// Models of the tables in the README.
 inline constexpr BenchModel k_models[] = {
     {"spot-control", "data/models/spot-control.obj", SchemeKind::catmull_clark},
     {"rook", "data/osd-shapes/catmark_rook.obj", SchemeKind::catmull_clark},
@@ -34,7 +34,7 @@ inline std::filesystem::path shared_folder() {
     return named != nullptr ? named : std::filesystem::path(TETRAKIS_SOURCE_DIR).parent_path() / "shared";
 }
 
-/// Reads a model, repaired, so that all methods get the same manifold mesh. @throws Error io, invalid_input
+/// Reads and repairs a model, so that all methods get the same manifold mesh. @throws Error io, invalid_input
 inline ControlMeshData load_bench_model(const BenchModel& model) {
     return read_obj(shared_folder() / model.path, {.repair = true});
 }

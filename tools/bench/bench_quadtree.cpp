@@ -16,17 +16,17 @@
 #include <utility>
 #include <vector>
 
-// Restricted quadtrees beside those of p4est. One thread, one rank.
+// Restricted quadtrees compared with those of p4est, on one thread and one rank.
 namespace tetrakis::bench {
 
 namespace {
 
-// On a cube's surface: from the six faces to all leaves of a level, balanced across sides. A face is four corner cells
-// of ours, so level l of a face is our level l - 1.
+// First benchmark, on a cube's surface: from its six faces to all leaves of a level, balanced across sides. Here a face
+// is four corner cells, so level l of a face is level l - 1 of a cell.
 
 constexpr int k_level = 9;  // of a face of the cube: 1.6 million squares
 
-/// Round by round, as p4est does it.
+/// Refines round by round, as p4est does.
 BisectionForest bisected(const ControlMesh& mesh) {
     BisectionForest forest(mesh);
     std::vector<LeafId> open, created;
@@ -87,11 +87,11 @@ BENCHMARK_CAPTURE(p4est, neighbours, true)->Unit(benchmark::kMillisecond)->UseMa
 
 BENCHMARK(ours)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-// A flat unit square with leaves as large as they are far from a target that moves: what one frame costs. Medians are
-// of CPU time, because other work on the machine stretches long frames more than short ones.
+// Second benchmark: cost of a frame for a flat unit square whose leaves are as large as they are far from a moving
+// target. Medians are of CPU time, because other work on the machine delays long frames more than short ones.
 
 constexpr double k_height = 1e-4;  // of the eye above the target
-// Lengths of bases, by distance: a million leaves. p4est has a constant of its own, for as many.
+// Length of a leaf's base relative to its distance: gives a million leaves. The p4est code has another constant.
 constexpr double k_size = 0.0115;
 
 class FlatSquare final : public lod::Surface {
@@ -104,7 +104,7 @@ class FlatSquare final : public lod::Surface {
         roots_ = ControlMesh::build(std::move(data));
     }
     const ControlMesh& roots() const override { return roots_; }
-    /// The area of a square of level k_finest_level, as roots have a quarter of the unit square.
+    /// Depth of leaves as large as a square of level k_finest_level: a root is a quarter of the unit square.
     int max_depth() const override { return 2 * k_finest_level - 2; }
     void places(std::span<const Site> sites, std::span<lod::Place> places) const override {
         for (std::size_t i = 0; i < sites.size(); ++i) {
@@ -112,12 +112,12 @@ class FlatSquare final : public lod::Surface {
             places[i] = {.position = at, .normal = {0, 0, 1}, .uv = {at.x, at.y}, .on_edge = at};
         }
     }
-    /// Errors are lengths of bases.
+    /// A diamond's error is the length of its base.
     void bounds(std::span<const Site> sites, std::span<lod::DiamondBounds> bounds) const override {
         for (std::size_t i = 0; i < sites.size(); ++i) {
             const Site& site = sites[i];
-            // The base is a diagonal of squares around their centre, or two sides. Boxes hold the boxes of the diamonds
-            // that a split makes possible: around a centre one step away, around sides half a step.
+            // The base is a diagonal of a square (midpoint at its centre), or a side. Each box contains the boxes of
+            // the diamonds that a split makes possible: one step around a centre, half a step around a side.
             const bool is_centre = (site.at.x & site.at.y & 1u) != 0;
             const double step = side(site);
             const double reach = (is_centre ? 3 : 2) * step;
@@ -128,7 +128,7 @@ class FlatSquare final : public lod::Surface {
   private:
     static double side(const Site& site) { return 0.5 / static_cast<double>(std::uint64_t{1} << site.level); }
     Vec3d position(const Site& site) const {
-        // Corner cells are turned by quarters around the square's centre.
+        // Corner cells are rotated by quarter turns around the square's centre.
         const double x = side(site) * site.at.x, y = side(site) * site.at.y;
         const std::array<Vec3d, 4> turned{{{x, y, 0}, {1 - y, x, 0}, {1 - x, 1 - y, 0}, {y, 1 - x, 0}}};
         return turned[site.root.value];
@@ -148,10 +148,10 @@ double median(std::vector<double>& values) {
     return *middle;
 }
 
-/// @param move  goes to the next target and says how many splits and merges that took
+/// @param move  adapts to the next target and returns the number of splits and merges
 template <class Move>
 double time_frames(benchmark::State& state, const Move& move) {
-    // Once around, because merges come later than splits by hysteresis; p4est gains one level in a frame.
+    // One round before timing: hysteresis delays merges, and p4est gains only one level in a frame.
     MovingTarget target{.step = 0.04};
     for (int i = 0; i < 40; ++i) move(target.next());
     target.step = 1e-6 * static_cast<double>(state.range(0));
@@ -184,7 +184,7 @@ void moving_target(benchmark::State& state) {
     lod::View view(square, {.max_leaves = 1'500'000, .outside_weight = 1});
     std::uint32_t leaves = 0;
     const double diamonds = time_frames(state, [&](const TargetPoint& at) {
-        // A picture of 2 x 2 pixels with this opening has pixels of length 1 at distance 1.
+        // With this field of view and 2 x 2 pixels, a pixel has length 1 at distance 1.
         const lod::Camera camera{.eye = {at.x, at.y, k_height}, .vertical_fov = M_PI / 2, .width = 2, .height = 2};
         const lod::Update update = view.update(camera, {.pixel_error = k_size});
         leaves = update.leaves;
@@ -193,13 +193,13 @@ void moving_target(benchmark::State& state) {
     if (std::abs(area(view.mesh()) - 1) > 1e-9) state.SkipWithError("leaves do not tile the square");
     state.counters["leaves"] = leaves;
     state.counters["diamonds"] = diamonds;
-    // A split replaces two leaves by four; a concurrent binary tree counts the two more alone.
+    // A split replaces two leaves by four; a concurrent binary tree counts only the two additional leaves.
     state.counters["changed_leaves"] = 6 * diamonds;
     state.counters["changed_bits"] = 2 * diamonds;
 }
 
-// Millionths of the square's side in a frame. 3,410 leaves come or go with 184 here and with 283 in p4est; with 551
-// there are 3,410 changed bits, which is what the baseline counts of libcbt.
+// Argument: the target's step in millionths of the square's side. 3,410 leaves change with 184 here and with 283 in
+// p4est. With 551, 3,410 bits change, the number that the baseline of libcbt counts.
 #define TETRAKIS_BENCH_STEPS(name, frames) \
     BENCHMARK(name)->Arg(184)->Arg(283)->Arg(551)->Iterations(frames)->Unit(benchmark::kMillisecond)
 TETRAKIS_BENCH_STEPS(moving_target, 300);
@@ -211,7 +211,7 @@ void p4est_moving_target(benchmark::State& state) {
     if (!forest->is_balanced()) state.SkipWithError("p4est is not balanced");
     state.counters["leaves"] = static_cast<double>(forest->leaf_count());
     state.counters["families"] = families;
-    state.counters["changed_leaves"] = 5 * families;  // a split replaces one by four
+    state.counters["changed_leaves"] = 5 * families;  // a split replaces one leaf by four
 }
 TETRAKIS_BENCH_STEPS(p4est_moving_target, 25);
 #endif

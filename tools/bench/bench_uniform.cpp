@@ -1,5 +1,5 @@
-// Uniform refinement against OpenSubdiv, CGAL and OpenMesh in one run. The counter "vertex" is time per vertex of the
-// last level.
+// Uniform refinement compared with OpenSubdiv, CGAL and OpenMesh in one run. The counter "vertex" is the time for each
+// vertex of the last level.
 #include "bench_models.hpp"
 #include "peers/uniform_peers.hpp"
 
@@ -21,7 +21,7 @@ namespace tetrakis::bench {
 
 namespace {
 
-/// A model, and how it is refined.
+/// A model and the parameters of its refinement.
 struct Case {
     const BenchModel* model;
     const SchemeInfo* scheme;
@@ -42,7 +42,7 @@ const ControlMesh& mesh_of(const Case& c) {
     const auto [place, fresh] = cache.try_emplace({c.model->name, c.triangles()});
     if (fresh) {
         ControlMeshData data = load_bench_model(*c.model);
-        // Peers leave texture coordinates alone.
+        // Peers do not refine texture coordinates.
         data.uvs.clear();
         data.face_uvs.clear();
         data.uv_lines.clear();
@@ -53,7 +53,7 @@ const ControlMesh& mesh_of(const Case& c) {
 }
 
 UniformTask task_of(const Case& c) {
-    // A level of ours is two of the peers' steps of sqrt3.
+    // One level of sqrt3 here is two steps of the peers.
     return {mesh_of(c).data(), c.scheme->name, c.scheme->refinement == Refinement::sqrt3 ? 2 * c.levels : c.levels,
             c.limit};
 }
@@ -65,8 +65,8 @@ void count(benchmark::State& state, std::uint64_t vertices) {
         Counter(static_cast<double>(vertices), Counter::kIsIterationInvariantRate | Counter::kInvert);
 }
 
-/// From the control mesh in memory to a mesh of the last level, in whatever memory the library has: what the last round
-/// freed, as far as it keeps that.
+/// From the control mesh in memory to a mesh of the last level. The library may reuse memory that it kept when the last
+/// iteration freed its mesh.
 void full_refinement(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(c);
     std::uint64_t vertices = 0;
@@ -77,7 +77,7 @@ void full_refinement(benchmark::State& state, Case c) {
     count(state, vertices);
 }
 
-/// Positions only, again, in buffers that are kept.
+/// Recomputes positions, and normals with limits, in buffers that are reused.
 void positions_refinement(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(c);
     const PositionRefiner refiner(mesh, *c.scheme, c.levels, c.options());
@@ -96,7 +96,7 @@ void stencils(benchmark::State& state, Case c) {
     count(state, vertices);
 }
 
-/// What a peer makes of a mesh of its own, which is not timed.
+/// Refinement by a peer. Building the peer's own mesh is not timed.
 template <class Make>
 auto by_peer(Make make) {
     return [=](benchmark::State& state, const Case& c) {
@@ -129,7 +129,7 @@ void add(std::string_view method, const Case& c, Run run) {
     benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
 }
 
-/// Catmull-Clark and Loop, which all peers have, at all levels; other schemes at one level of two models.
+/// Catmull-Clark and Loop, which all peers have, run at all levels; other schemes at one level of two models.
 void register_all(const BenchModel& model, const SchemeInfo& scheme) {
     const bool usual = scheme_from_name(scheme.name).has_value();
     if (!usual && model.name != "spot-control" && model.name != "suzanne") return;

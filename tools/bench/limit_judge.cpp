@@ -19,9 +19,9 @@ namespace {
 
 namespace Bfr = OpenSubdiv::Bfr;
 
-constexpr std::size_t k_block = 4096;  // samples between looks at the largest distance so far
+constexpr std::size_t k_block = 4096;  // samples between two checks of the largest distance so far
 
-/// Calls body(i) for all i, in an order that spreads early calls over the whole range, until `stop` is set.
+/// Calls body(i) for all i until `stop` is set. The first calls are already spread over the whole range.
 template <class Body>
 void for_each_spread(std::size_t count, const std::atomic<bool>& stop, const Body& body) {
     const std::size_t stride = std::max<std::size_t>(1, count / k_block);
@@ -38,14 +38,14 @@ void raise(std::atomic<double>& largest, double value) {
 
 }  // namespace
 
-/// The patches: one per face, or per corner of a face that Bfr splits.
+/// Patches of the limit surface: one for each face, or for each corner of a face that Bfr splits.
 struct LimitJudge::Surfaces {
     struct Patch {
         std::uint32_t surface;
         int sub;  ///< -1: the whole face
     };
     std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> refiner;
-    std::unique_ptr<Bfr::RefinerSurfaceFactory<>> factory;  // the surfaces share what its cache holds
+    std::unique_ptr<Bfr::RefinerSurfaceFactory<>> factory;  // its cache is shared by the surfaces
     std::vector<Bfr::Surface<double>> surfaces;
     std::vector<std::vector<double>> points;
     std::vector<Patch> patches;
@@ -74,8 +74,8 @@ struct LimitJudge::Surfaces {
         const auto& surface = surfaces[patch.surface];
         const double local[2] = {u, v};
         double uv[2] = {u, v};
-        // A quarter's own parameters are half as fast as the face's; the derivatives are only used as directions of
-        // steps in its own parameters, so they are scaled here.
+        // The parameters of a quarter run half as fast as the face's. Derivatives only serve as directions of steps in
+        // the quarter's parameters, so they are scaled here.
         if (patch.sub >= 0) surface.GetParameterization().ConvertNormalizedSubFaceToCoord(patch.sub, local, uv);
         const double* control = points[patch.surface].data();
         if (du == nullptr) {
@@ -93,7 +93,7 @@ struct LimitJudge::Surfaces {
 LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint64_t samples)
     : surfaces_(std::make_unique<Surfaces>(data, scheme, k_judge_levels)) {
     const Surfaces& s = *surfaces_;
-    // m intervals a side: (m + 1)^2 points a quad, half of that a triangle.
+    // m intervals on each side: (m + 1)^2 points for a quad, half as many for a triangle.
     const double share = static_cast<double>(samples) / static_cast<double>(std::max<std::size_t>(1, s.patches.size()));
     const int m = std::max(2, static_cast<int>(std::ceil(std::sqrt(share * (scheme == SchemeKind::loop ? 2 : 1)))));
     intervals_ = m;
@@ -141,8 +141,8 @@ LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint
 LimitJudge::~LimitJudge() = default;
 
 double LimitJudge::own_error(const ControlMeshData& data, SchemeKind scheme, BfrLevels levels) const {
-    // Intervals per face or quarter. Odd: at dyadic parameters Bfr is exact from the level on that has them as
-    // vertices.
+    // Intervals on each side of a face or quarter. Odd: Bfr is exact at dyadic parameters, from the level on that has
+    // them as vertices.
     constexpr int k_grid = 11;
     const Surfaces tried(data, scheme, levels);
     double largest = 0;
@@ -175,7 +175,7 @@ double LimitJudge::limit_to_mesh(const NearestTriangle& mesh, double enough) con
     return largest;
 }
 
-/// A point of the limit surface on its way to the nearest one.
+/// A point of the limit surface that descends to the nearest point.
 struct LimitJudge::Foot {
     const Surfaces::Patch* patch = nullptr;
     bool triangle = false;
@@ -208,8 +208,8 @@ LimitJudge::Foot LimitJudge::start_at(const NearestTriangle::Hit& hit, const Vec
     return foot;
 }
 
-/// Steps in eight directions, halved where none leads down: needs no derivatives, which are of no use at extraordinary
-/// corners and where the surface folds.
+/// Pattern search: steps in eight directions, halved if none reduces the distance. It needs no derivatives, which do
+/// not help at extraordinary corners and at folds of the surface.
 void LimitJudge::descend(Foot& foot, const Vec3d& point, double enough) const {
     constexpr int k_halvings = 30, k_most_moves = 16;
     double size = 1.0 / intervals_;
@@ -230,8 +230,8 @@ void LimitJudge::descend(Foot& foot, const Vec3d& point, double enough) const {
         }
 }
 
-/// From the sampled surface's nearest triangle first. While that leaves more than `enough`, from the triangles of every
-/// patch near enough to hold the nearest point: what is nearest in the grid need not be so on the surface.
+/// Descends first from the nearest sampled triangle. If the distance is still above `enough`, it descends in every
+/// patch that can contain the nearest point: the patch that is nearest in the grid may be another one.
 double LimitJudge::distance_to_limit(const Vec3d& point, const NearestTriangle::Hit& nearest, double enough) const {
     constexpr std::size_t k_starts = 4;  // in each patch
     Foot best = start_at(nearest, point);
@@ -270,7 +270,7 @@ double LimitJudge::mesh_to_limit(const std::vector<Vec3d>& points,
     for (const auto& t : triangles) area += area_of(t);
     std::vector<Vec3d> spread;
     for (const auto& t : triangles) {
-        // m intervals a side; m even, so that edge midpoints are among the samples.
+        // m intervals on each side; m is even, so that edge midpoints are samples.
         const double wanted = static_cast<double>(samples) * (area > 0 ? area_of(t) / area : 0);
         const int m = 2 * std::clamp(static_cast<int>(std::ceil(std::sqrt(wanted * 2) / 2)), 1, 500);
         for (int j = 0; j <= m; ++j)
@@ -289,8 +289,8 @@ double LimitJudge::mesh_to_limit(const std::vector<Vec3d>& points,
     std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
         return hits[a].distance != hits[b].distance ? hits[a].distance > hits[b].distance : a < b;
     });
-    // Whoever is nearer to the sampled surface than the largest so far by more than that surface's own error cannot be
-    // the largest.
+    // A point cannot have the largest distance if its distance to the sampled surface plus that surface's error is
+    // below the largest distance so far.
     std::atomic<double> largest = 0;
     for_each_spread(order.size(), never, [&](std::size_t at) {
         const std::uint32_t i = order[at];

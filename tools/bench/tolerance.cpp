@@ -1,7 +1,7 @@
-// Triangles and time to a tolerance: tetrakis and OpenSubdiv's Bfr on the same models, judged by the same samples of
-// the limit surface. Benchmarks are called MODEL/TOLERANCE/METHOD. Their time is that from control arrays to indexed
-// triangles with normals, without the final measurement. Counters: triangles; and as shares of the tolerance the
-// distances limit_to_mesh and mesh_to_limit, and what is certified.
+// Triangles and time for a tolerance: tetrakis and OpenSubdiv's Bfr on the same models, judged by the same samples of
+// the limit surface. Benchmarks are called MODEL/TOLERANCE/METHOD. Their time is from control arrays to indexed
+// triangles with normals, without the final measurement. Counters: triangles; and, relative to the tolerance, the
+// distances limit_to_mesh and mesh_to_limit and the certified error.
 //   bench_tolerance [--samples=N] [--benchmark_filter='rook/0.001/.*'] [--benchmark_format=json] ...
 #include "../../eval/tessellate/tessellate.hpp"
 #include "bench_models.hpp"
@@ -47,18 +47,18 @@ bool meets(const PeerMesh& mesh, const LimitJudge& judge, double absolute) {
     return judge.limit_to_mesh(nearest, absolute) <= absolute;
 }
 
-/// The smallest smooth level at which Bfr's own surface is off by less than a quarter of the tolerance.
+/// Levels with the lowest smooth level at which the error of Bfr's own surface is below a quarter of the tolerance.
 BfrLevels levels_for(const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge, double tolerance) {
     for (int smooth = 2; smooth < 10; ++smooth)
         if (judge.own_error(data, scheme, BfrLevels::of(smooth)) < tolerance / 4) return BfrLevels::of(smooth);
     return k_judge_levels;
 }
 
-/// Makes a peer's mesh, with normals. Keeps the control mesh's data. Empty where the tolerance cannot be met within 5
+/// Makes a peer's mesh with normals. Refers to the control mesh's data. Empty if the tolerance needs more than 5
 /// million triangles.
 using PeerWork = std::function<PeerMesh()>;
 
-/// With the least of the rates 1, 2, 3, 4, 6, 8, 12, 16, 24, 32 that meets the tolerance.
+/// Uses the lowest of the rates 1, 2, 3, 4, 6, 8, 12, 16, 24, 32 that meets the tolerance.
 /// @param tolerance  from limit to mesh, relative to the limit's diagonal
 PeerWork best_uniform_rate(const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge, double tolerance) {
     const double absolute = tolerance * judge.diagonal();
@@ -71,12 +71,12 @@ PeerWork best_uniform_rate(const ControlMeshData& data, SchemeKind scheme, const
     return {};
 }
 
-/// With rates per edge, and the least factor k (to one per cent) with which they meet the tolerance.
+/// Uses rates for each edge, with the least factor k (to one per cent) that meets the tolerance.
 PeerWork best_adaptive_rates(const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge,
                              double tolerance) {
     const double absolute = tolerance * judge.diagonal();
     const PeerOptions options{scheme, levels_for(data, scheme, judge, absolute)};
-    double low = 0, high = 0.25;  // the factor: not met, met
+    double low = 0, high = 0.25;  // factors that do not meet, and meet, the tolerance
     for (;; low = high, high *= 2) {
         const PeerMesh mesh = bfr_adaptive(data, options, absolute, high);
         if (high > k_greatest_factor || mesh.triangles.size() > k_most_triangles) return {};
@@ -90,14 +90,14 @@ PeerWork best_adaptive_rates(const ControlMeshData& data, SchemeKind scheme, con
     return [&data, options, absolute, high] { return bfr_adaptive(data, options, absolute, high); };
 }
 
-/// A mesh as the judge sees it; errors relative to the tolerance.
+/// The judge's measurements of a mesh; errors are relative to the tolerance.
 struct Judged {
     std::uint64_t triangles = 0;
     double forward = 0, backward = 0, certified = 0;
     double measured() const { return std::max(forward, backward); }
 };
 
-/// What is timed, and what it makes; no work where the tolerance cannot be met.
+/// The work that is timed, and its judged result. `run` is empty if the tolerance cannot be met.
 struct Work {
     std::function<std::any()> run;
     Judged judged;
@@ -112,7 +112,7 @@ class Task {
           tolerance_(tolerance),
           judge_(data_, scheme_, judge_samples) {}
 
-    /// @param share  of the tolerance, which is asked for
+    /// @param share  the requested tolerance, relative to the tolerance of the task
     Work own(EstimatorKind estimator, int threads, double share = 1) const {
         TessellateOptions options;
         options.scheme = scheme_;
@@ -131,13 +131,13 @@ class Task {
         return {[run] { return std::any(run()); }, judged};
     }
 
-    /// The fewest triangles whose judged error is within the tolerance, from limit to mesh and back: what is asked for
-    /// is scaled at most `k_tries` times.
+    /// The result with the fewest triangles whose judged error, in both directions, is within the tolerance. The
+    /// requested tolerance is scaled at most `k_tries` times.
     Work at_equal_error(EstimatorKind estimator) const {
         constexpr int k_tries = 8;
         constexpr double k_close_enough = 0.98, k_largest_step = 2.5, k_least_step = 0.95;
         Work best;
-        double low = 0, high = 0, asked = 1;  // shares of the tolerance: met, not met, asked for
+        double low = 0, high = 0, asked = 1;  // requested tolerances: met, not met, next
         for (int i = 0; i <= k_tries; ++i) {
             Work tried = own(estimator, 1, asked);
             const double error = tried.judged.measured();
@@ -188,7 +188,7 @@ constexpr std::pair<const char*, Method> k_methods[] = {
 };
 
 void run(benchmark::State& state, const BenchModel& model, double tolerance, const std::string& name, Method method) {
-    // Repetitions share what is prepared and judged.
+    // Repetitions share the prepared tasks and judged results.
     static std::map<std::pair<std::string_view, double>, Task> tasks;
     static std::map<std::string, Work> works;
     const Task& task = tasks.try_emplace({model.name, tolerance}, model, tolerance).first->second;

@@ -1,7 +1,7 @@
-// What tools/figures.py draws and the program does not make: meshes refined in one place by any scheme, and curves.
+// Data for tools/figures.py that the program does not make: meshes refined in one place by any scheme, and curves.
 //   figure_data picture MESH CONTROL.obj OUT.png WIDTH HEIGHT AZIMUTH ELEVATION [edges]
-//                                            the mesh in the control mesh's outline, dashed where it is hidden;
-//                                            "edges": not drawn there, for the edges of the mesh's own polygons
+//                                            the mesh with the control mesh's edges, dashed where they are hidden;
+//                                            "edges": CONTROL has the mesh's own edges, hidden ones are left out
 //   figure_data curves                       prints the curves as JSON
 //   figure_data adaptive, zoom, simplify     see the functions of these names
 #include "../tetrakis/schemes/canvas.hpp"
@@ -77,9 +77,9 @@ Json picture(const Arguments& arguments) {
         return Vec2d(0.5 * options.width + scale * glm::dot(d, right) / z,
                      0.5 * options.height - scale * glm::dot(d, above) / z);
     };
-    // What is behind the surface is dashed, or left out.
+    // Parts of edges behind the surface are dashed, or left out.
     constexpr int k_dash = 3;
-    constexpr double k_touching = 1e-4;  // of the way to a point, which may lie on the surface itself
+    constexpr double k_touching = 1e-4;  // relative to a point's distance: the point may lie on the surface itself
     const TriangleBvh bvh(mesh);
     const int pieces = own_edges ? 8 : 80;
     const Vec3f ink(0.12f, 0.20f, 0.36f), faint(0.36f, 0.38f, 0.42f);
@@ -133,9 +133,9 @@ Json curves(const Arguments&) {
     return json;
 }
 
-/// Where a mesh is to be fine.
+/// Region in which a mesh is refined further.
 struct Spot {
-    int base, level;  ///< everywhere, and within the radius
+    int base, level;  ///< levels outside and inside the radius
     Vec3d centre;
     double radius;
     bool near(const Vec3d& p) const { return glm::distance(p, centre) < radius; }
@@ -160,13 +160,13 @@ Vec3d point(const std::string& text) {
     return p;
 }
 
-/// Bisections that make whole cells (cut by a diagonal) of a level; other trees have one split a level.
+/// Bisection: two splits give the next level of cells, each cut by a diagonal. Other trees have one split a level.
 bool is_bisection(const Hierarchy& h) { return h.family() == "bisection"; }
 int depth_of_level(const Hierarchy& h, int level) {
     if (is_bisection(h)) return std::max(2 * level - 1, 0);
     // The roots of a dual scheme are the vertices of its first level.
     if (h.family() == "vertices") return std::max(level - 1, 0);
-    // Half a triangle, then the whole one.
+    // sqrt3: a half triangle, then the whole one.
     return h.family() == "sqrt3" ? 2 * level : level;
 }
 int level_of_depth(const Hierarchy& h, int depth) {
@@ -174,7 +174,7 @@ int level_of_depth(const Hierarchy& h, int depth) {
     return h.family() == "vertices" ? depth + 1 : depth;
 }
 
-/// Wants the leaves that have their middle or a corner near.
+/// Selects leaves whose centre or a corner is near the spot.
 LeafPredicate near_leaves(const Hierarchy& h, const Spot& spot) {
     return [&h, spot](std::span<const LeafView> leaves, std::span<std::uint8_t> wanted) {
         std::vector<Site> sites;
@@ -202,7 +202,7 @@ LevelledMesh leaves_of(const Hierarchy& h, bool triangles = false) {
     LevelledMesh result{std::move(out.mesh), {}};
     for (std::uint32_t f = 0; f < result.mesh.face_count(); ++f) {
         int depth = h.node(out.leaves[f]).depth;
-        // A face of a dual mesh belongs to all its corners.
+        // The depth of a face of a dual mesh is the largest of its corners.
         if (h.family() == "vertices")
             for (std::uint32_t i = result.mesh.face_offsets[f]; i < result.mesh.face_offsets[f + 1]; ++i)
                 depth = std::max<int>(depth, out.sites[result.mesh.face_vertices[i]].level);
@@ -211,7 +211,7 @@ LevelledMesh leaves_of(const Hierarchy& h, bool triangles = false) {
     return result;
 }
 
-/// The two halves of a cell as one quad; triangles where only one half is left.
+/// Quads of the two halves of each cell; a triangle if only one half is a leaf.
 LevelledMesh quads_of(const Hierarchy& h) {
     const HierarchyMesh out = h.to_mesh();
     LevelledMesh result;
@@ -247,9 +247,9 @@ Json faces(const PolygonMesh& mesh) {
 
 /// A mesh that is fine in one place, by each family's own rule:
 ///   adaptive IN.obj SCHEME BASE:LEVEL X,Y,Z RADIUS OUT [quads | triangles]
-/// Leaves that come within RADIUS of the point are refined to LEVEL, all others to BASE. "quads": pairs of triangles of
-/// a bisection as the quads that they are halves of; "triangles": a dual mesh in triangles of the 4-8 pattern. OUT may
-/// be "-": no file.
+/// Leaves with a corner or their centre within RADIUS of the point are refined to LEVEL, all others to BASE. "quads":
+/// pairs of triangles of a bisection as quads; "triangles": a dual mesh as triangles of the 4-8 pattern. OUT may be
+/// "-": no file.
 /// @returns points, faces, level of each face
 Json adaptive(const Arguments& arguments) {
     if (arguments.size() < 6)
@@ -283,9 +283,9 @@ Json zoom(const Arguments& arguments) {
     HierarchyNode node = h.node(*start);
     const int depth = depth_of_level(h, std::stoi(arguments[2]));
     while (node.depth < depth) {
-        // Unless it is whole already (sqrt3), where it was to be half.
+        // With sqrt3, the node may be no leaf: where a half was expected there can be a whole triangle already.
         if (const auto leaf = h.find(node)) h.refine(*leaf);
-        // Children in turn, so that the point is on no grid line of a coarse level.
+        // Alternate between children, so that the point lies on no grid line of a coarse level.
         const std::vector<HierarchyNode> children = h.children(node);
         node = children[static_cast<std::size_t>(node.depth / 3) % children.size()];
     }
@@ -324,7 +324,7 @@ Json simplify(const Arguments& arguments) {
     result.positions = mesh.positions;
     result.face_vertices = indices;
     result.face_offsets = {0};
-    // The number of triangles decides, not the error.
+    // The number of triangles is the limit, not the error.
     constexpr float k_any_error = 1;
     result.face_vertices.resize(meshopt_simplify(result.face_vertices.data(), indices.data(), indices.size(),
                                                  positions.data(), mesh.positions.size(), 3 * sizeof(float),

@@ -55,7 +55,7 @@ struct OpenMeshAdaptive final : AdaptivePeer {
         composite.reset();
         mesh = std::make_unique<Mesh>(control);
         composite = std::make_unique<Composite>(*mesh);
-        // The sequences of rules that OpenMesh's own adaptive program has for these schemes.
+        // The sequences of rules that OpenMesh's own adaptive program uses for these schemes.
         if (task.sqrt3) {
             composite->add<Adaptive::Tvv3<Mesh>>();
             composite->add<Adaptive::VF<Mesh>>();
@@ -71,7 +71,7 @@ struct OpenMeshAdaptive final : AdaptivePeer {
         composite->initialize();
     }
 
-    // States count rules; the first of a level splits.
+    // A face's state counts the rules applied to it; the first rule of a level splits it.
     int level(Mesh::FaceHandle face) const {
         const int rules = static_cast<int>(composite->n_rules());
         return (mesh->data(face).state() + rules - 1) / rules;
@@ -88,7 +88,7 @@ struct OpenMeshAdaptive final : AdaptivePeer {
     }
 
     void split(int round) {
-        // Some are split by then for the sake of others.
+        // Some faces are already split because of their neighbours.
         for (Mesh::FaceHandle face : rounds[static_cast<std::size_t>(round)])
             if (level(face) <= round) composite->refine(face);
     }

@@ -9,11 +9,11 @@
 #include <cstdint>
 #include <memory>
 
-// Adaptive refinement of triangles by hand, here and by OpenMesh's composite subdividers.
+// Adaptive refinement of chosen triangles, by this library and by OpenMesh's composite subdividers.
 namespace tetrakis::bench {
 
-/// Which triangles of a round are to be split. The circle lies in the plane z = 0, where the surface is flat and its
-/// triangulation regular, so that a vertex has the same place in all schemes and at all levels.
+/// Which triangles a round splits. The circle lies in the plane z = 0, where the surface is flat and its triangulation
+/// regular, so that a vertex has the same position in all schemes and at all levels.
 enum class Selection { all, disc, circle };
 
 inline bool selects(Selection selection, const std::array<Vec3d, 3>& corner) {
@@ -30,8 +30,8 @@ inline bool selects(Selection selection, const std::array<Vec3d, 3>& corner) {
 
 struct AdaptiveTask {
     const ControlMeshData& data;
-    bool sqrt3;  ///< else Loop
-    int rounds;  ///< of all triangles of the round's level, the selected ones are split
+    bool sqrt3;  ///< false: Loop
+    int rounds;  ///< each round splits the selected triangles of its level
     Selection selection;
 };
 
@@ -40,10 +40,10 @@ struct AdaptiveResult {
     double moment = 0;  ///< mean square of the vertices' distances from the origin
 };
 
-/// Found out once which faces are to be split; prepare() and refine() do it again, as often as wanted.
+/// The constructor finds the faces that each round splits. prepare() and refine() then repeat the refinement.
 struct AdaptivePeer {
     virtual ~AdaptivePeer() = default;
-    virtual void prepare() = 0;  ///< the control mesh with all that a subdivider needs
+    virtual void prepare() = 0;  ///< makes the control mesh with all data that the subdivider needs
     virtual void refine() = 0;
     virtual AdaptiveResult result() const = 0;
 };

@@ -26,7 +26,7 @@ Vec3f unit_or_zero(const Vec3f& v) {
     return length > 0 ? v / length : Vec3f(0.0f);
 }
 
-/// The control mesh with all its surfaces set up, and the edges of each face.
+/// The control mesh, with its Bfr surfaces and the edges of each face.
 class BfrSurfaces {
   public:
     BfrSurfaces(const ControlMeshData& data, const PeerOptions& options)
@@ -37,7 +37,7 @@ class BfrSurfaces {
 
     const Far::TopologyLevel& level() const { return level_; }
 
-    /// Makes the face's surface ready for evaluation; false for holes.
+    /// Prepares the face's surface for evaluation. Returns false for holes.
     bool set_face(int face) {
         if (!factory_.InitVertexSurface(face, &surface_)) return false;
         patch_points_.resize(3 * static_cast<std::size_t>(surface_.GetNumPatchPoints()));
@@ -52,7 +52,7 @@ class BfrSurfaces {
         const Vec3f normal = unit_or_zero(glm::cross(vec(du), vec(dv)));
         n = {normal.x, normal.y, normal.z};
     }
-    /// Whether side i of the face runs along its edge's own direction.
+    /// Whether side i of the face has the direction of its edge.
     bool along_edge(int face, int i) const {
         return level_.GetFaceVertices(face)[i] == level_.GetEdgeVertices(level_.GetFaceEdges(face)[i])[0];
     }
@@ -66,7 +66,7 @@ class BfrSurfaces {
     std::vector<float> patch_points_;
 };
 
-/// Rates of all edges; per face one or two inner rates (two for quads of Catmull-Clark).
+/// Rates of all edges, and one or two inner rates for each face (two for quads of Catmull-Clark).
 struct Rates {
     std::vector<int> edge;
     std::vector<std::array<int, 2>> inner;
@@ -75,7 +75,7 @@ struct Rates {
 PeerMesh tessellate_rates(BfrSurfaces& surfaces, const Rates& rates) {
     const Far::TopologyLevel& level = surfaces.level();
     PeerMesh mesh;
-    // Vertices first, then the points of the edges, then those inside faces as they come.
+    // Order of points: vertices, points on edges, points inside faces (face by face).
     std::vector<int> edge_offset(static_cast<std::size_t>(level.GetNumEdges()));
     int count = level.GetNumVertices();
     for (int e = 0; e < level.GetNumEdges(); ++e) {
@@ -142,16 +142,16 @@ PeerMesh tessellate_rates(BfrSurfaces& surfaces, const Rates& rates) {
 
 using PointAndNormal = std::pair<Vec3f, Vec3f>;
 
-/// The normal component of a second difference.
+/// Normal component of a second difference.
 float bend_at(const PointAndNormal& a, const PointAndNormal& b, const PointAndNormal& c) {
     return std::abs(glm::dot(a.first - 2.0f * b.first + c.first, b.second));
 }
 
-/// Points and normals of the limit on a 5 x 5 grid over one face or, of an n-gon, over the quarter at one corner.
+/// Limit points and normals on a 5 x 5 grid over a face or, for an n-gon, over the quarter at one corner.
 struct Grid {
     std::array<std::array<PointAndNormal, 5>, 5> at;
     bool triangle = false;
-    /// Largest second differences along u, v and (of triangles) the third direction.
+    /// Largest second differences along u, v and, for triangles, the third direction.
     std::array<float, 2> bend() const {
         std::array<float, 2> largest{};
         for (int j = 0; j < 5; ++j) {
@@ -208,8 +208,8 @@ Rates estimated_rates(BfrSurfaces& surfaces, double tolerance, double k) {
                     grid.at[j][i] = sample(uv);
                 }
             auto bend = grid.bend();
-            // An n-gon's inner rate counts whole edges, its quarters are half as long: twice the rate, four times the
-            // d.
+            // An n-gon's inner rate is for whole edges, but its quarters have half the length: twice the rate, so four
+            // times d.
             if (split) bend[0] = bend[1] = 4 * std::max(bend[0], bend[1]);
             for (int d = 0; d < 2; ++d) inner_bend[f][d] = std::max(inner_bend[f][d], bend[d]);
         }

@@ -10,19 +10,19 @@
 #include <memory>
 #include <vector>
 
-/// Tessellations by OpenSubdiv's Bfr, in float on one thread: what this library is compared with.
+/// Tessellations by OpenSubdiv's Bfr, in float on one thread, for comparison.
 namespace tetrakis::bench {
 
-/// An indexed triangle mesh in float, as the peers write it.
+/// An indexed triangle mesh in float, as peers make it.
 struct PeerMesh {
     std::vector<std::array<float, 3>> positions, normals;
     std::vector<std::array<int, 3>> triangles;
 };
 
-/// How well Bfr approximates the limit near irregular vertices (smooth) and creases (sharp); 2 and 6 are its defaults.
+/// Bfr's approximation levels near irregular vertices (smooth) and creases (sharp). Its defaults are 2 and 6.
 struct BfrLevels {
     int smooth = 2, sharp = 6;
-    /// The sharp level that goes with a smooth one: it must not be below it by much, and costs much when it is high.
+    /// Levels for a smooth level. The sharp level must not be much below it, but a high sharp level is expensive.
     static BfrLevels of(int smooth) { return {smooth, smooth <= 4 ? 6 : smooth <= 6 ? 8 : 10}; }
 };
 
@@ -38,12 +38,12 @@ struct PeerOptions {
     BfrLevels levels;
 };
 
-/// One rate for all edges and faces.
+/// Tessellates with one rate for all edges and faces.
 PeerMesh bfr_uniform(const ControlMeshData& data, const PeerOptions& options, int rate);
 
-/// A rate of its own for each edge and each face's inside: k sqrt(2 d / tolerance), rounded up, where d is the largest
-/// normal component of a second difference of the limit over quarters of the edge or of the face's rows. On a curve
-/// of constant second derivative, k = 1 makes the chord's error the tolerance; everything else is left to k.
+/// Tessellates with rates for each edge and each face's inside: k sqrt(2 d / tolerance), rounded up. d is the largest
+/// normal component of a second difference of the limit over quarters of the edge or of the face's rows. On a curve of
+/// constant second derivative, k = 1 makes the chord's error equal to the tolerance; k adjusts all other cases.
 PeerMesh bfr_adaptive(const ControlMeshData& data, const PeerOptions& options, double tolerance, double k);
 
 }  // namespace tetrakis::bench

@@ -14,7 +14,7 @@ int is_coarser(p4est_t* forest, p4est_topidx_t, p4est_quadrant_t* q) {
     return q->level < *static_cast<const int*>(forest->user_pointer);
 }
 
-/// MPI, from the first use to the end of the program.
+/// MPI session, from the first use to the end of the program.
 struct Session {
     Session() {
         MPI_Init(nullptr, nullptr);
@@ -76,9 +76,9 @@ class MovingTargetP4est final : public MovingTargetPeer {
     bool is_balanced() const override { return p4est_is_balanced(forest_, P4EST_CONNECT_FACE) != 0; }
 
   private:
-    /// Whether its side is larger than k_size times the distance of its centre.
+    /// Whether the quadrant's side is larger than k_size times the distance of its centre from the target.
     bool wants(const p4est_quadrant_t& q) const {
-        constexpr double k_size = 0.0059;  // a million squares
+        constexpr double k_size = 0.0059;  // gives a million squares
         if (q.level >= k_finest_level) return false;
         const double side = P4EST_QUADRANT_LEN(q.level), x = q.x + side / 2 - P4EST_ROOT_LEN * target_.x,
                      y = q.y + side / 2 - P4EST_ROOT_LEN * target_.y;

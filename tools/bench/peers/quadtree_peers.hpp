@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <memory>
 
-// What p4est does of the same: quadtrees on a cube, and a moving target.
+// The same benchmarks by p4est: quadtrees on a cube, and a moving target.
 namespace tetrakis::bench {
 
 inline constexpr int k_finest_level = 12;  // of a quadtree on the unit square
@@ -13,7 +13,7 @@ struct TargetPoint {
     double x = 0, y = 0;
 };
 
-/// On a circle in the unit square.
+/// A target that moves on a circle in the unit square.
 struct MovingTarget {
     double step = 0;  ///< length of the way from one frame to the next
     double angle = 0;
@@ -25,21 +25,21 @@ struct MovingTarget {
 };
 
 #ifdef TETRAKIS_BENCH_P4EST
-/// What one run of p4est took and made.
+/// Time and result of one run of p4est.
 struct QuadtreeRun {
     double seconds = 0;
     std::int64_t squares = 0;
 };
 
-/// p4est on one rank: all faces of a cube refined to the level, balanced across sides.
-/// @param neighbours  find the leaves across sides, too (as p4est_mesh)
+/// Refines all faces of a cube to the level with p4est on one rank, balanced across sides.
+/// @param neighbours  also find the leaves across each side (as p4est_mesh)
 QuadtreeRun run_p4est(int level, bool neighbours);
 
-/// A quadtree on one rank, with squares as large as they are far from the target, balanced across sides.
+/// A quadtree on one rank, balanced across sides, whose squares are as large as they are far from the target.
 struct MovingTargetPeer {
     virtual ~MovingTargetPeer() = default;
     /// Coarsens and refines by one level, balances, partitions. The first call refines from the root.
-    /// @return  families of four that were made or merged
+    /// @return  number of families of four that were created or merged
     virtual std::int64_t move(const TargetPoint& target) = 0;
     virtual std::int64_t leaf_count() const = 0;
     virtual bool is_balanced() const = 0;

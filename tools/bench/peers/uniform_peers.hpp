@@ -10,16 +10,16 @@
 
 namespace tetrakis::bench {
 
-/// What a peer's uniform refinement is asked for.
+/// Task of a peer's uniform refinement.
 struct UniformTask {
     const ControlMeshData& data;
     std::string_view scheme;
     int levels;
-    bool limit = false;  ///< limit positions and normals (OpenSubdiv)
+    bool limit = false;  ///< compute limit positions and normals (OpenSubdiv only)
 };
 
-// Each makes what the peer starts from, and returns what is to be timed, which returns the number of vertices of the
-// last level; nothing where the peer does not have the scheme or does not take the mesh.
+// Each function makes the peer's input and returns the work to be timed, which returns the number of vertices of the
+// last level. The result is empty if the peer does not have the scheme or does not accept the mesh.
 
 /// OpenSubdiv Far: topology and positions of all levels, from flat arrays.
 std::function<std::uint64_t()> far_uniform(const UniformTask& task);
