@@ -1,4 +1,4 @@
-/* An engine's loop: fly over a terrain, upload what changes, keep the player on the ground. Then a model, tessellated.
+/* An engine's loop: fly over a terrain, upload changes, keep the player on the ground. Then tessellate a model.
  *   engine_loop HEIGHTS.png MODEL.obj */
 #include "tetrakis_c.h"
 

@@ -1,4 +1,4 @@
-// Adaptive refinement by hand: finer near a point, then neighbours, a mesh without cracks, and back to the roots.
+// Adaptive refinement by hand: refine near a point, visit neighbours, make a mesh without cracks, go back to the roots.
 #include <tetrakis/tetrakis.hpp>
 
 #include <iostream>
@@ -8,7 +8,7 @@ int main() {
     tetrakis::Hierarchy hierarchy = tetrakis::make_hierarchy(cage, "catmull-clark");
     const auto roots = hierarchy.leaf_count();
 
-    // A predicate may ask for anything that depends on the leaf alone, such as limit points of its corners.
+    // A predicate may use any property of the leaf alone, such as the limit points of its corners.
     const tetrakis::Vec3d eye = cage.bounding_box().upper;
     const double radius = 0.25 * cage.bounding_box().diagonal();
     const auto near = tetrakis::each_leaf([&](const tetrakis::LeafView& leaf) {
@@ -23,7 +23,7 @@ int main() {
         for (const tetrakis::LeafHandle neighbour : hierarchy.neighbours(leaf, side))
             std::cout << "depth " << int(hierarchy.node(leaf).depth) << ", across side " << side << ": depth "
                       << int(hierarchy.node(neighbour).depth) << '\n';
-    hierarchy.refine(leaf);  // splits what has to be split with it, too
+    hierarchy.refine(leaf);  // also splits the leaves that must be split for it
 
     const tetrakis::HierarchyMesh mesh = hierarchy.to_mesh({.normals = true});
     std::cout << mesh.mesh.face_count() << " faces, " << mesh.mesh.positions.size() << " vertices\n";

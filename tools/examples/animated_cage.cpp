@@ -1,4 +1,4 @@
-// A control mesh whose vertices move: connectivity is refined once, then only positions and normals for each frame.
+// An animated control mesh: connectivity is refined once, and each frame computes only positions and normals.
 #include <tetrakis/tetrakis.hpp>
 
 #include <cmath>
@@ -16,7 +16,7 @@ int main() {
         std::vector<tetrakis::Vec3d> control(cage.positions().begin(), cage.positions().end());
         for (tetrakis::Vec3d& p : control)  // sways to the side, more at the top
             p.x += 0.1 * frame * std::pow((p.y - box.lower.y) / box.diagonal(), 2);
-        refiner.refine(control, positions, normals);  // the bytes that refine() would give for such a mesh
+        refiner.refine(control, positions, normals);  // the same bytes as refine() of that control mesh
         std::cout << "frame " << frame << ": " << positions.size()
                   << " vertices, from x = " << tetrakis::bounding_box(positions).lower.x << " to "
                   << tetrakis::bounding_box(positions).upper.x << '\n';

@@ -7,7 +7,7 @@ int main() {
     const auto cage = tetrakis::load_control_mesh("data/cube.obj");
     const tetrakis::LimitSurface surface(cage, tetrakis::SchemeKind::catmull_clark);  // or loop
 
-    // Each face corner (half-edge) has a cell of its own: (0, 0) is the vertex, (1, 1) the centre of the face.
+    // Each corner of a face (half-edge) has its own cell: (0, 0) is the vertex, (1, 1) the centre of the face.
     const tetrakis::HalfedgeId corner = cage.face_halfedge(tetrakis::FaceId(0));
     const tetrakis::SurfacePoint p = surface.evaluate(corner, 0.25, 0.5);
     const double e = glm::dot(p.du, p.du), f = glm::dot(p.du, p.dv), g = glm::dot(p.dv, p.dv);
@@ -16,7 +16,7 @@ int main() {
               << ' ' << p.normal.y << ' ' << p.normal.z << '\n';
     std::cout << "Gaussian curvature " << (l * n - m * m) / (e * g - f * f) << '\n';
 
-    // The cube's vertices have valence 3: tangents there, but no second derivatives.
+    // At the cube's vertices (valence 3) there are tangents, but no second derivatives.
     const tetrakis::SurfacePoint tip = surface.evaluate(corner, 0, 0);
     std::cout << "second derivatives at the vertex: " << (tip.has_second ? "yes" : "none") << '\n';
 }

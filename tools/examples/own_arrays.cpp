@@ -1,4 +1,4 @@
-// Own arrays in, buffers for a graphics card out: a cube with a sharp rim around its top face, and UVs.
+// From your own arrays to buffers for a graphics card: a cube with UVs and a sharp rim around its top face.
 #include <tetrakis/tetrakis.hpp>
 
 #include <iostream>
@@ -13,13 +13,13 @@ int main() {
     // A sharpness from 0 (smooth) to 10 (infinitely sharp) for edges; data.corners has the same for vertices.
     constexpr float sharp = tetrakis::k_infinite_sharpness;
     data.creases = {{4, 5, sharp}, {5, 7, sharp}, {7, 6, sharp}, {6, 4, sharp}};
-    // UVs have numbers of their own; here each face shows the whole picture.
+    // UVs have their own indices. Here each face shows the whole picture.
     data.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (int face = 0; face < 6; ++face) data.face_uvs.insert(data.face_uvs.end(), {0, 1, 2, 3});
 
     const auto cage = tetrakis::ControlMesh::build(std::move(data));
     const auto result = tetrakis::tessellate(cage, {.tolerance = 1e-2});
-    // On seams and sharp edges a vertex has several UVs or normals: the buffers have a copy of it for each.
+    // On seams and sharp edges a vertex has several UVs or normals; the buffers then contain a copy for each.
     const tetrakis::GpuMesh gpu = tetrakis::gpu_mesh(result.mesh);
 
     std::cout << result.mesh.positions.size() << " vertices, " << gpu.positions.size() << " in the buffers, "

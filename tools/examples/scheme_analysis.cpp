@@ -16,7 +16,7 @@ int main() {
             std::cout << ' ' << analysis.eigenvalues[i].value.real();
     std::cout << "\ncurvature: " << tetrakis::name(analysis.curvature) << "\nlimit mask:\n";
 
-    // Weights in the order of the labels: the vertex itself, then rings around it.
+    // Weights are in the order of the labels: the vertex itself, then the rings around it.
     const tetrakis::SchemeMasks masks = tetrakis::scheme_masks(scheme, analysis, {});
     for (std::size_t i = 0; i < masks.limit.size(); ++i) {
         const tetrakis::FanLabel& label = analysis.matrix.labels.all()[i];

@@ -1,4 +1,4 @@
-// The best mesh within a number of triangles, and how far it is from the surface.
+// The best mesh with at most a given number of triangles, and its distance from the surface.
 #include <tetrakis/tetrakis.hpp>
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 int main() {
     const auto cage = tetrakis::load_control_mesh("data/rook.obj");
     for (const std::uint64_t budget : {1000, 2000, 4000}) {
-        // `measure` samples the result, which takes many times as long as making it.
+        // `measure` samples the result, which takes many times longer than making it.
         const auto result =
             tetrakis::tessellate(cage, {.max_triangles = budget, .measure = true, .measure_samples = 50'000});
         std::cout << "at most " << budget << ": " << result.mesh.triangles.size() << " triangles, "

@@ -1,4 +1,4 @@
-// Uniform levels: the control net of each level, and the same vertices on the limit surface with their normals.
+// Uniform levels: the refined control net, and the same vertices on the limit surface with their normals.
 #include <tetrakis/tetrakis.hpp>
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 int main() {
     const auto cage = tetrakis::load_control_mesh("data/pawn.obj");
     for (int level = 0; level <= 4; ++level) {
-        // Any scheme that scheme_table() lists; `limit` moves the vertices, faces and order are the same.
+        // Any scheme of scheme_table(). `limit` moves the vertices; faces and the order of vertices are the same.
         const auto net = tetrakis::refine(cage, "catmull-clark", level);
         const auto surface = tetrakis::refine(cage, "catmull-clark", level, {.limit = true, .normals = true});
         double farthest = 0;

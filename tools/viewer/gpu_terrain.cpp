@@ -29,7 +29,7 @@ unsigned made_program(const std::string& vertex, const std::string& fragment) {
         glGetShaderiv(shader, GL_COMPILE_STATUS, &done);
         if (done == 0) glGetShaderInfoLog(shader, log.size(), nullptr, log.data());
         glAttachShader(program, shader);
-        glDeleteShader(shader);  // as soon as the program goes
+        glDeleteShader(shader);  // takes effect when the program is deleted
     };
     add(GL_VERTEX_SHADER, vertex);
     add(GL_FRAGMENT_SHADER, fragment);
@@ -41,7 +41,7 @@ unsigned made_program(const std::string& vertex, const std::string& fragment) {
     return program;
 }
 
-/// Makes a program current, and sets its uniforms.
+/// Makes a program current and sets its uniforms.
 class Uniforms {
   public:
     explicit Uniforms(unsigned program) : program_(program) { glUseProgram(program); }
@@ -134,7 +134,7 @@ void GpuTerrain::draw(const Look& look) const {
     glDrawArrays(GL_TRIANGLES, 0, 3);
 
     glEnable(GL_DEPTH_TEST);
-    glEnable(GL_CULL_FACE);  // else back faces show through along ridges, where depths are equal
+    glEnable(GL_CULL_FACE);  // otherwise back faces show along ridges, where depths are equal
     glBindVertexArray(arrays_);
     const Uniforms ground(ground_);
     const double aspect = static_cast<double>(camera.width) / camera.height;

@@ -6,37 +6,37 @@
 
 namespace tetrakis::viewer {
 
-/// Directions to the lights, of length one.
+/// Unit directions to the lights.
 struct Lights {
     Vec3d key, fill, rim;
 };
-/// The lights that tetrakis::render() has where it looks from this camera.
+/// The lights of tetrakis::render() for this camera.
 Lights lights_of(const lod::Camera& camera);
 
 /// How a frame is drawn.
 struct Look {
     lod::Camera camera;
-    double nearest = 1, farthest = 1e4;  ///< what is drawn, along the camera's direction
+    double nearest = 1, farthest = 1e4;  ///< depths of the clipping planes
     Lights lights;
     bool wireframe = false;
 };
 
-/// A view's two buffers on the graphics card, and how they are drawn. Needs a current context of OpenGL 3.3 as long as
-/// it lives.
+/// Copies a view's two buffers to the graphics card and draws them. An OpenGL 3.3 context must be current as long as
+/// the object lives.
 class GpuTerrain {
   public:
-    /// Makes buffers of the view's capacity; keeps a reference to the view.
-    /// @throws Error  unsupported: the driver does not take the shaders, and why
+    /// Makes buffers of the view's capacity. Keeps a reference to the view.
+    /// @throws Error  unsupported: the driver does not accept the shaders (the message says why)
     explicit GpuTerrain(const lod::View& view);
     ~GpuTerrain();
     GpuTerrain(const GpuTerrain&) = delete;
     GpuTerrain& operator=(const GpuTerrain&) = delete;
 
-    /// Copies what an update has changed, and nothing else.
-    /// @param eye  the camera's at the update: vertices morph by their distance to it
-    /// @return     how many bytes that were
+    /// Copies only the ranges that an update has changed.
+    /// @param eye  the camera's eye at the update: vertices morph by their distance from it
+    /// @return     number of bytes copied
     std::uint64_t upload(const lod::Update& update, const Vec3d& eye);
-    /// Fills the viewport: the sky, and the ground before it.
+    /// Fills the viewport with the sky and the ground in front of it.
     void draw(const Look& look) const;
 
   private:

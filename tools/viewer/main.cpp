@@ -42,7 +42,7 @@ struct ViewerOptions {
     lod::Camera camera(const cli::CameraPlace& place) const { return place.lod_camera(size.width, size.height); }
 };
 
-/// Where up is, and how high above the ground a place is.
+/// Direction "up" at a point, and the point's height above the ground.
 Vec3d up_at(const cli::LodScene& scene, const Vec3d& place) {
     return scene.is_round ? glm::normalize(place - scene.middle) : scene.up;
 }
@@ -50,7 +50,7 @@ double height_at(const cli::LodScene& scene, const Vec3d& place) {
     return glm::dot(up_at(scene, place), place - (scene.is_round ? scene.middle : Vec3d(0))) - scene.low(place);
 }
 
-/// A view of a scene, and the view's buffers on the graphics card.
+/// A view of a scene with its buffers on the graphics card.
 class Drawing {
   public:
     Drawing(const cli::LodScene& scene, std::uint32_t max_leaves, const Vec3d& eye)
@@ -75,22 +75,22 @@ class Drawing {
         gpu_.draw({camera, nearest, farthest, lights, wireframe});
     }
 
-    /// Of the last update.
+    /// Result, time and uploaded bytes of the last update.
     lod::Update last;
     double milliseconds = 0;
     std::uint64_t bytes = 0;
 
   private:
-    // Of the clearance: what floats round is then 6e-5 of the distance to the ground, a tenth of a pixel.
+    // Relative to the clearance. Rounding to floats is then 6e-5 of the distance to the ground, a tenth of a pixel.
     static constexpr double k_origin_reach = 1000;
-    // The nearest depth drawn, of the clearance: slopes up to 80 degrees are then farther away.
+    // Depth of the near plane relative to the clearance: slopes up to 80 degrees are then behind it.
     static constexpr double k_nearest_clearance = 0.1;
-    // Below this, a depth buffer of 24 bits does not tell what is far away apart.
+    // Least ratio of near to far plane for which a 24-bit depth buffer still separates distant surfaces.
     static constexpr double k_least_depth_ratio = 1e-5;
-    static constexpr double k_box_margin = 1.2;       // the box is that of some places
-    static constexpr double k_mesh_clearance = 1e-3;  // of a mesh's diameter, inside its box
+    static constexpr double k_box_margin = 1.2;       // because the box contains only some points of the surface
+    static constexpr double k_mesh_clearance = 1e-3;  // clearance inside a mesh's box, relative to its diameter
 
-    /// How far away the ground is, about.
+    /// Estimated distance of the ground.
     double clearance(const Vec3d& eye) const {
         const double to_box = glm::length(glm::max(glm::max(box_.lower - eye, eye - box_.upper), 0.0));
         return std::max(to_box, scene_.low ? std::abs(height_at(scene_, eye)) : k_mesh_clearance * scene_.size);
@@ -102,7 +102,7 @@ class Drawing {
     GpuTerrain gpu_;
 };
 
-/// Turns the camera with the mouse and moves it by the keys, for as long as the last frame took. It stays above ground.
+/// Turns the camera by the mouse and moves it by the keys, for the duration of the last frame. It stays above ground.
 void fly(GLFWwindow* window, const cli::LodScene& scene, double& speed, lod::Camera& camera) {
     constexpr double k_turn = 0.003, k_wheel = 1.2;            // radians a pixel; a step of the wheel
     constexpr double k_steepest = 1.5, k_least_height = 1e-4;  // radians; of the scene's size
@@ -136,7 +136,7 @@ void fly(GLFWwindow* window, const cli::LodScene& scene, double& speed, lod::Cam
             std::max(0.0, k_least_height * scene.size - height_at(scene, camera.eye)) * up_at(scene, camera.eye);
 }
 
-/// What the panel sets.
+/// Settings of the panel.
 struct Settings {
     float pixels = 1;
     int leaves = 0;
@@ -144,7 +144,7 @@ struct Settings {
 };
 
 void show_panel(const Drawing& drawing, double speed, int max_leaves, Settings& settings) {
-    // Else numbers typed in (Ctrl and a click) may be out of range.
+    // Without AlwaysClamp, numbers typed in (Ctrl and a click) may be out of range.
     constexpr ImGuiSliderFlags k_slider = ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp;
     ImGui::Begin("tetrakis", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
     ImGui::SliderFloat("pixels", &settings.pixels, 0.1f, 100.0f, "%.2f", k_slider);
@@ -165,7 +165,7 @@ void show_panel(const Drawing& drawing, double speed, int max_leaves, Settings& 
     ImGui::End();
 }
 
-/// Dear ImGui, for as long as a window has it.
+/// Session of Dear ImGui in a window.
 class Panels {
   public:
     explicit Panels(GLFWwindow* window) {
@@ -209,7 +209,7 @@ void show(const ViewerOptions& options, const cli::LodScene& scene) {
         glfwPollEvents();
         int width = 0, height = 0;
         glfwGetFramebufferSize(window, &width, &height);
-        if (width == 0 || height == 0) {  // an icon
+        if (width == 0 || height == 0) {  // minimised
             glfwWaitEvents();
             continue;
         }

@@ -1,7 +1,7 @@
 #pragma once
 
-// GLSL of version 3.30. Colours come as sRGB and are reckoned with linearly; the picture is compressed towards white
-// as tetrakis::render() does it.
+// GLSL 3.30. Colours are given as sRGB, and lighting is computed with linear values. Bright colours are compressed
+// towards white, as tetrakis::render() does.
 namespace tetrakis::viewer {
 
 inline constexpr const char* k_colour_functions = R"(#version 330 core
@@ -12,7 +12,7 @@ vec3 shown(vec3 light) {
 }
 )";
 
-// The vertex's place is that of lod::shown_position().
+// Places a vertex as lod::shown_position() does.
 inline constexpr const char* k_ground_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 on_edge;
@@ -34,7 +34,7 @@ void main() {
 }
 )";
 
-// The lights of tetrakis::render(), without shadows, occlusion and the key light's highlight.
+// The lighting of tetrakis::render(), without shadows, occlusion and the key light's highlight.
 inline constexpr const char* k_ground_fragment = R"(
 centroid in vec3 normal, to_eye;
 uniform vec3 key, fill, rim, up, surface_colour, wire_colour;

@@ -14,7 +14,7 @@
 namespace tetrakis::viewer {
 namespace {
 
-constexpr int k_samples = 4;  // a pixel: every OpenGL 3.3 has as many
+constexpr int k_samples = 4;  // for each pixel: every OpenGL 3.3 supports as many
 
 [[noreturn]] void refuse(const char* what) {
     const char* reason = nullptr;
@@ -40,7 +40,7 @@ Window::Window(int width, int height, Shown shown) {
 Window::~Window() { glfwTerminate(); }
 
 Image picture_of(int width, int height, const std::function<void()>& draw) {
-    // The picture with several samples a pixel, and the one that they are averaged into.
+    // A frame buffer with k_samples for each pixel, and one for their averages.
     std::array<unsigned, 2> frames{};
     std::array<unsigned, 3> stores{};
     glGenFramebuffers(2, frames.data());
@@ -66,7 +66,7 @@ Image picture_of(int width, int height, const std::function<void()>& draw) {
     const auto row = static_cast<std::ptrdiff_t>(3) * width;
     image.rgb.resize(static_cast<std::size_t>(row * height));
     glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
-    for (int y = 0; y < height / 2; ++y)  // OpenGL's rows come from the bottom
+    for (int y = 0; y < height / 2; ++y)  // OpenGL's rows start at the bottom
         std::swap_ranges(image.rgb.begin() + y * row, image.rgb.begin() + (y + 1) * row,
                          image.rgb.end() - (y + 1) * row);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);

@@ -8,11 +8,11 @@ struct GLFWwindow;
 
 namespace tetrakis::viewer {
 
-/// The window and its OpenGL 3.3 context, which is current as long as it lives; one at a time.
+/// A window with an OpenGL 3.3 context, which is current as long as the window lives. There may be one at a time.
 class Window {
   public:
     enum class Shown { yes, no };
-    /// @throws Error  unsupported: no display, or no OpenGL 3.3 on it
+    /// @throws Error  unsupported: there is no display, or it has no OpenGL 3.3
     Window(int width, int height, Shown shown);
     ~Window();
     Window(const Window&) = delete;
@@ -24,7 +24,7 @@ class Window {
     GLFWwindow* window_ = nullptr;
 };
 
-/// What `draw` draws, in a picture of its own: no window hides parts of it. Needs a current context.
+/// Renders what `draw` draws to an image, of which other windows hide no part. Needs a current context.
 Image picture_of(int width, int height, const std::function<void()>& draw);
 
 }  // namespace tetrakis::viewer
