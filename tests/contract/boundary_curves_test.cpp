@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-// Boundaries and creases whose curves are made of their own control points alone.
+// Schemes whose boundary and crease curves depend on the control points of the curve alone.
 
 using namespace tetrakis;
 
@@ -25,7 +25,7 @@ struct CurveScheme {
     RuleOptions rules{};
 };
 
-/// Longer averages take what is inside, too, to the boundary.
+/// All such schemes. With more averaging steps, inner points influence the boundary.
 std::vector<CurveScheme> curve_schemes() {
     std::vector<CurveScheme> result;
     for (const SchemeInfo& scheme : scheme_table()) {
@@ -42,7 +42,7 @@ std::vector<CurveScheme> curve_schemes() {
     return result;
 }
 
-/// Vertices on edges of one face.
+/// Vertices on edges with one face.
 std::set<std::uint32_t> curve_vertices(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> corners) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> faces;
     for (std::size_t f = 0; f + 1 < offsets.size(); ++f)
@@ -54,8 +54,8 @@ std::set<std::uint32_t> curve_vertices(std::span<const std::uint32_t> offsets, s
     return result;
 }
 
-/// Two bands of faces around an axis that meet in a closed crease near z = 0, the lower and the upper one; diagonals
-/// and larger faces at random, so that its vertices have as many faces on each side as may be.
+/// A lower and an upper band of faces around an axis, which meet in a closed crease near z = 0. Random diagonals and
+/// larger faces give the crease's vertices different numbers of faces on each side.
 struct TwoBands {
     static constexpr std::uint32_t columns = 5, rings = 5;  ///< the crease is the middle one
     std::vector<Vec3d> positions;
@@ -113,7 +113,7 @@ struct TwoBands {
     }
 };
 
-/// The points of the curve at the end of a half that is the other's, too.
+/// Points of one half on the boundary curve that it shares with the other half.
 std::vector<Vec3d> common_curve(const PolygonMesh& half) {
     std::vector<Vec3d> result;
     for (const std::uint32_t v : curve_vertices(half.face_offsets, half.face_vertices))
@@ -121,7 +121,7 @@ std::vector<Vec3d> common_curve(const PolygonMesh& half) {
     return result;
 }
 
-/// How far the points are from others, at most.
+/// Largest distance of the points from their nearest points in `from`.
 double largest_gap(const std::vector<Vec3d>& points, const std::vector<Vec3d>& from) {
     const PointMatch match(from);
     double most = 0;
@@ -187,7 +187,7 @@ TEST_CASE(
                 CHECK(largest_gap(below, above) < 1e-13);
                 CHECK(largest_gap(above, below) < 1e-13);
                 CHECK(largest_gap(below, whole.positions) < 1e-13);
-                // Each side has the boundary rules of that side alone; longer averages reach across.
+                // On each side of the crease the boundary rules of that side hold. Averaging reaches across it.
                 if (scheme->name == "averaging") continue;
                 CHECK(largest_gap(below_all.positions, whole.positions) < 1e-13);
                 CHECK(largest_gap(above_all.positions, whole.positions) < 1e-13);

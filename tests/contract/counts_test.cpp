@@ -13,18 +13,18 @@ using namespace tetrakis;
 
 namespace {
 
-// The share by which a number may differ from what is stored. All that makes a difference on purpose renews the table.
+// Largest relative difference from the stored number. An intended change of numbers must update the table.
 constexpr double k_most_change = 0.03;
 constexpr std::array<double, 3> k_tolerances = {1e-2, 1e-3, 3e-4};
 
 struct Row {
     const char *model, *scheme;
     std::array<std::uint64_t, 3> by_measure;
-    std::array<std::uint64_t, 3> by_bound;  ///< 0: the scheme has no bound there
+    std::array<std::uint64_t, 3> by_bound;  ///< 0: left out, or the scheme has no bound for the model
 };
 
-// Triangles for each tolerance; 0: left out, as what takes seconds is. When one is off, the test prints the whole table
-// anew, to be put here.
+// Numbers of triangles for each tolerance; 0: left out because it takes seconds. If a number is wrong, the test prints
+// the whole new table, which can be pasted here.
 constexpr Row k_table[] = {
     // clang-format off
     {"rook", "catmull-clark", {360, 5760, 26604}, {384, 6876, 32220}},
@@ -47,7 +47,7 @@ constexpr Row k_table[] = {
 };
 
 std::uint64_t count(const ControlMesh& mesh, const char* scheme, EstimatorKind estimator, double tolerance) {
-    // By measure the mesh is mended by what is measured; the bound needs no measurement.
+    // The measured estimator repairs the mesh by its measurement; the certified one needs no measurement.
     return tessellate(mesh, {.scheme = scheme,
                              .estimator = estimator,
                              .tolerance = tolerance,

@@ -21,17 +21,17 @@
 #include <utility>
 #include <vector>
 
-// The points and the oriented faces of three other libraries, and the limits of OpenSubdiv. Sharpness is a float there
-// as it is here.
+// Compares with the points and oriented faces of three other libraries, and with limits of OpenSubdiv. Sharpness is a
+// float in all of them.
 
 using namespace tetrakis;
 
 namespace {
 
-// The files of tests/golden: what other libraries make of small control meshes. Its README says which, and how.
+// The files of tests/golden: small control meshes refined by other libraries. Its README says how they were made.
 namespace golden {
 
-/// tests/golden; empty, with the message that makes ctest count the case as skipped, where it is missing.
+/// The folder tests/golden. If it is missing: nothing, and a message that makes ctest count the case as skipped.
 std::optional<std::filesystem::path> folder() {
     const std::filesystem::path path = std::filesystem::path(TETRAKIS_SOURCE_DIR) / "tests" / "golden";
     if (std::filesystem::is_directory(path)) return path;
@@ -62,7 +62,7 @@ std::string unzip(const std::filesystem::path& path) {
     return text;
 }
 
-/// "<mesh>.<scheme>.<library>.L<level>.obj.gz"
+/// Reads "<mesh>.<scheme>.<library>.L<level>.obj.gz".
 PolygonMesh read_mesh(const std::filesystem::path& path) {
     ControlMeshData data = parse_obj(unzip(path), path.string());
     REQUIRE(!data.face_vertices.empty());
@@ -73,13 +73,13 @@ PolygonMesh read_mesh(const std::filesystem::path& path) {
     return mesh;
 }
 
-/// Of a vertex of level 2.
+/// Limit position and normal of a vertex of level 2.
 struct Limit {
-    Vec3d at, position, normal;  ///< at level 2 and in the limit; no normal is known where it is zero
-    bool iterated = false;       ///< the normal is good to 2e-6
+    Vec3d at, position, normal;  ///< position on level 2, limit position, limit normal (0: unknown)
+    bool iterated = false;       ///< the normal is accurate to 2e-6 only
 };
 
-/// "<mesh>.<scheme>.osd.limit.txt.gz"
+/// Reads "<mesh>.<scheme>.osd.limit.txt.gz".
 std::vector<Limit> read_limits(const std::filesystem::path& path) {
     std::vector<Limit> limits;
     bool iterated = false;
@@ -106,7 +106,7 @@ std::vector<Limit> read_limits(const std::filesystem::path& path) {
 
 std::string name_of(const std::filesystem::path& mesh) { return mesh.stem().string(); }
 
-/// Of a bounding box's diagonal; what is measured is 2e-15.
+/// Tolerances of positions, relative to the bounding box's diagonal; the measured difference is 2e-15.
 constexpr double k_points_apart = 1e-13, k_limits_apart = 1e-13;
 constexpr double k_normals_apart = 1e-10, k_iterated_normals_apart = 2e-6;
 
@@ -115,7 +115,7 @@ std::vector<std::uint32_t> from_least(std::vector<std::uint32_t> face) {
     return face;
 }
 
-/// The same points, one for one, and the same faces with the same side up. What no face of theirs uses is left out.
+/// Checks for the same points, one for one, and the same oriented faces. Unused points of `theirs` do not count.
 void check_same(const PolygonMesh& ours, const PolygonMesh& theirs) {
     const double diagonal = bounding_box(theirs.positions).diagonal();
     const PointMatch match(ours.positions);
@@ -146,14 +146,14 @@ void check_same(const PolygonMesh& ours, const PolygonMesh& theirs) {
 struct Comparison {
     const char* scheme;
     const char* file;  ///< "<scheme>.<library>"
-    int per_level;     ///< so many levels of the library's are one of ours
+    int per_level;     ///< levels of the other library that are one level here
     CreaseMethod creases = CreaseMethod::uniform;
 };
 
 ControlMesh load(const std::filesystem::path& path, const Comparison& with) {
     ControlMeshData data = read_obj(path);
     data.crease_method = with.creases;
-    // The two others know no corners.
+    // The other two libraries have no sharp corners.
     if (!std::string(with.file).ends_with(".osd")) data.boundary_rule = BoundaryRule::edge_only;
     return ControlMesh::build(std::move(data));
 }
@@ -161,7 +161,7 @@ ControlMesh load(const std::filesystem::path& path, const Comparison& with) {
 using Accepts = std::function<bool(const ControlMesh&)>;
 using Refine = std::function<PolygonMesh(const ControlMesh&, int level)>;
 
-/// @param files  how many there are
+/// @param files  number of files that must be compared
 void check_levels(
     const Comparison& with, int files, const Accepts& accepts = [](const ControlMesh&) { return true; },
     const Refine& refined = {}) {
@@ -225,8 +225,8 @@ void check_limits(const Comparison& with, int files) {
 
 bool is_closed(const ControlMesh& mesh) { return !mesh.has_boundary(); }
 
-/// The new point of each edge of an interpolating scheme's level 1: the vertex beside both of its ends. Vertices are
-/// numbered as in the control mesh, by their places.
+/// New point of each edge on level 1 of an interpolating scheme: the vertex that shares faces with both of its ends.
+/// Old vertices are found by their positions and numbered as in the control mesh.
 std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(const ControlMesh& mesh,
                                                                      const PolygonMesh& level) {
     const std::vector<Vec3d>& points = level.positions;
@@ -277,7 +277,7 @@ TEST_CASE("golden: levels are those of CGAL") {
 }
 
 TEST_CASE("golden: levels are those of OpenMesh") {
-    // Its Catmull-Clark has rules of its own for boundaries, 2/3, 1/6, 1/6 at their vertices: no file of an open mesh.
+    // OpenMesh's Catmull-Clark has other rules at boundary vertices (2/3, 1/6, 1/6): there is no file of an open mesh.
     check_levels({"catmull-clark", "catmark.openmesh", 1}, 18);
     check_levels({"loop", "loop.openmesh", 1}, 16);
     check_levels({"sqrt3", "sqrt3.openmesh", 2}, 8);
@@ -296,9 +296,9 @@ TEST_CASE("golden: single steps of sqrt3, which hierarchies have, are those of C
             });
 }
 
-// OpenMesh has no rule for edges that end on a boundary. It takes the eight-point rule there, points beyond the
-// boundary by reflection, and the rule of the extraordinary vertex where the other end is one inside the mesh: the
-// first Butterfly with reflection, and not the rules of Zorin's thesis, which differ from it there by up to 0.3.
+// OpenMesh has no rules for inner edges that end on a boundary. It uses the eight-point rule with reflected points, as
+// the first Butterfly does; if the other end is an inner extraordinary vertex, it uses that vertex's rule. The rules of
+// Zorin's thesis differ from this by up to 0.3.
 TEST_CASE("golden: Butterfly beside boundaries is that of OpenMesh by reflection, Zorin's further inside") {
     const auto folder = golden::folder();
     if (!folder) return;

@@ -19,7 +19,7 @@ using namespace tetrakis;
 
 namespace {
 
-/// A PNG of these lines, each a zero byte and the pixels.
+/// A PNG of these lines, each of which is a zero byte and its pixels.
 /// @param kind  bits of a sample, colour type and three zeros
 std::string png_of_lines(std::uint32_t columns, std::uint32_t rows, const std::string& lines, const std::string& kind) {
     uLongf size = compressBound(static_cast<uLong>(lines.size()));
@@ -74,18 +74,18 @@ TEST_CASE("height grids: grey PNG of 16 and of 8 bits, terrain-RGB") {
     CHECK(grid.heights[3] == 32757.5f);
     CHECK(std::isnan(grid.heights[2]));
     CHECK(grid.spacing == Vec2d(30, 20));
-    // No float is -9999.9.
+    // -9999.9 is not representable as a float.
     const float numbers[] = {1, 2, -9999.9f, 4};
     spill(dir / "h.r32", std::string(reinterpret_cast<const char*>(numbers), sizeof numbers));
     CHECK(std::isnan(load_height_grid(dir / "h.r32", {.no_data = -9999.9}).heights[2]));
 
-    // Four bits a sample; a grey picture with three channels.
+    // A picture of four bits a sample; then a grey picture with three channels.
     spill(dir / "4.png", png_of_lines(2, 2, std::string("\0\x0F\0\x23", 4), std::string("\x04\0\0\0\0", 5)));
     CHECK(load_height_grid(dir / "4.png").heights == std::vector<float>{0, 15, 2, 3});
     write_png(dir / "g.png", {2, 2, {7, 7, 7, 255, 255, 255, 0, 0, 0, 30, 30, 30}});
     CHECK(load_height_grid(dir / "g.png").heights == std::vector<float>{7, 255, 0, 30});
 
-    // Apple's kind: a part before the header, and a stream without the header of zlib.
+    // Apple's variant of PNG: a chunk before the header, and a stream without zlib's header.
     std::string apple = png_of_lines(2, 2, std::string("\0\x05\x06\0\x07\x08", 6), std::string("\x08\0\0\0\0", 5));
     const std::size_t data = apple.find("IDAT"), length = apple.find("IEND") - 8 - data - 4;
     apple = apple.substr(0, data - 4) + test::png_chunk("IDAT" + apple.substr(data + 4 + 2, length - 2)) +
@@ -94,7 +94,7 @@ TEST_CASE("height grids: grey PNG of 16 and of 8 bits, terrain-RGB") {
     spill(dir / "apple.png", apple);
     CHECK(load_height_grid(dir / "apple.png").heights == std::vector<float>{5, 6, 7, 8});
 
-    // 1 86 160: 100000 tenths, 0 m; one tenth more; Everest.
+    // Terrain-RGB: 1 134 160 is 100000 tenths, so 0 m; then 0.1 m; then Everest.
     write_png(dir / "t.png", {2, 2, {1, 134, 160, 1, 134, 161, 2, 224, 64, 0, 0, 0}});
     for (const HeightFormat format : {HeightFormat::automatic, HeightFormat::terrain_rgb})
         CHECK(load_height_grid(dir / "t.png", {.format = format}).heights == std::vector<float>{0, 0.1f, 8848, -10000});
@@ -152,7 +152,7 @@ TEST_CASE("height grids: any raster by GDAL") {
         CHECK(grid.at(2, 1) == 6);
         CHECK(grid.spacing == Vec2d(20, 20));
         CHECK(grid.origin == Vec2d(1010, 2030));
-        // The same heights by another file: in feet on a grid of feet, scaled, from the south.
+        // The same heights in another file: in feet on a grid in feet, scaled, from the south.
         const auto other = [&](const std::string& reference, const std::string& transform, const std::string& band) {
             spill(dir / "h.vrt", "<VRTDataset rasterXSize=\"3\" rasterYSize=\"2\"><SRS>" + reference +
                                      "</SRS><GeoTransform>" + transform +
@@ -193,7 +193,7 @@ TEST_CASE("height grids: samples without data are filled from those around") {
     CHECK(fill_missing_heights(grid) == 8);
     CHECK(grid.heights == std::vector<float>(63, 5.0f));
     CHECK(fill_missing_heights(grid) == 0);
-    // Between two plains, heights go from one to the other.
+    // Missing heights between two plains go from one height to the other.
     for (std::uint32_t r = 0; r < 7; ++r)
         for (std::uint32_t c = 0; c < 9; ++c) grid.heights[r * 9 + c] = c == 0 ? 0.0f : c == 8 ? 8.0f : none;
     CHECK(fill_missing_heights(grid) == 49);
@@ -217,7 +217,7 @@ TEST_CASE("[bad-input] height grids that are none") {
     for (const std::size_t length : {8, 20, 40, 60})
         refused("x.png", whole.substr(0, length), "cut off, damaged or no PNG");
     std::string damaged = whole;
-    damaged[damaged.find("IDAT") + 8] ^= 1;  // a stored byte, or one that unpacks to another height
+    damaged[damaged.find("IDAT") + 8] ^= 1;  // a byte of the compressed heights
     refused("x.png", damaged, "damaged");
     damaged = whole;
     damaged[damaged.find("IDAT") - 5] ^= 1;  // the header's checksum

@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-// What holds for a hierarchy of any scheme after any history: all by the same tests.
+// Properties that hold for hierarchies of all schemes after any history of changes.
 
 using namespace tetrakis;
 using test::everything;
@@ -26,11 +26,11 @@ using test::Random;
 
 namespace {
 
-/// Of each family some, with points by kernels and by rules.
+/// Some schemes of each family, whose points are computed by kernels or by the scheme's rules.
 constexpr std::string_view k_schemes[] = {"catmull-clark", "4-8",       "kobbelt", "loop",
                                           "tuned-loop",    "doo-sabin", "midedge", "sqrt3"};
 
-/// Meshes of dual schemes have infinitely sharp tags, tags of all kinds, or none.
+/// A random mesh that the scheme accepts. For dual schemes: with infinitely sharp tags, all kinds of tags, or none.
 ControlMesh mesh_for(std::string_view scheme, std::uint64_t seed) {
     if (scheme == "sqrt3") return test::random_sqrt3_mesh(seed);
     test::RandomMeshOptions options = test::random_options(seed);
@@ -45,7 +45,7 @@ ControlMesh mesh_for(std::string_view scheme, std::uint64_t seed) {
     return test::random_mesh(seed, options);
 }
 
-/// Calls check(scheme, mesh, random) for all schemes and some meshes each.
+/// Calls check(scheme, mesh, random) for all schemes with some meshes each.
 template <class Check>
 void for_each_mesh(std::uint64_t meshes, Check&& check) {
     for (const std::string_view scheme : k_schemes)
@@ -58,7 +58,7 @@ void for_each_mesh(std::uint64_t meshes, Check&& check) {
         }
 }
 
-/// Depth of leaves of that many levels, about.
+/// Approximate depth of leaves after that many levels.
 int depth_of(const Hierarchy& h, int levels) { return h.tree().child_count == 4 ? levels : 2 * levels; }
 
 void random_history(Hierarchy& h, Random& random, int rounds = 40) {
@@ -66,7 +66,7 @@ void random_history(Hierarchy& h, Random& random, int rounds = 40) {
 }
 
 HierarchyMesh with_normals(const Hierarchy& h) {
-    // At levels: some schemes have limits for some vertices only.
+    // No limit positions: some schemes have them for some vertices only.
     return h.to_mesh({.positions = MeshPositions::finest, .normals = true});
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("hierarchy: the same leaves give the same bytes, refined to at once, o
         int deepest = 0;
         for (const HierarchyNode& node : target) deepest = std::max<int>(deepest, node.depth);
         down.refine_where(everything(), deepest);
-        // sqrt3: a whole triangle whose half is wanted becomes that by a merge beyond its edge.
+        // sqrt3: a whole triangle becomes the wanted half by a merge on the other side of its edge.
         const auto stays = [&](const HierarchyNode& node) {
             return target.contains(node) || (down.tree().halves && node.depth > 0 && node.depth % 2 == 0 &&
                                              target.contains(down.tree().parent(node)));
@@ -131,7 +131,7 @@ TEST_CASE(
         const auto faces = test::faces_of(out.mesh);
         const auto expected = test::surface_topology(mesh), found = test::topology(faces);
         CHECK(found.fault.empty());
-        // Dual faces lie across the borders of holes, and along those with creases they may be left out.
+        // Dual faces extend across borders of holes, and can be missing at borders with creases.
         if (!dual || mesh.data().holes.empty()) {
             CHECK(found.euler == expected.euler);
             CHECK(found.boundary_loops == expected.boundary_loops);
@@ -146,7 +146,7 @@ TEST_CASE(
         for (const auto& [leaf, others] : beside)
             for (const LeafHandle other : others) REQUIRE(beside[other].contains(leaf));
         if (!dual) {
-            // The leaves of the faces that share edges, other than itself.
+            // By the mesh: the other leaves whose faces share an edge with a face of the leaf.
             std::map<std::pair<std::uint32_t, std::uint32_t>, LeafHandle> owner;  // by directed edge
             std::map<LeafHandle, std::set<LeafHandle>> in_mesh;
             for (std::size_t f = 0; f < faces.size(); ++f)
@@ -169,7 +169,7 @@ TEST_CASE("hierarchy: no face, one triangle, a mesh of holes, and two triangles 
     for (const std::string_view scheme : k_schemes) {
         CAPTURE(scheme);
         CHECK(make_hierarchy(empty, scheme).to_mesh().mesh.face_count() == 0);
-        if (scheme != "sqrt3") CHECK(make_hierarchy(nothing, scheme).leaf_count() == 0);  // it asks for triangles
+        if (scheme != "sqrt3") CHECK(make_hierarchy(nothing, scheme).leaf_count() == 0);  // sqrt3 needs triangles
         Random random(7);
         for (const ControlMesh* mesh : {&triangle, &pillow}) {
             if (mesh == &pillow && find_scheme(scheme)->lattice == FanLattice::dual) continue;  // vertices of two faces
@@ -178,7 +178,7 @@ TEST_CASE("hierarchy: no face, one triangle, a mesh of holes, and two triangles 
                 random_history(h, random, 20);
                 test::check_sound(h);
                 const HierarchyMesh out = h.to_mesh({.positions = MeshPositions::finest});
-                // The pillow has edges that join the same points: by Euler's formula alone.
+                // Several edges of the pillow join the same points: only Euler's formula is checked.
                 if (mesh == &pillow)
                     CHECK(out.mesh.face_count() + 4 == 2 * out.mesh.positions.size());
                 else
@@ -231,7 +231,7 @@ TEST_CASE("hierarchy: saved leaves come back with the same bytes, from memory an
         CHECK(test::same_mesh(with_normals(third), with_normals(h)));
         random_history(third, random, 10);
         test::check_sound(third);
-        // On the same faces with other points: an animated control mesh.
+        // The leaves also load for the same faces with other points: an animated control mesh.
         ControlMeshData moved_data = mesh.data();
         for (Vec3d& p : moved_data.positions) p = Vec3d(2 * p.y, p.z + 0.1 * std::sin(5 * p.x), p.x);
         const ControlMesh moved_mesh = ControlMesh::build(std::move(moved_data));
@@ -240,7 +240,7 @@ TEST_CASE("hierarchy: saved leaves come back with the same bytes, from memory an
         CHECK(test::nodes_of(moved) == test::nodes_of(h));
         CHECK(moved.saved() == bytes);
         test::check_sound(moved);
-        // With one more crease, by which dual schemes and sqrt3 number their roots, no.
+        // They do not load with one more crease, because dual schemes and sqrt3 number their roots by creases.
         for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) {
             const HalfedgeId halfedge = mesh.edge_halfedge(EdgeId(e));
             if (mesh.sharpness(EdgeId(e)) != 0 || !mesh.twin(halfedge).valid()) continue;
@@ -251,7 +251,7 @@ TEST_CASE("hierarchy: saved leaves come back with the same bytes, from memory an
             CHECK(code_of([&] { creased.load(bytes); }) == ErrorCode::invalid_input);
             break;
         }
-        // Cut off, they are refused, and nothing changes.
+        // Truncated bytes are refused, and nothing changes.
         const HierarchyMesh before = with_normals(third);
         CHECK(code_of([&] { third.load(std::span(bytes).first(bytes.size() - 1)); }) == ErrorCode::invalid_input);
         CHECK(test::same_mesh(with_normals(third), before));

@@ -55,7 +55,7 @@ TEST_CASE("height images: PNG round trip, bilinear samples, wrapping") {
     REQUIRE(image.width == 3);
     REQUIRE(image.height == 2);
     for (int i = 0; i < 6; ++i) CHECK(image.values[i] == doctest::Approx(0.2 * i).epsilon(1e-6));
-    // Pixel centres: the upper row has v = 3/4.
+    // At pixel centres; the upper row has v = 3/4.
     CHECK(image.sample({0.5 / 3, 0.75}) == doctest::Approx(0.0));
     CHECK(image.sample({1.5 / 3, 0.25}) == doctest::Approx(0.8));
     CHECK(image.sample({1.0 / 3, 0.75}) == doctest::Approx(0.1));
@@ -69,7 +69,7 @@ TEST_CASE("height images: PNG round trip, bilinear samples, wrapping") {
     CHECK(image.sample({std::nan(""), 0.3}) == 0.0);
     CHECK(HeightImage{}.sample({0.5, 0.5}) == 0.0);
 
-    // 16 bits are kept: a PGM of two samples that 8 bits cannot tell apart.
+    // All 16 bits count: two samples of a PGM that are equal in 8 bits.
     spill(dir / "h.pgm", std::string("P5 2 1 65535\n") + std::string("\x80\x00\x80\x01", 4));
     const HeightImage deep = load_height_image(dir / "h.pgm");
     CHECK(deep.values[1] > deep.values[0]);
@@ -93,7 +93,7 @@ TEST_CASE("animated PNG: the frames have the pixels of their pictures, in order"
     CHECK(number_at(header, 4) == k_height);
     CHECK(chunks[1].type == "acTL");
     CHECK(number_at(chunks[1].data, 0) == k_frames);
-    CHECK(number_at(chunks[1].data, 4) == 0);  // for ever
+    CHECK(number_at(chunks[1].data, 4) == 0);  // repeats for ever
     CHECK(chunks.back().type == "IEND");
     std::uint32_t sequence = 0;
     for (int i = 0; i < k_frames; ++i) {
@@ -107,7 +107,7 @@ TEST_CASE("animated PNG: the frames have the pixels of their pictures, in order"
         CHECK(number_at(control.data, 20) == (1 << 16 | 12));
         CHECK(pixels.type == (i == 0 ? "IDAT" : "fdAT"));
         if (i > 0) CHECK(number_at(pixels.data, 0) == sequence++);
-        // A frame as a picture of its own.
+        // The frame as a picture of one frame.
         const std::string body = "IDAT" + pixels.data.substr(i == 0 ? 0 : 4);
         const std::string bytes = slurp(dir / "a.png");
         const std::size_t header_end = 8 + 12 + header.size(), end_mark = 12;
@@ -128,7 +128,7 @@ TEST_CASE("[bad-input] animations that are none") {
     CHECK_THROWS_AS(write_animated_png(file, std::vector{small, wide}, 12), Error);
     CHECK_THROWS_AS(write_animated_png(file, std::vector{small}, 0), Error);
     CHECK_THROWS_AS(write_animated_png(file, std::vector{Image{}}, 12), Error);
-    CHECK(dir.file_count() == 1);  // its temporary name
+    CHECK(dir.file_count() == 1);  // the temporary file of `file`
 }
 
 TEST_CASE("[bad-input] pictures that are none") {

@@ -21,7 +21,7 @@ TEST_SUITE_BEGIN("contract");
 
 namespace {
 
-// A sphere with everything a mesh can have; coordinates use all bits of a double and a wide range of exponents.
+// A sphere with all attributes of a mesh. Coordinates use all bits of a double and a wide range of exponents.
 TriangleMesh rich_mesh() {
     TriangleMesh mesh = shapes::sphere(9, 14, Vec3d(0.1, 1e-5, 1e3), 1.0 / 3);
     std::mt19937_64 random(7);
@@ -36,7 +36,7 @@ TriangleMesh rich_mesh() {
         mesh.triangle_uvs.push_back({number(1), number(7), number(11)});
         mesh.triangle_material.push_back(t / 10 % 3);
         mesh.triangle_group.push_back(t < 40 ? 0 : 1);
-        // Some corners have normals of their own, as on creases.
+        // Some corners have separate normals, as on creases.
         mesh.triangle_normals.push_back(mesh.triangles[t]);
         if (t % 5 == 0) mesh.triangle_normals.back()[t % 3] = number(1);
     }
@@ -45,7 +45,7 @@ TriangleMesh rich_mesh() {
     return mesh;
 }
 
-TriangleMesh gltf_mesh() {  // without what floats cannot hold
+TriangleMesh gltf_mesh() {  // all coordinates are in the range of floats
     TriangleMesh mesh = rich_mesh();
     const TriangleMesh plain = shapes::sphere(9, 14, Vec3d(0.1, 1e-5, 1e3), 1.0 / 3);
     mesh.positions = plain.positions;
@@ -87,7 +87,7 @@ TEST_CASE(
         CAPTURE(name);
         write_mesh(dir / name, mesh);
         const TriangleMesh back = read_triangle_mesh(dir / name);
-        double area = 0;  // of triangles that are turned over, less than none
+        double area = 0;  // signed: triangles that are turned over count negatively
         for (const auto& [a, b, c] : back.triangles)
             area += glm::cross(back.positions[b] - back.positions[a], back.positions[c] - back.positions[a]).z / 2;
         CHECK(area == doctest::Approx(9 + 3 + 14).epsilon(1e-6));
@@ -131,7 +131,7 @@ TEST_CASE("GLB gives back the mesh to float precision about its own origin") {
     CHECK(bound < 1e-7);  // 2^-24 of 1/3 in each axis; about the world's origin it would be 3e-5
     write_mesh(dir / "mesh.glb", mesh);
     const TriangleMesh back = read_triangle_mesh(dir / "mesh.glb");
-    // Copies at the seams are joined again; triangles come group by group, material by material.
+    // Copies at the seams are joined again; triangles are sorted by group and material.
     REQUIRE(back.positions.size() == mesh.positions.size());
     REQUIRE(back.triangles.size() == mesh.triangles.size());
     double worst = 0;
@@ -161,7 +161,7 @@ TEST_CASE("a GLB keeps the rules of its format") {
     TriangleMesh mesh = gltf_mesh();
     mesh.materials[1] =
         "Stra\xdf"
-        "e";  // Latin-1, as old OBJ files have it
+        "e";  // Latin-1, as in old OBJ files
     write_mesh(dir / "mesh.glb", mesh);
     const std::string bytes = slurp(dir / "mesh.glb");
     const auto word = [&](std::size_t at) {
@@ -216,7 +216,7 @@ TEST_CASE("a GLB keeps the rules of its format") {
         }
     }
     CHECK(triangles == mesh.triangles.size());
-    // Numbers that floats do not hold: directions are those of the mesh all the same.
+    // Normals whose lengths are out of the range of floats: their directions are still exported.
     for (const double length : {1e200, 1e-200, 1e-310}) {
         TriangleMesh far = shapes::octahedron();
         for (const Vec3d& p : far.positions) far.normals.push_back(length * p);
@@ -305,7 +305,7 @@ TEST_CASE("polygons are written as polygons, and cut into triangles for GLB") {
 
 TEST_CASE("[inv10] the thread count changes no byte of a file") {
     const ScratchDir dir;
-    const TriangleMesh mesh = shapes::sphere(150, 300, Vec3d(0), 1.0);  // several pieces long
+    const TriangleMesh mesh = shapes::sphere(150, 300, Vec3d(0), 1.0);  // several blocks for the threads
     for (const char* extension : {".obj", ".ply", ".glb"}) {
         std::string first;
         for (const int threads : {1, 2}) {
@@ -372,7 +372,7 @@ TEST_CASE("OBJ as other programs write it is read") {
     CHECK(mesh.groups == std::vector<std::string>{"thing"});
 }
 
-// Of words in lines: obj_reader_test.
+// Faults of words within a line are tested in obj_reader_test.
 TEST_CASE("[bad-input] faults of OBJ files are named with their line") {
     const ScratchDir dir;
     const auto refused = [&](const std::string& text, const std::string& begins) {
@@ -495,7 +495,7 @@ TEST_CASE("[bad-input] glTF files with accessors that reach beyond their data ar
     CHECK(message_of(gltf(good, R"({"mesh":0,"children":[0]})")).find("is its own ancestor") != std::string::npos);
     CHECK(message_of(gltf(R"({"bufferView":0,"componentType":5126,"count":9,"type":"SCALAR"})", node)) ==
           ": accessor 0 has the wrong type for a position");
-    // INT and DOUBLE, which glTF does not have.
+    // The component types INT and DOUBLE, which glTF does not allow.
     for (const char* type : {"5124", "5130"})
         CHECK(message_of(gltf(
                   R"({"bufferView":0,"componentType":)" + std::string(type) + R"(,"count":1,"type":"VEC3"})", node)) ==
@@ -562,7 +562,7 @@ TEST_CASE("[bad-input] a failed write leaves the directory as it was and says wh
 TEST_CASE("[bad-input] a disk that fills up leaves no partial file") {
     const ScratchDir dir;
     const TriangleMesh mesh = shapes::sphere(60, 120, Vec3d(0), 1.0);
-    // A file size limit is what a full disk looks like to one process; /dev/full is what the kernel offers.
+    // Two substitutes for a full disk: a limit of the process's file size, and the kernel's /dev/full.
     rlimit old{};
     ::getrlimit(RLIMIT_FSIZE, &old);
     const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);

@@ -42,10 +42,10 @@ TEST_CASE("lod: a camera that stands still changes nothing, and one that comes b
     for (int i = 0; i < 100; ++i) view.update(wanderer.next());
     const lod::Update back = view.update(home);
     CHECK(back.pixel_error == 1);
-    // What hysteresis keeps.
+    // Hysteresis keeps some leaves that the first view did not have.
     CHECK(back.leaves >= first.leaves);
     CHECK(back.leaves < 2.5 * first.leaves);
-    // What a new view splits the old one has split, too: errors are nested, whatever came before.
+    // The old view has split all that a new view splits, whatever its history, because errors are nested.
     std::set<std::array<Site, 3>> fine;
     lod::View fresh(surface, {.max_leaves = 100'000});
     fresh.update(home);
@@ -109,7 +109,7 @@ TEST_CASE("lod: with little time a view follows pixels, angles or regions that c
         CHECK(changes > 0.9 * (whole.splits + whole.merges));
         CHECK(hasty.leaves().size() > 0.9 * static_cast<double>(patient.leaves().size()));
         CHECK(hasty.leaves().size() < 1.1 * static_cast<double>(patient.leaves().size()));
-        // One update without a limit, or a few with it, make up for all.
+        // One update without a time limit, or a few with it, then reach the tolerance.
         const lod::Update last = hasty.update(camera, {.pixel_error = 3});
         CHECK(last.complete);
         CHECK(last.pixel_error == 3);
@@ -134,7 +134,7 @@ TEST_CASE("lod: a view keeps within its bytes, over many roots and long boundari
     }
     for (const bool apart : {false, true}) {
         CAPTURE(apart);
-        // Squares in rows, as one mesh or each by itself.
+        // A grid of squares, as one connected mesh or as separate squares.
         ControlMeshData data = test::grid(40);
         if (apart) {
             const std::vector<Vec3d> joined = std::exchange(data.positions, {});
@@ -177,7 +177,7 @@ TEST_CASE("lod: with fewer triangles the smallest errors go first") {
         CHECK(fewer.leaves <= leaves);
         CHECK(same.leaves <= leaves);
         CHECK(fewer.leaves > 0.95 * leaves);
-        // Errors are told apart by quarters of a doubling; a swap has to be worth two of them.
+        // Errors are sorted into buckets of a quarter of a doubling; a swap must gain two buckets.
         CHECK(fewer.pixel_error < 1.5 * same.pixel_error);
         CHECK(fewer.pixel_error > 0.66 * same.pixel_error);
     }
@@ -301,7 +301,7 @@ TEST_CASE("lod: regions are finer, and buffers follow their origin") {
 }
 
 TEST_CASE("lod: after a surface has thrown, the next updates make up for it") {
-    /// Each hundredth call of bounds() throws.
+    /// Every hundredth call of bounds() throws.
     struct Unreliable final : lod::Surface {
         explicit Unreliable(const lod::Surface& all) : surface(all) {}
         const ControlMesh& roots() const override { return surface.roots(); }
@@ -378,7 +378,7 @@ TEST_CASE("lod: a globe of the earth's size is closed, and does not jitter where
     lod::View view(globe, {.max_leaves = 60'000});
     const Vec3d out = glm::normalize(Vec3d(0.3, -0.8, 0.52)), ahead = glm::normalize(glm::cross(out, Vec3d(0, 0, 1)));
     for (int frame = 0; frame < 60; ++frame) {
-        // From two radii away down to the height of a man, who walks.
+        // From two radii above the ground down to the eyes of a walking person.
         const double above = frame < 40 ? 2 * k_radius * std::pow(0.68, frame) : 1.8;
         lod::Camera camera;
         camera.eye = out * (k_radius + above) + ahead * (frame < 40 ? 0.0 : 0.03 * (frame - 40));
@@ -397,7 +397,7 @@ TEST_CASE("lod: a globe of the earth's size is closed, and does not jitter where
         for (const auto& t : triangles) {
             std::array<Vec3d, 3> p;
             for (std::size_t k = 0; k < 3; ++k) p[k] = position(view, t[k]);
-            // The ball is farthest from a triangle where that is nearest to its centre.
+            // The ball is farthest from the triangle's plane in the direction of its normal.
             const Vec3d normal = glm::normalize(glm::cross(p[1] - p[0], p[2] - p[0]));
             const double error = k_radius - glm::dot(normal, p[0]);
             if (frame < 40 && sight.sees(k_radius * normal))
@@ -451,7 +451,7 @@ TEST_CASE("lod: bad input [bad-input]") {
     CHECK_THROWS_WITH_AS(view.update(with([](lod::Camera& c) { c.eye.x = 1e100; })), doctest::Contains("farthest"),
                          Error);
     CHECK(view.update(with([](lod::Camera& c) { c.direction = {0, 1e-200, 0}; })).splits == 0);
-    // As far away as that, there and back: the mesh is what it was.
+    // After a camera very far away, and back, the view has at least the leaves of a new view.
     view.update(with([](lod::Camera& c) { c.eye.x = 1e50; }));
     for (int i = 100; i >= 0; --i) view.update(with([&](lod::Camera& c) { c.eye.y -= i; }));
     lod::View fresh(surface);
@@ -459,7 +459,7 @@ TEST_CASE("lod: bad input [bad-input]") {
     CHECK(view.leaf_count() >= fresh.leaf_count());
     CHECK(fresh.leaf_count() > 200);
 
-    // Absurd, but cameras: in the ground, looking up its own axis, everything behind, no budget but for the roots.
+    // Extreme but valid cameras: below the ground, looking along the up-axis, with everything behind. Then no budget.
     for (const Vec3d& eye : {Vec3d(16, -16, -500), Vec3d(16, -16, double{grid.at(16, 16)}), Vec3d(1e12, 1e12, 1e12)})
         for (const Vec3d& direction : {Vec3d(0, 0, 1), Vec3d(0, -1, 0)}) {
             const lod::Update update =

@@ -39,14 +39,14 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// A rough terrain as a tile file of small tiles.
+/// A rough terrain and its file of small tiles.
 struct TiledGrid {
     TiledGrid(std::uint32_t columns, std::uint32_t rows) : grid(rough(columns, rows, 5)) {
         grid.spacing = {2, 3};
         grid.origin = {1000, -500};
         lod::write_tiles(*make_height_source(grid), path, {.side = 16});
     }
-    /// Reads as the terrain itself does.
+    /// Reads the file as TiledTerrain does by default.
     void read(std::uint64_t offset, std::span<std::byte> bytes) const {
         std::ifstream file(path, std::ios::binary);
         file.seekg(static_cast<std::streamoff>(offset));
@@ -57,7 +57,7 @@ struct TiledGrid {
     std::filesystem::path path = dir / "terrain.tiles";
 };
 
-// Tiles of 16 steps have about 2.7 kB.
+// A tile of 16 steps takes about 2.7 kB.
 constexpr std::uint64_t k_small_cache = 64 << 10;
 
 std::set<std::array<Site, 3>> leaves(const lod::View& view) {
@@ -65,7 +65,7 @@ std::set<std::array<Site, 3>> leaves(const lod::View& view) {
     return {list.begin(), list.end()};
 }
 
-/// What a graphics card has of the vertices in use, in some order.
+/// Bytes of all vertices in use, sorted.
 std::vector<std::string> vertex_bytes(const lod::View& view) {
     std::set<std::uint32_t> numbers;
     for (const lod::Triangle& t : used(view)) numbers.insert(t.begin(), t.end());
@@ -76,7 +76,7 @@ std::vector<std::string> vertex_bytes(const lod::View& view) {
     return bytes;
 }
 
-/// Updates until nothing is to be loaded.
+/// Updates until no tile is left to be loaded.
 lod::Update rest(lod::View& view, const lod::TiledTerrain& terrain, const lod::Camera& camera,
                  const lod::Budget& budget) {
     for (;;) {
@@ -145,11 +145,11 @@ TEST_CASE("lod tiles: with a small cache and a slow, failing loader no frame has
                          if (call % 7 == 0) std::this_thread::sleep_for(2ms);
                          if (call % 3 == 0) throw std::runtime_error("the line is down");
                          tiled.read(offset, bytes);
-                         // What arrives may be damaged, too.
+                         // Bytes that arrive can also be damaged.
                          if (call % 5 == 0) bytes[bytes.size() / 2] ^= std::byte{4};
                      }});
     const lod::TiledTerrain sure(tiled.path);
-    // Hysteresis depends on the way, so each view is a new one.
+    // Hysteresis depends on the camera's way, so new views are compared.
     Wanderer wanderer(tiled.grid, 3);
     lod::View view(terrain, {.max_leaves = 200'000});
     for (int frame = 0; frame < 120; ++frame) {
@@ -170,7 +170,7 @@ TEST_CASE("lod tiles: with a small cache and a slow, failing loader no frame has
         REQUIRE(leaves(late) == leaves(early));
         REQUIRE(vertex_bytes(late) == vertex_bytes(early));
         REQUIRE(late.leaf_count() > 2000);
-        // Of tiles that are gone the mesh has what the buffer has.
+        // For tiles that were dropped, the mesh has the positions of the buffer.
         const TriangleMesh mesh = late.mesh(), other = early.mesh();
         REQUIRE(mesh.positions.size() == other.positions.size());
         for (const auto* of : {&mesh, &other})
@@ -202,7 +202,7 @@ TEST_CASE("lod tiles: updates return while the loader is blocked, and several vi
                 camera = wanderer.next();
                 update = view.update(camera, {.pixel_error = 2});
             }
-            // The coarsest levels are shown.
+            // The coarsest levels are shown while finer ones are loaded.
             const bool waited = update.waiting > 0 && update.leaves > 4;
             const auto before = view.leaf_count();
             if (!is_open.exchange(true)) opened.count_down();
@@ -212,7 +212,7 @@ TEST_CASE("lod tiles: updates return while the loader is blocked, and several vi
         bool first = walk(1);
         CHECK(first);
         CHECK(terrain.statistics().loads > 0);
-        // Two threads, a view each.
+        // Two threads with one view each.
         std::vector<int> done(2);
         {
             std::vector<std::jthread> threads;
@@ -280,7 +280,7 @@ TEST_CASE("lod tiles: the ground is that of the samples, or not known yet, while
         games.join();
         check_whole(view, tiled.grid);
     }
-    // No view, and more tiles than the cache has room for: whoever asks long enough is told.
+    // Without views, and with more tiles than fit into the cache, each query is answered after enough calls.
     for (int i = 0; i < 100; ++i)
         for (const Vec2d at = place(); !ask(at);) std::this_thread::sleep_for(100us);
     CHECK(known > 50);
@@ -296,7 +296,7 @@ TEST_CASE("lod tiles: where some tiles are missing for good no ray passes betwee
                                                      tiled.read(offset, bytes);
                                                  }});
     lod::View everything(terrain);
-    // Until no tile has come for half a second.
+    // Until no tile has been loaded for half a second.
     for (std::uint64_t revision = 1, before = 0; revision != before; revision = terrain.revision()) {
         before = terrain.revision();
         everything.update({}, {.pixel_error = 1e-12});

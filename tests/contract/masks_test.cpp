@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-// Weights of the schemes: those of the papers, what all of them have in common, and what follows for their limits.
+// Weights of the schemes: values of the papers, properties of all schemes, and consequences for the limits.
 
 using namespace tetrakis;
 
@@ -36,7 +36,7 @@ double largest(const std::vector<double>& w) {
     return most;
 }
 
-/// l S.
+/// The product l S of a row and a matrix.
 std::vector<double> product(const std::vector<double>& l, const LocalMatrix& s) {
     std::vector<double> x(l.size(), 0.0);
     for (int i = 0; i < s.size(); ++i)
@@ -44,21 +44,21 @@ std::vector<double> product(const std::vector<double>& l, const LocalMatrix& s) 
     return x;
 }
 
-/// How far l S is from lambda l, for a largest weight of one.
+/// Largest component of l S - lambda l, for l scaled to a largest weight of one.
 double residual(const std::vector<double>& l, const LocalMatrix& s, double lambda) {
     std::vector<double> x = product(l, s);
     for (int j = 0; j < s.size(); ++j) x[j] -= lambda * l[j];
     return largest(x) / largest(l);
 }
 
-/// The one for which that is smallest.
+/// The lambda for which l S - lambda l is smallest (least squares).
 double eigenvalue(const std::vector<double>& l, const LocalMatrix& s) {
     const std::vector<double> x = product(l, s);
     return std::inner_product(x.begin(), x.end(), l.begin(), 0.0) /
            std::inner_product(l.begin(), l.end(), l.begin(), 0.0);
 }
 
-/// Distance of two vectors scaled to a largest weight of one with the same sign.
+/// Distance of two vectors after scaling both to a largest weight of one and to the same sign.
 double difference(const std::vector<double>& a, const std::vector<double>& b) {
     double dot = 0, most = 0;
     for (std::size_t i = 0; i < a.size(); ++i) dot += a[i] * b[i];
@@ -67,7 +67,7 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
     return most;
 }
 
-/// What is printed for a shape is what the matrix says.
+/// Checks the masks of scheme_masks() for a shape against its subdivision matrix.
 void check_masks(const test::SchemeVariant& v, const FanShape& shape) {
     const SpectralAnalysis a = analyse(*v.scheme, shape, v.options);
     double off = 0;
@@ -78,7 +78,7 @@ void check_masks(const test::SchemeVariant& v, const FanShape& shape) {
     }
     CHECK(off < 1e-13);
     const SchemeMasks masks = scheme_masks(*v.scheme, a, v.options);
-    // Left eigenvectors of a matrix with nearby eigenvalues are known to the rounding error over the distance.
+    // The error of a left eigenvector is the rounding error over the distance to the nearest other eigenvalue.
     constexpr double k_tolerance = 1e-9;
     CHECK(sum(masks.limit) == doctest::Approx(1).epsilon(1e-12));
     CHECK(residual(masks.limit, a.matrix, 1) < k_tolerance);
@@ -89,7 +89,7 @@ void check_masks(const test::SchemeVariant& v, const FanShape& shape) {
         CHECK(std::abs(sum(mask)) < 1e-10 * largest(mask));
         const double own = is_formula ? eigenvalue(mask, a.matrix) : lambda;
         CHECK(residual(mask, a.matrix, own) < k_tolerance);
-        // Where no tangent plane is (plain rules, many faces), the mode along the boundary is not the dominant one.
+        // Without a tangent plane (plain rules, many faces) the mode along the boundary is not dominant.
         if (!is_formula || !a.proper) return;
         CHECK(own == doctest::Approx(lambda).epsilon(1e-7));
         if (!numeric.empty()) CHECK(difference(mask, numeric) < 1e-7);
@@ -118,7 +118,7 @@ using Weights = std::vector<double>;
 
 Weights ascending(std::span<const double> weights, double unit) {
     Weights result;
-    // In units, in which they are whole numbers.
+    // In multiples of `unit`, which are integers.
     for (const double w : weights) result.push_back(std::round(w / unit * 1e6) / 1e6);
     std::sort(result.begin(), result.end());
     return result;
@@ -191,13 +191,13 @@ TEST_CASE("masks: polynomials on regular meshes are reproduced up to the degree 
                 }
                 CHECK(compared >= 16);
             }
-        // The one at which the loop ended is not.
+        // The loop ended at the first degree that is not reproduced.
         CHECK(degree - 2 == scheme.reproduction);
     }
 }
 
 TEST_CASE("masks: on regular meshes the rows are those of the papers and no others") {
-    // Of vertices, edges and faces, or of all points of dual schemes, in units of `unit`.
+    // Rows of new vertices, edge points and face points, or of all points of dual schemes, in multiples of `unit`.
     struct Known {
         std::string_view scheme;
         double unit;
@@ -248,7 +248,7 @@ TEST_CASE("[slow] masks: limits and tangents are eigenvectors of the scheme's ma
             CAPTURE(K);
             check_masks(v, {.faces = K, .boundary = true});
         }
-        // Corners that copies of the boundary or dual faces surround.
+        // Corners surrounded by dual faces or, for averaging, by copies of the boundary.
         const bool dual = fan_lattice(*v.scheme, v.options) == FanLattice::dual;
         if (v.scheme->family == MeshFamily::hexagons || (!dual && v.scheme->name != "averaging")) continue;
         for (int K = 1; K <= (dual ? 1 : 6); ++K) {
@@ -260,7 +260,7 @@ TEST_CASE("[slow] masks: limits and tangents are eigenvectors of the scheme's ma
         CAPTURE(name);
         check_masks({name, find_scheme(name)}, {.faces = faces, .boundary = true});
     }
-    // Loop's edges are a second difference: the largest eigenvalue inside is that of half a sine.
+    // Loop's edge rules are a second difference along the ring: the largest inner eigenvalue is that of half a sine.
     const SpectralAnalysis loop = analyse(*find_scheme("loop"), {.faces = 999, .boundary = true}, {});
     CHECK(loop.lambda1 == doctest::Approx(0.5).epsilon(1e-12));
     CHECK(loop.lambda2 == doctest::Approx(0.375 + 0.25 * std::cos(std::numbers::pi / 999)).epsilon(1e-12));
@@ -277,10 +277,10 @@ TEST_CASE(
             CHECK_THROWS_AS(analyse(*v.scheme, shape, v.options), std::invalid_argument);
             continue;
         }
-        // The points beyond a regular edge are other ones from either of its sides there.
+        // The ten-point rule uses different points from the two sides of a regular edge here.
         if (v.options.butterfly_w != 0) continue;
         const bool weights = v.options.catmull_clark_beta.has_value();
-        if (weights) continue;  // refused: no such weights have a tangent plane there
+        if (weights) continue;  // refused: with such weights there is no tangent plane here
         check_masks(v, shape);
         const SpectralAnalysis a = analyse(*v.scheme, shape, v.options);
         const FanLabels& labels = a.matrix.labels;
@@ -299,7 +299,7 @@ TEST_CASE(
         CHECK(off < 1e-15);
         CHECK_FALSE(a.proper);
     }
-    // By hand: Loop's edges take 3/8 of the vertex and their end, 2/8 of the other.
+    // By hand: an edge of Loop takes 3/8 of the vertex, 3/8 of its end, and 2/8 of the other edge's end.
     const SpectralAnalysis loop = analyse(*find_scheme("loop"), {.faces = 2}, {});
     CHECK(loop.lambda1 == doctest::Approx(1.0 / 8).epsilon(1e-12));
     CHECK(loop.lambda2 == doctest::Approx(1.0 / 8).epsilon(1e-12));
@@ -314,7 +314,7 @@ TEST_CASE("[slow] masks: around vertices and faces of any number of edges they a
     for (const int n : {3, 4, 5, 6, 7, 8, 9, 12, 33, 100, 1000}) {
         CAPTURE(n);
         const double angle = 2 * std::numbers::pi / n, c = std::cos(angle);
-        // Of the middle itself, each edge's end and each quad's opposite corner.
+        // Weights of the middle vertex, of each edge's end and of each quad's opposite corner.
         struct Around {
             double centre, edge, face;
         };
@@ -322,7 +322,7 @@ TEST_CASE("[slow] masks: around vertices and faces of any number of edges they a
             const char* scheme;
             double lambda;
             Around limit;
-            std::optional<Around> level = std::nullopt;  ///< one level on, where the matrix is of one
+            std::optional<Around> level = std::nullopt;  ///< rule of one level, if the matrix is of one level
             RuleOptions rules{};
         };
         const auto loop = [&](double beta) {
@@ -365,7 +365,7 @@ TEST_CASE("[slow] masks: around vertices and faces of any number of edges they a
                     {off, n * std::abs(an.limit[f] - limit.face), n * std::abs(an.matrix.at(0, f) - level->face)});
             }
             CHECK(off < 1e-9);
-            // Doo and Sabin's weights, from the corner that the point is near on.
+            // Doo and Sabin's weights, counted from the corner that is nearest to the point.
             if (!dual) continue;
             const int own = n / 2;
             for (const int s : {0, 1, own, n - 1}) {
@@ -407,7 +407,7 @@ TEST_CASE("masks: subdominant and third eigenvalues are those of the literature"
         int valence;
         double lambda, third;
     };
-    // Numbers to four digits from an independent program; closed forms are tested elsewhere.
+    // Four digits from an independent program. Closed forms are tested elsewhere.
     const Case cases[] = {
         {"kobbelt", 3, .4263, .25},   {"kobbelt", 5, .5379, .3619}, {"kobbelt", 16, .6046, .5821},
         {"biquartic", 3, .3966, .25}, {"biquartic", 8, .6639, .5},  {"biquartic", 16, .7202, .6639},
@@ -426,7 +426,7 @@ TEST_CASE("masks: subdominant and third eigenvalues are those of the literature"
     CHECK(analyse(*find_scheme("loop"), {.faces = 9}, {}).curvature == CurvatureClass::unbounded);
     CHECK(analyse(*find_scheme("catmull-clark"), {.faces = 5}, {}).curvature == CurvatureClass::unbounded);
     CHECK(analyse(*find_scheme("doo-sabin"), {.faces = 5}, {}).curvature == CurvatureClass::bounded);
-    // The original Butterfly is not smooth at valence 3, and midpoints nowhere.
+    // The original Butterfly is not smooth at valence 3, midpoint at no extraordinary vertex.
     CHECK_FALSE(analyse(*find_scheme("butterfly"), {.faces = 3}, {}).proper);
     CHECK_FALSE(analyse(*find_scheme("midpoint"), {.faces = 5}, {}).proper);
 }
@@ -436,7 +436,7 @@ TEST_CASE("masks: boundary vertices have a tangent plane wherever the scheme's r
         const char* scheme;
         EdgeBesideCrease rule;
         int first, last;          ///< faces at the vertex
-        double lambda1, lambda2;  ///< 0: whatever it is
+        double lambda1, lambda2;  ///< 0: any value
     };
     constexpr auto plain = EdgeBesideCrease::plain, cosine = EdgeBesideCrease::cosine, brief = EdgeBesideCrease::brief;
     const Case cases[] = {{"loop", plain, 2, 5, .5, 0},
@@ -450,7 +450,7 @@ TEST_CASE("masks: boundary vertices have a tangent plane wherever the scheme's r
                           {"4-8", plain, 2, 3, .5, 0},
                           {"sqrt3", plain, 2, 5, 1.0 / 3, 0},
                           {"tuned-loop", cosine, 2, 16, .5, .5},
-                          {"biquartic", plain, 4, 4, .5, .25}};  // its tangent mask: splines_test
+                          {"biquartic", plain, 4, 4, .5, .25}};  // splines_test checks its tangents
     for (const Case& c : cases)
         for (int K = c.first; K <= c.last; ++K) {
             CAPTURE(c.scheme);
@@ -461,10 +461,10 @@ TEST_CASE("masks: boundary vertices have a tangent plane wherever the scheme's r
             CHECK(a.lambda1 == doctest::Approx(c.lambda1));
             if (c.lambda2 > 0) CHECK(a.lambda2 == doctest::Approx(c.lambda2));
         }
-    // And one face more is too many for the plain rules.
+    // With one more face, the plain rules have no tangent plane.
     CHECK_FALSE(analyse(*find_scheme("loop"), {.faces = 6, .boundary = true}, {}).proper);
     CHECK_FALSE(analyse(*find_scheme("catmull-clark"), {.faces = 4, .boundary = true}, {}).proper);
-    // Another mode across is as large: midedge's are both 1/4.
+    // Two modes across the boundary have equal eigenvalues: midedge's are both 1/4.
     CHECK_FALSE(analyse(*find_scheme("midedge"), {.faces = 4, .boundary = true}, {}).proper);
 }
 

@@ -25,7 +25,7 @@ ControlMeshData two_quads() {
     return data;
 }
 
-// The data has this fault first; build() throws it with the file, its line and the advice.
+// Checks that this is the first fault of the data, and that build() throws it with the file, its line and the advice.
 void check_fault(const ControlMeshData& data, Kind kind, std::uint32_t element, std::uint64_t line,
                  const std::string& words, const std::string& advice) {
     const auto faults = find_faults(data);
@@ -43,7 +43,7 @@ void check_fault(const ControlMeshData& data, Kind kind, std::uint32_t element, 
     CHECK(contains(error.what(), faults[0].message));
 }
 
-// Any polygon soup of sound faces: random corners without repetition.
+// A random polygon soup. Each face is valid by itself: it repeats no vertex.
 ControlMeshData random_soup(std::mt19937_64& random, std::uint32_t vertices, std::uint32_t faces) {
     ControlMeshData data;
     data.positions = random_points(vertices, random);
@@ -59,7 +59,7 @@ ControlMeshData random_soup(std::mt19937_64& random, std::uint32_t vertices, std
     return data;
 }
 
-// Brute force: is it an oriented 2-manifold? By counting uses of directed edges and flooding each vertex's faces.
+// Whether this is an oriented 2-manifold, by brute force: counts directed edges, and floods each vertex's faces.
 bool is_manifold(const ControlMeshData& data) {
     const std::size_t faces = data.face_offsets.size() - 1;
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::size_t>> directed;
@@ -104,7 +104,7 @@ TEST_CASE("[bad-input] every fault of an element is found, named, located and co
         check_fault(data, kind, element, line, words, advice);
     };
     using Data = ControlMeshData;
-    // Arrays that do not fit together.
+    // Arrays whose sizes do not match.
     check([](Data& d) { d.face_offsets = {0}, d.face_vertices.clear(), d.face_lines.clear(); }, Kind::no_faces, 0, 0,
           "no faces", "at least one");
     check([](Data& d) { d.face_offsets.clear(), d.face_vertices.clear(), d.face_lines.clear(); }, Kind::no_faces, 0, 0,
@@ -207,7 +207,7 @@ TEST_CASE("[bad-input] faces that do not hang together as a surface are told apa
     check_fault(
         mesh_data(more, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 7, 6}, {0, 6, 8}, {6, 7, 8}, {7, 0, 8}}),
         Kind::non_manifold_vertex, 0, 0, "6 faces at vertex 0", "--repair");
-    // A duplicate face, started elsewhere.
+    // A duplicate face that starts at another vertex.
     const auto faults = find_faults(mesh_data(points, {{0, 1, 2}, {1, 2, 3}, {2, 0, 1}}));
     REQUIRE(!faults.empty());
     CHECK(name(faults[0].kind) == "duplicate face");
@@ -284,7 +284,7 @@ TEST_CASE("harmless oddities are warnings") {
 
 TEST_CASE("[inv10] a large mesh builds the same for any number of threads, as brute force says") {
     constexpr std::uint32_t n = 200;
-    auto data = grid(n);  // big enough for several blocks
+    auto data = grid(n);  // large enough for several blocks
     std::mt19937_64 random(5);
     std::vector<std::uint32_t> order(data.positions.size());  // scatter the vertex numbers over all buckets
     for (std::uint32_t v = 0; v < order.size(); ++v) order[v] = v;
@@ -311,7 +311,7 @@ TEST_CASE("[inv10] a large mesh builds the same for any number of threads, as br
     CHECK(edges == 2 * n * (n + 1));
     const auto inner = directed.at({order[(n + 1) * 5 + 5], order[(n + 1) * 5 + 6]});
     CHECK(one.sharpness(one.edge(HalfedgeId(inner))) == k_sharpness_infinity);  // the last tag wins
-    CHECK(one.sharpness(VertexId(order[0])) == k_sharpness_infinity);           // edge and corner
+    CHECK(one.sharpness(VertexId(order[0])) == k_sharpness_infinity);           // by edge_and_corner
 
     for (const int threads : {2, 4}) {
         const ControlMesh many = ControlMesh::build(data, with_thread_count(threads));

@@ -22,8 +22,8 @@ bool reports_have(const std::vector<std::string>& reports, const std::string& pa
     return std::ranges::any_of(reports, [&](const std::string& r) { return contains(r, part); });
 }
 
-// A soup with everything that can be wrong with faces and tags. Each corner's UV and each face's line and material say
-// which vertex or face it was made for, so that a layer that slips is seen.
+// A soup with all faults that faces and tags can have. The UV of a corner and the line and material of a face contain
+// its vertex or face number, so that a shifted layer is detected.
 ControlMeshData wild_soup(std::mt19937_64& random) {
     ControlMeshData data;
     const auto vertices = 4 + static_cast<std::uint32_t>(random() % 10);
@@ -33,7 +33,7 @@ ControlMeshData wild_soup(std::mt19937_64& random) {
     data.face_offsets = {0};
     for (std::uint32_t f = 0; f < faces; ++f) {
         const std::uint64_t size = random() % 8 == 0 ? random() % 3 : 3 + random() % 4;
-        if (f > 0 && random() % 6 == 0) {  // an earlier face again, rotated, perhaps reversed
+        if (f > 0 && random() % 6 == 0) {  // copy of an earlier face, rotated, perhaps reversed
             const std::uint32_t g = static_cast<std::uint32_t>(random() % f);
             std::vector<std::uint32_t> copy(data.face_vertices.begin() + data.face_offsets[g],
                                             data.face_vertices.begin() + data.face_offsets[g + 1]);
@@ -63,7 +63,7 @@ ControlMeshData wild_soup(std::mt19937_64& random) {
         data.holes.push_back(static_cast<std::uint32_t>(random() % (faces + 2)));
         data.hole_lines.push_back(1000 + data.holes.back());
     }
-    for (int i = 0; i < 8; ++i) {  // the line says which corner of which face
+    for (int i = 0; i < 8; ++i) {  // the line encodes vertex and face
         const auto v = static_cast<std::uint32_t>(random() % (vertices + 1)),
                    f = static_cast<std::uint32_t>(random() % (faces + 1));
         data.corner_angles.push_back({v, f, random() % 8 == 0 ? -1.0 : 0.2 + 0.1 * double(random() % 3), 100 * v + f});
@@ -121,7 +121,7 @@ TEST_CASE("repair of single faults: repeats, faces that pass a vertex twice, fac
         std::vector<std::uint32_t> offsets;
         std::vector<std::string> reports;
     };
-    // Vertices of no face are left out, except of the first row.
+    // Rows of four faces get only the four vertices that these faces use.
     const Faces tetrahedron = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
     for (const Row& row :
          {Row{{{0, 1, 2, 2}, {0, 1, 1}, {5, 5, 3, 1, 4, 5}},
@@ -139,7 +139,7 @@ TEST_CASE("repair of single faults: repeats, faces that pass a vertex twice, fac
         for (const std::string& report : row.reports) CHECK(reports_have(reports, report));
         CHECK(reports.empty() == row.reports.empty());
         CHECK(find_faults(data).empty());
-        // As most faces were, and the first corner stays.
+        // The orientation is that of most faces, and the first corner of a face stays the first.
         if (row.faces.size() == 4)
             CHECK(data.face_vertices == (row.reports.empty()
                                              ? std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}
@@ -178,7 +178,7 @@ TEST_CASE("repair gives every copy of a split edge and vertex its tags, and the 
 }
 
 TEST_CASE("repair gives the angles of corners to what is left of their faces, and drops those that contradict others") {
-    // Two faces that touch in vertex 0 alone, each with its angle; the first is a duplicate's.
+    // Two faces that touch in vertex 0 alone, each with an angle. The first face has a duplicate.
     auto data = mesh_data(k_points, {{0, 1, 2}, {1, 2, 0}, {0, 3, 4}});
     data.corners = {{0, 7.0f}};
     data.corner_angles = {{0, 0, 1.0}, {0, 2, 2.0}, {0, 2, 2.5}, {0, 1, 1.0}, {0, 9, 1.0}, {0, 0, 7.0}};
@@ -222,7 +222,7 @@ TEST_CASE("[bad-input] repair refuses offsets that fit no faces") {
 
 namespace {
 
-/// A cube of six faces that share no vertices, each with the unit square as its texture by coordinates of its own.
+/// A cube of six faces that share no vertices. Each has its own texture coordinates, the unit square.
 ControlMeshData unwelded_cube() {
     ControlMeshData data;
     data.face_offsets = {0};
@@ -284,17 +284,17 @@ TEST_CASE("faces that share no vertices are a warning, and welding joins them, t
 }
 
 TEST_CASE("no warning where welding would help little or make no surface") {
-    // Sheets one above the other, one face with the same corners the other way round, three faces at an edge.
+    // Cases: parallel sheets, faces that would have opposite orientations, three faces at an edge.
     const auto quad = [](double z) { return std::array<Vec3d, 4>{{{0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z}}}; };
     std::vector<Vec3d> points;
     for (const double z : {0.0, 1.0}) std::ranges::copy(quad(z), std::back_inserter(points));
     CHECK(weld_warnings(ControlMesh::build(mesh_data(points, {{0, 1, 2, 3}, {4, 5, 6, 7}}))) == 0);
-    // The same direction along the edge: joined, they would be turned against each other.
+    // Both faces use the edge in the same direction: joined, they would have opposite orientations.
     CHECK(weld_warnings(ControlMesh::build(mesh_data(
               {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {3, 4, 5}}))) == 0);
     CHECK(weld_warnings(ControlMesh::build(mesh_data(
               {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {4, 3, 5}}))) == 1);
-    // What repair() has split stays split.
+    // Vertices that repair() has split stay split.
     ControlMeshData fins = mesh_data(k_points, {{0, 1, 2}, {1, 0, 3}, {1, 0, 4}});
     CHECK(!repair(fins).empty());
     CHECK(weld_warnings(ControlMesh::build(fins)) == 0);
@@ -361,7 +361,7 @@ TEST_CASE("[bad-input] distances to weld within") {
         CHECK(contains(error.what(), "must be 0 or more"));
         CHECK(data.positions.size() == 24);
     }
-    // Random soups: never worse than an error, and sound after a repair.
+    // Random soups: welding never fails worse than with an Error, and repair() then makes them valid.
     std::mt19937_64 random(3);
     for (int i = 0; i < 200; ++i) {
         ControlMeshData data = wild_soup(random);

@@ -20,7 +20,7 @@ ControlMeshData parse(const std::string& text, bool repair = false) {
     return parse_obj(text, "test.obj", {.repair = repair});
 }
 
-// Parsing (and building, when it comes to that) fails on this line, with these words and this advice.
+// Checks that parsing, or else building, fails with this line, these words and this advice.
 void check_refused(const std::string& text, std::uint64_t line, const std::string& words, const std::string& advice) {
     CAPTURE(text);
     const Error error = error_of([&] { ControlMesh::build(parse(text)); });
@@ -34,7 +34,7 @@ void check_refused(const std::string& text, std::uint64_t line, const std::strin
     CHECK(contains(error.what(), advice));
 }
 
-// A good file with everything a reader meets.
+// A valid file with all kinds of lines.
 const std::string k_good =
     "\xEF\xBB\xBF# comment \\\nmtllib a.mtl\no Sphere\xE4\r\nv 0 0 0 1\r\nv\t+1.5e0 0 -0.25 1.0 0.5 0.5 0.5\nv 1. 1 0\n"
     "v .0 1 0 0.1 0.2 0.3\nv 2 0.1 1e-3\nv 2 1 0\nvt 0 0\nvt 1 0 0\nvt 1 1\nvt 0\nvn 0 0 1\ng left hand side\nusemtl "
@@ -44,7 +44,7 @@ const std::string k_good =
     "t facevaryinginterpolateboundary 1/0/0 5\nt creasemethod 0/0/1 chaikin\nt smoothtriangles 1/0/0 1\n"
     "t cornerangle 4/2/0 3 0 3 0 112.5 112.5";
 
-// Reading this text must end in data or in an Error with advice, never in anything else.
+// Whether reading this text ends with data or with an Error that has advice.
 bool survives(const std::string& text) {
     for (const bool repair : {false, true}) {
         try {
@@ -364,7 +364,7 @@ TEST_CASE("[bad-input] every shorter length of a good file ends in a mesh or an 
     REQUIRE(survives(k_good));
     for (std::size_t length = 0; length < k_good.size(); ++length) {
         CAPTURE(length);
-        // A copy of its own, so that the sanitizers see a read past its end.
+        // A separate copy, so that the sanitizers detect reads past its end.
         REQUIRE(survives(std::string(k_good.data(), length)));
     }
 }

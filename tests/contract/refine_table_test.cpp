@@ -19,8 +19,8 @@
 #include <utility>
 #include <vector>
 
-// refine() has several ways to a result, by scheme, mesh, tags, level and options. One table of all of these against
-// the one general way: rows of refine_stencils() times the control points.
+// refine() has several code paths, which depend on scheme, mesh, tags, level and options. A table of such cases
+// compares all of them with the general path: rows of refine_stencils() times the control points.
 
 using namespace tetrakis;
 
@@ -32,7 +32,7 @@ constexpr Shape k_shapes[] = {Shape::closed,    Shape::open,       Shape::prism,
 enum class Tags { none, crease, semi_sharp, dart, corner, seams };
 constexpr Tags k_tags[] = {Tags::none, Tags::crease, Tags::semi_sharp, Tags::dart, Tags::corner, Tags::seams};
 
-/// Two n-gons, the first one below, and what joins them; with a vertex in the middle of an upright edge.
+/// A prism over an n-gon. @param valence_2  adds a vertex in the middle of an upright edge
 ControlMeshData prism(std::uint32_t n, bool valence_2 = false) {
     std::vector<Vec3d> positions;
     std::vector<std::vector<std::uint32_t>> faces(2);
@@ -60,7 +60,7 @@ ControlMeshData shape_data(Shape shape) {
     return data;
 }
 
-/// Each face of a material of its own.
+/// Gives each face its own material.
 void add_materials(ControlMeshData& data) {
     for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
         data.face_material.push_back(f);
@@ -78,7 +78,7 @@ ControlMesh make_mesh(const SchemeInfo& scheme, Shape shape, Tags tags) {
     ControlMesh mesh = ControlMesh::build(std::move(data));
     if (scheme.family == MeshFamily::triangles) mesh = triangulate(mesh);
     data = mesh.data();
-    // The edges of one face, or of the middle one of the open mesh.
+    // Tags are along the edges of the last face, or of the middle face of the open mesh.
     const FaceId face(shape == Shape::open ? mesh.face_count() / 2 : mesh.face_count() - 1);
     std::vector<HalfedgeId> loop{mesh.face_halfedge(face)};
     while (loop.size() < mesh.face_size(face)) loop.push_back(mesh.next(loop.back()));
@@ -112,20 +112,20 @@ struct Entry {
     bool limit;
 };
 
-/// The levels that are compared. From the last one on what repeats itself is not made by the general rules any more.
+/// The levels that are compared. At the last one, refine() uses repeating stencil rows instead of the general rules.
 std::vector<int> levels_of(const SchemeInfo& scheme) {
-    if (scheme.refinement == Refinement::honeycomb) return {0, 1, 2, 3};  // nothing repeats itself
+    if (scheme.refinement == Refinement::honeycomb) return {0, 1, 2, 3};  // has no repeating rows
     return {0, 1, 2, scheme.refinement == Refinement::sqrt3 ? 4 : 5};
 }
 
-/// Others take too long.
+/// Whether an entry is compared. The other entries would take too long.
 bool is_in_table(const SchemeInfo& scheme, const Entry& e) {
     const bool few_tags = e.tags == Tags::none || e.tags == Tags::crease || e.tags == Tags::seams;
     if (e.shape == Shape::many_edges) {
         if (scheme.averaging_steps != 0) return e.level <= 1 && e.tags == Tags::none;
         return e.limit ? e.level <= 1 && few_tags : e.level <= 1 || (e.level == 2 && few_tags);
     }
-    // These three steps are the biquartic scheme's.
+    // The default of three averaging steps is the biquartic scheme, which has its own table.
     if (scheme.averaging_steps == SchemeInfo::k_chosen_steps && e.limit && !few_tags) return false;
     if (e.level <= 1) return true;
     // "biquartic" has the same rules.
@@ -138,7 +138,7 @@ bool is_in_table(const SchemeInfo& scheme, const Entry& e) {
     return few_tags && (e.shape == Shape::closed || e.shape == Shape::open || e.shape == Shape::hole);
 }
 
-/// Face numbers by their corners from the least one on, these renumbered.
+/// For each face, by its renumbered corners from the least one on: its number, and the position of that corner.
 std::map<std::vector<std::uint32_t>, std::pair<std::uint32_t, std::uint32_t>> face_numbers(
     const PolygonMesh& mesh, const std::vector<std::uint32_t>& number) {
     std::map<std::vector<std::uint32_t>, std::pair<std::uint32_t, std::uint32_t>> result;
@@ -155,7 +155,7 @@ std::map<std::vector<std::uint32_t>, std::pair<std::uint32_t, std::uint32_t>> fa
 
 bool has_two_faces(const ControlMesh& mesh, VertexId v) { return !mesh.is_boundary(v) && mesh.face_valence(v) == 2; }
 
-/// Vertices whose normals are a matter of choice for Catmull-Clark and Loop, which have no tangent plane there.
+/// Number of vertices at which Catmull-Clark and Loop have no tangent plane, so that the normal is a matter of choice.
 int without_tangent_plane(const ControlMesh& mesh) {
     int count = 0;
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
@@ -173,7 +173,7 @@ bool same_mesh(const PolygonMesh& a, const PolygonMesh& b) {
     return same;
 }
 
-/// False, with nothing compared, where both of them say that this is not supported.
+/// Compares refine() with the rows. Returns false, without a comparison, if both report the case as unsupported.
 bool compare(const SchemeInfo& scheme, const ControlMesh& mesh, int level, RefineOptions options) {
     VertexAttribute attribute{"numbers", 2, {}};
     test::Random random(11);
@@ -202,7 +202,7 @@ bool compare(const SchemeInfo& scheme, const ControlMesh& mesh, int level, Refin
     CHECK(same_mesh(ours, refine(mesh, scheme, level, options)));
     CHECK(ours.warnings == expected.mesh.warnings);
 
-    // The rows are the mesh's vertices.
+    // The rows times the control points are the mesh's vertices.
     const double size = mesh.bounding_box().diagonal();
     const std::size_t count = expected.mesh.positions.size();
     REQUIRE(expected.stencils.row_count() == static_cast<int>(count));
@@ -224,14 +224,14 @@ bool compare(const SchemeInfo& scheme, const ControlMesh& mesh, int level, Refin
     }
     CHECK(apart < 1e-12 * size);
     if (std::set<std::uint32_t>(number.begin(), number.end()).size() < count) {
-        // Folded edges give one point twice: which of them a face has cannot be seen from the place.
+        // Folded edges give two vertices at one point, so a position does not tell which one a face uses.
         bool is_twice = false;
         for (std::uint32_t v = 0; v < count; ++v) is_twice |= match.count_within(rows[v], 1e-12 * size) > 1;
         CHECK(is_twice);
         return true;
     }
 
-    // Faces, each with its side up, its material and its texture coordinates.
+    // Faces, with orientation, material and texture coordinates.
     std::vector<std::uint32_t> identity(count);
     for (std::uint32_t v = 0; v < count; ++v) identity[v] = v;
     const auto our_faces = face_numbers(ours, number), their_faces = face_numbers(expected.mesh, identity);
@@ -291,7 +291,7 @@ bool compare(const SchemeInfo& scheme, const ControlMesh& mesh, int level, Refin
     return true;
 }
 
-/// @param entries  so many of the table are supported, at least; for the others both say that they are not
+/// @param entries  least number of entries that are supported; for the others both paths must report an error
 void check_table(std::string_view name, int entries) {
     CAPTURE(name);
     const SchemeInfo& scheme = scheme_named(name);
@@ -312,7 +312,7 @@ void check_table(std::string_view name, int entries) {
     CHECK(compared >= entries);
 }
 
-/// Without tags, of a few faces; every third one closed.
+/// A random mesh with few faces and without tags. Every third mesh is closed.
 ControlMeshData untagged_data(std::uint64_t seed, const SchemeInfo& scheme) {
     test::RandomMeshOptions options = test::random_options(seed);
     options.columns = 3 + static_cast<int>(seed % 2);
@@ -328,8 +328,8 @@ ControlMeshData untagged_data(std::uint64_t seed, const SchemeInfo& scheme) {
     return data;
 }
 
-/// Creases along edges here and there, most of which end at darts, or around regions of faces, of which none does; each
-/// as sharp as one of these, and a corner as the first and as the last. Without any: in two charts.
+/// Adds creases along random edges (`darts`; most end at darts) or around random regions of faces, each with a value of
+/// `sharpness`, and corners with its first and last value. If it is empty: no tags, but UVs in two charts.
 ControlMesh with_tags(ControlMeshData data, std::uint64_t seed, bool darts, const std::vector<float>& sharpness) {
     if (sharpness.empty()) test::add_charts(data);
     const ControlMesh mesh = ControlMesh::build(data);
@@ -349,7 +349,7 @@ ControlMesh with_tags(ControlMeshData data, std::uint64_t seed, bool darts, cons
     return ControlMesh::build(std::move(data));
 }
 
-/// The bytes of refine(), in buffers that hold something else before.
+/// Checks that a PositionRefiner gives the bytes of refine(), also in buffers that hold older results.
 void check_refined_again(const SchemeInfo& scheme, const ControlMesh& mesh, int level, const RefineOptions& options) {
     ControlMeshData data = mesh.data();
     test::Random random(3);
@@ -368,8 +368,8 @@ void check_refined_again(const SchemeInfo& scheme, const ControlMesh& mesh, int 
 
 TEST_SUITE_BEGIN("contract");
 
-// Limits that are not supported: of a dual scheme's vertex of two faces that is seen from level 0, of honeycomb
-// refinement at darts.
+// Limits that are not supported: at vertices with two faces on level 0 of dual schemes, and at darts of honeycomb
+// refinement.
 TEST_CASE("[slow] refine() is rows of weights times the control points: loop, catmull-clark, 4-8") {
     for (const char* name : {"loop", "catmull-clark", "4-8"}) check_table(name, 194);
 }
@@ -396,7 +396,7 @@ TEST_CASE("[slow] refine() is rows of weights times the control points: averages
 }
 
 TEST_CASE("[slow] refine() is rows of weights times the control points: other rules, receding boundaries") {
-    // Angles at corners of creases, with seams.
+    // Corner angles on creases, with seams.
     for (const char* name : {"loop", "tuned-loop", "catmull-clark"}) {
         CAPTURE(name);
         const SchemeInfo& scheme = scheme_named(name);
@@ -504,7 +504,7 @@ TEST_CASE("positions refined again are the bytes of refine() for control points 
         {"modified-butterfly", {.smoothing = 2}}};
     for (const auto& [name, options] : others) {
         CAPTURE(name);
-        // With vertices of no face, before the others and after them.
+        // With vertices without faces, before and after the others.
         ControlMeshData data = make_mesh(scheme_named(name), Shape::open, Tags::corner).data();
         data.holes = {0};
         data.positions.insert(data.positions.begin(), Vec3d(7, 8, 9));

@@ -13,14 +13,14 @@
 #include <utility>
 #include <vector>
 
-// On regular meshes most schemes are box splines. A box spline is known by its directions alone: its values follow from
-// those of splines with one direction less.
+// On regular meshes most schemes are box splines. The directions of a box spline define it: its values follow from
+// splines with one direction less.
 
 using namespace tetrakis;
 
 namespace {
 
-/// How often e1, e2, e1 + e2 and e1 - e2 occur.
+/// Multiplicities of the directions e1, e2, e1 + e2 and e1 - e2.
 using SplineDirections = std::array<int, 4>;
 constexpr std::array<std::array<int, 2>, 4> k_spline_direction{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
 
@@ -49,12 +49,12 @@ std::vector<RegularSpline> regular_splines() {
     return result;
 }
 
-/// Values of the box spline of such directions whose support begins at the origin. Its points are multiples of powers
-/// of two. Where a spline of too few directions jumps, the value is that a little to one side, to the same one always.
+/// Values of the box spline of these directions whose support starts at the origin, at dyadic points. Where a spline
+/// with few directions is discontinuous, the value is the limit from one side, always the same side.
 class BoxSplineValues {
   public:
     double at(const SplineDirections& times, double x, double y) {
-        // Beyond its support; only the last direction has one that is below the origin.
+        // Outside the support. Only the last direction extends below y = 0.
         if (x < 0 || x > times[0] + times[2] + times[3] || y < -times[3] || y > times[1] + times[2]) return 0;
         const auto [known, is_new] = values_.try_emplace({times, x, y}, 0.0);
         if (!is_new) return known->second;
@@ -69,7 +69,7 @@ class BoxSplineValues {
             total += times[d];
             if (times[d] > 0) found.push_back(d);
         }
-        // The point as so much of the first two directions there are, and so the side to look to.
+        // Coordinates, in the first two directions, of the point and of the side from which limits are taken.
         const auto& a = k_spline_direction[found[0]];
         const auto& b = k_spline_direction[found[1]];
         const double det = a[0] * b[1] - a[1] * b[0];
@@ -80,7 +80,7 @@ class BoxSplineValues {
         if (found.size() == 2)
             return univariate(times[found[0]], t[0], side[0]) * univariate(times[found[1]], t[1], side[1]) /
                    std::abs(det);
-        // De Boor, Hoellig 1982: the recurrence over each direction left out once.
+        // De Boor, Hoellig 1982: recurrence over the splines without one copy of each direction.
         double sum = 0;
         for (std::size_t i = 0; i < found.size(); ++i) {
             const int d = found[i];
@@ -94,7 +94,7 @@ class BoxSplineValues {
         return sum / (total - 2);
     }
 
-    /// The B-spline of an order, on [0, order].
+    /// B-spline of an order, on [0, order].
     static double univariate(int order, double t, double side) {
         if (order == 1) return (t > 0 || (t == 0 && side > 0)) && (t < 1 || (t == 1 && side < 0)) ? 1 : 0;
         if (t < 0 || t > order) return 0;
@@ -109,8 +109,8 @@ class BoxSplineValues {
     std::map<Key, double> values_;
 };
 
-/// Control points on a grid over [0, k_cells]^2, heights at random. All schemes keep planes, so that x and y of what is
-/// made of them say where in the plane it is; the middle sees nothing of the boundary.
+/// Control points on a grid over [0, k_cells]^2 with random heights. All schemes reproduce planes, so x and y of a
+/// refined point are its parameters. The boundary does not influence the middle.
 constexpr int k_cells = 10;
 constexpr double k_middle = 1;  ///< half a side
 
@@ -126,22 +126,22 @@ NetOfHeights height_grid(MeshFamily family) {
     return {ControlMesh::build(std::move(data))};
 }
 
-/// The place in the plane that a point has but for rounding: a multiple of a quarter of a cell.
+/// Removes rounding from a coordinate, which is a multiple of a quarter of a cell.
 double nearest_place(double x) { return std::round(x * 4) / 4; }
 
 bool in_the_middle(const Vec3d& p) {
-    // Points lie on halves, quarters, ...: nothing is near the limits.
+    // Coordinates are multiples of 1/4, so rounding does not decide whether a point is in the middle.
     return std::max(std::abs(p.x - k_cells / 2.0), std::abs(p.y - k_cells / 2.0)) < k_middle + 1e-6;
 }
 
-/// Weights of control points i - 2 to i + 2, or at the ends of the two beyond and the two inside.
+/// Weights of control points i - 2 to i + 2 or, at an end, of the two outside and the two inside.
 struct SplineRow {
     int first = 0;
     std::vector<double> value, derivative;
 };
 
-/// A quartic spline whose control points go on as an even function, at control point i: at the ends, which this moves
-/// inwards from the control points, the second derivative in place of the first one, which is zero; towards greater i.
+/// Rows of a quartic spline with evenly reflected control points, at control point i. Its ends are moved inwards from
+/// the control points. The first derivative is zero there, so `derivative` is the second one, towards greater i.
 SplineRow quartic(int i, int count) {
     if (i > 0 && i + 1 < count)
         return {i - 2,
@@ -163,7 +163,7 @@ TEST_CASE("regular meshes: limit points are values of the scheme's box spline") 
         CAPTURE(name);
         CAPTURE(rules.averaging_steps);
         const NetOfHeights grid = height_grid(scheme_named(name).family);
-        // Half of its support lies on each side of a control point.
+        // The support is centred at the control point.
         const auto half_support = [&](int axis) {
             int sum = 0;
             for (int d = 0; d < 4; ++d) sum += times[d] * k_spline_direction[d][axis];

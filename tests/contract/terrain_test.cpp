@@ -115,8 +115,8 @@ TEST_CASE("terrain: a plane takes the coarsest mesh, and heights of all signs ar
 }
 
 TEST_CASE("terrain: heights move, so that half of the triangles do") {
-    // Through its own samples a paraboloid is 1 off in triangles with legs of 16, 512 of them, and 1/2 in the next
-    // ones.
+    // Triangles through samples of this paraboloid have an error of 1 with legs of 16 (512 triangles), and of 1/2 after
+    // the next bisection.
     const HeightGrid grid = grid_of(257, 257, [](double c, double r) { return (c * c + r * r) / 128; });
     CHECK(terrain_mesh(grid, {.max_error = 0.6}).mesh.triangles.size() < 600);
     CHECK(terrain_mesh(grid, {.max_error = 1}).mesh.triangles.size() <= 512);
@@ -133,7 +133,7 @@ TEST_CASE("terrain: Mount Fuji in fewer triangles than martini takes at the same
     const HeightGrid grid = load_height_grid(path);
     CHECK(grid.columns == 512);
     CHECK(grid.rows == 512);
-    // Martini's triangles at equal measured error (2026-11-21), and the share of them that is enough.
+    // Number of Martini's triangles at equal measured error (2026-11-21), and the part of it that must suffice here.
     for (const auto& [max_error, martini, share] :
          {std::tuple{1.0, 440583, 0.88}, {5.0, 265049, 0.51}, {10.0, 181578, 0.33}, {30.0, 45698, 0.29}}) {
         const Terrain terrain = terrain_mesh(grid, {.max_error = max_error});

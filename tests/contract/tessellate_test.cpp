@@ -39,7 +39,7 @@ const char* const k_schemes[] = {"catmull-clark", "loop",  "doo-sabin", "midedge
 
 bool is_dual(const SchemeInfo& scheme) { return scheme.refinement == Refinement::vertex_split; }
 
-/// A random mesh, smooth but for its boundary.
+/// A random mesh without tags. Only its boundary is sharp.
 ControlMeshData smooth_mesh(std::uint64_t seed, const SchemeInfo& scheme) {
     test::RandomMeshOptions options = test::random_options(seed);
     options.columns = options.rows = 3;
@@ -55,14 +55,14 @@ void check_watertight(const ControlMesh& mesh, const Tessellation& result) {
     CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
 }
 
-/// Each vertex is a limit point of refine() at some level up to one beyond the deepest, without tags with its normal.
+/// Checks that vertices are limit points of refine() at levels up to the deepest + 1, without tags also their normals.
 void check_vertices(const ControlMesh& mesh, const SchemeInfo& scheme, const Tessellation& result) {
     const PolygonMesh limits =
         test::limits_of(mesh, scheme, result.deepest_level + 1, {.normals = scheme.smoothness != "C0"});
     const PointMatch match(limits.positions), corners(mesh.positions());
     const bool has_tags = !(mesh.data().creases.empty() && mesh.data().corners.empty() && mesh.data().holes.empty());
     const bool has_normals = !limits.normals.empty() && !has_tags && scheme_support(scheme).adaptive;
-    // Along boundaries sqrt3 has no masks for tangents: normals there are those of the faces around, at some level.
+    // At boundaries sqrt3 has no tangent masks: normals are averages of faces on some level.
     const double least = scheme.refinement == Refinement::sqrt3 && mesh.has_boundary() ? 0.8 : 1 - 1e-6;
     const double near = 1e-10 * diagonal(mesh);
     double off = 0;
@@ -71,7 +71,7 @@ void check_vertices(const ControlMesh& mesh, const SchemeInfo& scheme, const Tes
         const Vec3d& p = result.mesh.positions[v];
         const std::uint32_t i = match.nearest(p);
         off = std::max(off, glm::length(limits.positions[i] - p));
-        // Corners have no tangent plane, and so no one normal.
+        // Corners have no tangent plane, so no unique normal.
         if (!has_normals || glm::length(mesh.position(VertexId(corners.nearest(p))) - p) < near) continue;
         turned += !(glm::dot(limits.normals[i], result.mesh.normals[v]) > least);
     }
@@ -79,7 +79,7 @@ void check_vertices(const ControlMesh& mesh, const SchemeInfo& scheme, const Tes
     CHECK(turned == 0);
 }
 
-/// What the result says of its distance, and what an independent judge says.
+/// Compares the distances that the result reports with those of an independent judge.
 void check_distance(const ControlMesh& mesh, const SchemeInfo& scheme, const Tessellation& result, bool by_bound) {
     const LimitJudge judge(mesh, scheme, contract::judging_level(mesh, scheme, result));
     const double forward = judge.limit_to_mesh(result.mesh), backward = judge.mesh_to_limit(result.mesh);
@@ -107,13 +107,13 @@ void check_distance(const ControlMesh& mesh, const SchemeInfo& scheme, const Tes
         CHECK(measured.hausdorff <= k_rounding * result.tolerance_absolute);
         CHECK(measured.mean <= k_rounding * measured.rms);
         CHECK(measured.rms <= k_rounding * measured.hausdorff);
-        // Neither sees much that the other does not.
+        // Neither measurement finds much larger distances than the other.
         CHECK(forward <= 1.1 * measured.hausdorff + judge.doubt());
         CHECK(measured.hausdorff <= 1.1 * std::max(forward, backward) + judge.doubt() + 1e-14 * diagonal(mesh));
     }
 }
 
-/// All that any result must keep, by each estimator that the scheme has.
+/// Checks all properties that every result must have, with each estimator of the scheme.
 void check_all(const ControlMesh& mesh, const SchemeInfo& scheme, double tolerance, bool bound_is_known = true,
                bool few_faces = true) {
     for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
@@ -136,7 +136,7 @@ void check_all(const ControlMesh& mesh, const SchemeInfo& scheme, double toleran
     }
 }
 
-/// The error with which it ends, if any.
+/// Code of the error with which tessellate() ends, if any.
 std::optional<ErrorCode> code_of(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
     try {
         tessellate(mesh, options, context);
@@ -165,7 +165,7 @@ void check_same(const Tessellation& a, const Tessellation& b) {
 TEST_SUITE_BEGIN("contract");
 
 TEST_CASE("the judge knows distances that are known") {
-    // Bilinear: the unit square itself.
+    // The limit surface of bilinear refinement is the unit square itself.
     const ControlMesh square = ControlMesh::build(parse_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", ""));
     const LimitJudge judge(square, *find_scheme("bilinear"), 3);
     CHECK(judge.doubt() < 1e-15);
@@ -174,11 +174,11 @@ TEST_CASE("the judge knows distances that are known") {
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     CHECK(judge.limit_to_mesh(mesh) == doctest::Approx(0.25));
     CHECK(judge.mesh_to_limit(mesh) == doctest::Approx(0.25));
-    mesh.triangles = {{0, 1, 2}};  // half of it: the far corner is half a diagonal away
+    mesh.triangles = {{0, 1, 2}};  // half of the square: the far corner is half a diagonal away
     CHECK(judge.limit_to_mesh(mesh) == doctest::Approx(std::sqrt(0.5 + 0.0625)));
     mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};  // a flap
     CHECK(judge.mesh_to_limit(mesh) == doctest::Approx(1));
-    // A mesh too coarse for what is asked does not pass.
+    // A mesh that is too coarse for the tolerance is detected.
     const ControlMesh closed = mesh_for(*find_scheme("catmull-clark"), k_closed);
     const Tessellation coarse = tessellate(closed, {.tolerance = 3e-2, .measure = false});
     const LimitJudge fine(closed, *find_scheme("catmull-clark"), 6);
@@ -272,7 +272,7 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
             const bool dual = is_dual(scheme);
             if (c.for_dual && !dual) continue;
             if (scheme.refinement == Refinement::honeycomb && c.dart) {
-                // There is no mask for the limit at the end of a crease.
+                // There is no limit mask at the end of a crease.
                 CHECK(code_of(mesh_for(scheme, c.text), {.scheme = scheme, .tolerance = 2e-2}, {}) ==
                       ErrorCode::unsupported);
                 continue;
@@ -321,7 +321,7 @@ TEST_CASE("[inv9] open meshes within a number of triangles are as good as to a t
             const ControlMesh mesh = ControlMesh::build(std::move(data));
             TessellateOptions options{.scheme = scheme, .tolerance = 2e-3, .measure = true};
             const Tessellation wanted = tessellate(mesh, options);
-            // Where the number is not reached, the tolerance is.
+            // If the number of triangles is not reached, the tolerance is.
             options.max_triangles = 1'000'000;
             const Tessellation plenty = tessellate(mesh, options);
             CHECK(plenty.tolerance_reached == (plenty.measured_error->hausdorff <= plenty.tolerance_absolute));
@@ -373,16 +373,16 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
             if (scheme.smoothness != "C0") CHECK(10 * result.mesh.triangles.size() > 7 * most);
             if (result.certified_error) CHECK(result.measured_error->hausdorff <= *result.certified_error);
             check_watertight(mesh, result);
-            // Where the largest errors are equal, one more split tells nothing.
+            // If several largest errors are equal, one more split does not reduce the maximum.
             CHECK(result.measured_error->hausdorff <= 1.05 * before + 1e-12 * diagonal(mesh));
             before = result.measured_error->hausdorff;
         }
-        // With a tolerance that this is too few for: the best there is, and it says so.
+        // With a tolerance that needs more triangles: the result is the best one, and reports this.
         const Tessellation missed =
             tessellate(mesh, {.scheme = scheme, .tolerance = 1e-5, .max_triangles = 300, .measure = false});
         if (scheme.smoothness != "C0") CHECK(!missed.tolerance_reached);
         CHECK(missed.mesh.triangles.size() <= 300);
-        // Fewer than the coarsest mesh has: the number that is named does.
+        // With fewer triangles than the coarsest mesh: an error names a sufficient number.
         TessellateOptions few{.scheme = scheme, .tolerance = {}, .max_triangles = 3, .measure = false};
         const Error error = test::error_of([&] { tessellate(mesh, few); });
         CHECK(error.code() == ErrorCode::unsupported);
@@ -395,7 +395,7 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
         const TessellateOptions deep{
             .scheme = scheme, .tolerance = {}, .max_triangles = 300, .min_level = 4, .measure = false};
         CHECK(test::contains(test::error_of([&] { tessellate(mesh, deep); }).what(), "lower the minimum level"));
-        // Stopped by a level or by the number, the bound is that of what there is.
+        // If a level or the number stops the refinement, the bound is that of the result.
         if (!scheme_support(scheme).certified || scheme.smoothness == "C0") continue;
         for (const auto& [triangles, level] : {std::pair{300, 28}, {0, 1}}) {
             CAPTURE(level);
@@ -453,7 +453,7 @@ TEST_CASE("[slow] a callback cancels at any moment, and too little memory is sai
             REQUIRE(calls > 0);
             const std::size_t all = calls;
             TessellateOptions few = options;
-            few.max_triangles = 4;  // fewer than the coarsest mesh has: progress ends at 1 all the same
+            few.max_triangles = 4;  // fewer than the coarsest mesh has: progress still ends at 1
             code_of(mesh, few, counting);
             for (const double share : {0.0, 0.25, 0.5, 0.75}) {
                 CAPTURE(share);
