@@ -42,7 +42,7 @@ class Ours {
     explicit Ours(const Case& c) : case_(c) {
         Hierarchy h = fresh();
         for (int round = 0; round < c.rounds; ++round) {
-            // Half triangles of sqrt(3) (odd depth) are triangles of a round in OpenMesh, too. Those that the circle
+            // Half triangles of sqrt(3) (odd depth) are also triangles of a round in OpenMesh. Those that the circle
             // cuts are completed first; else soon no triangle with split neighbours would be left on the circle.
             if (c.sqrt3 && c.selection == Selection::circle && round > 0) split_selected(h, 2 * round - 1);
             split_selected(h, c.sqrt3 ? 2 * round : round);

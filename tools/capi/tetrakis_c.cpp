@@ -75,7 +75,7 @@ tetrakis_status failed(tetrakis_status status, const char* text) {
     return status;
 }
 
-/// Runs `work`, and turns what it throws into a status.
+/// Runs `work` and converts exceptions to a status.
 template <class Work>
 tetrakis_status guarded(const Work& work) {
     try {

@@ -186,7 +186,7 @@ typedef struct tetrakis_procedural_heights {
  * `amplitude` and `wavelength` are of the first layer. Any thread. Until tetrakis_free_fractal_heights(). */
 TETRAKIS_API tetrakis_status tetrakis_make_fractal_heights(double amplitude, double wavelength, int octaves,
                                                            uint64_t seed, tetrakis_procedural_heights* heights);
-/* Frees heights of tetrakis_make_fractal_heights() alone. After all other calls, also those with their surfaces. */
+/* Frees heights of tetrakis_make_fractal_heights(), and no others. After all other calls, also with their surfaces. */
 TETRAKIS_API void tetrakis_free_fractal_heights(tetrakis_procedural_heights* heights);
 /* A square about the origin, heights along z at (x, y, 0). Triangles whose longest side is `finest` or less are not
  * split. No heights are stored. Any thread. Until tetrakis_free_surface(). */

@@ -64,7 +64,7 @@ class Sight {
     double tan_y_, tan_x_, pixels_;
 };
 
-/// Largest error in pixels, over those of the surface's points `places` that the camera sees.
+/// Largest error, in pixels, at the points of the surface `places` that the camera sees.
 double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, const Sight& sight,
                        const RunContext& context) {
     std::vector<Vec3d> seen;

@@ -45,7 +45,7 @@ class Run {
   private:
     void stop_above_limit();
 
-    oneapi::tbb::global_control threads_;  // limits the threads of the libraries in use, too
+    oneapi::tbb::global_control threads_;  // also limits the threads of other libraries
     Progress progress_;
     RunContext context_;
     std::chrono::steady_clock::time_point last_look_;  ///< last check of the memory in use

@@ -71,7 +71,7 @@ OutputFiles output_files(const TessellateCommandOptions& options) {
     return outputs;
 }
 
-/// Why the tolerance was missed, and what to do about it.
+/// Message that the tolerance was missed, with the limit that stopped the refinement.
 std::string advice(const TessellateCommandOptions& options, const Tessellation& result) {
     const std::string what = "the tolerance was not reached; the best result is written all the same";
     // Room for one more split: it adds two triangles or more, for dual schemes six, and its closure adds others.
