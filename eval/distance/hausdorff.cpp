@@ -42,7 +42,7 @@ struct Worst {
 struct BlockResult {
     double sum = 0, sum_of_squares = 0;  // weighted by area
     std::uint64_t samples = 0;
-    Worst worst;
+    Worst at_vertex, inside;  // both are starts of climbs
     void add(double weight, double distance) {
         sum += weight * distance;
         sum_of_squares += weight * distance * distance;
@@ -146,7 +146,8 @@ class Sampler {
             result.mean += block.sum;
             result.rms += block.sum_of_squares;
             result.samples += block.samples;
-            worst.push_back(block.worst);
+            for (const Worst& w : {block.at_vertex, block.inside})
+                if (w.distance >= 0) worst.push_back(w);
         }
         for (std::size_t t = 0; t < result.triangle_max.size(); ++t)
             for (const std::uint32_t v : mesh_.triangles[t]) raise(result.triangle_max[t], vertices_[v].distance);
@@ -164,18 +165,18 @@ class Sampler {
             const double count = inside_count(t), weight = corners.area() / count;
             const auto rows = static_cast<std::uint32_t>(std::lround(std::sqrt(count)));
             double largest = 0;
-            const auto measure = [&](const Vec2d& uv, const Vec3d& point) {
+            const auto measure = [&](const Vec2d& uv, const Vec3d& point, Worst& worst) {
                 const double distance = distance_of(point, walker);
                 ++out.samples;
                 largest = std::max(largest, distance);
-                out.worst.offer(distance, t, uv, point);
+                worst.offer(distance, t, uv, point);
                 return distance;
             };
-            const auto inside = [&](const Vec2d& uv) { return measure(uv, corners.at(uv)); };
+            const auto inside = [&](const Vec2d& uv) { return measure(uv, corners.at(uv), out.inside); };
             for (int k = 0; k < 3 && begin == first_[t]; ++k) {
                 Vertex& v = vertices_[corner[k]];
                 if (v.corner != 3 * std::uint64_t{t} + k) continue;
-                const double distance = measure(on_side(k, 0), mesh_.positions[corner[k]]);
+                const double distance = measure(on_side(k, 0), mesh_.positions[corner[k]], out.at_vertex);
                 v.distance = detail::round_up(distance);
                 if (options_.vertices_alone) out.add(v.area, distance);
             }

@@ -35,13 +35,16 @@ std::vector<double> corner_angles(const ControlMesh& mesh, const RuleOptions& ru
     if (rules.measure_corner_angles) {
         // Sectors at corners that have no angle have the sum of their faces'.
         const RuleMesh sectors = rule_mesh(mesh);
-        for (int h = 0; h < sectors.halfedge_count(); ++h) {
-            if (angles[h] != 0 || sectors.rule(sectors.origin(h)) != VertexRule::corner) continue;
-            const RuleMesh::Ring sector = sectors.sector(h);
-            double sum = 0;
-            for (const int of : sector.halfedge) sum += corner_of_face(mesh, HalfedgeId(of));
-            for (const int of : sector.halfedge)
-                if (angles[of] == 0) angles[of] = usable_corner_angle(sum);
+        for (int v = 0; v < sectors.vertex_count(); ++v) {
+            if (sectors.first(v) == RuleMesh::none || sectors.rule(v) != VertexRule::corner) continue;
+            sectors.for_each_leaving(v, [&](int h) {
+                if (angles[h] != 0) return;
+                const RuleMesh::Ring sector = sectors.sector(h);
+                double sum = 0;
+                for (const int of : sector.halfedge) sum += corner_of_face(mesh, HalfedgeId(of));
+                for (const int of : sector.halfedge)
+                    if (angles[of] == 0) angles[of] = usable_corner_angle(sum);
+            });
         }
     }
     if (std::all_of(angles.begin(), angles.end(), [](double a) { return a == 0; })) angles.clear();
