@@ -107,7 +107,7 @@ class RowPoints final : public LevelSource {
             if (here.empty()) continue;
             const WholeLevels::Level& made = by_rules_.level(l);
             vertices.clear();
-            for (const std::size_t i : here) vertices.push_back(by_rules_.vertex(rows_.own_site(sites[i]), l));
+            for (const std::size_t i : here) vertices.push_back(by_rules_.vertex(sites[i], l));
             if (wanted == Wanted::limits || wanted == Wanted::normals) by_rules_.find_limits(l, vertices);
             for (std::size_t k = 0; k < here.size(); ++k)
                 by_rule(made, static_cast<std::size_t>(vertices[k]), out[here[k]]);

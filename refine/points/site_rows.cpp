@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <atomic>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -38,29 +37,55 @@ constexpr int k_max_ternary_level = 20;
 /// Number of rows of a normal.
 constexpr std::uint32_t k_normal_rows = 4;
 
-struct PlaceHash {
-    std::size_t operator()(const RootPlace& at) const {
-        // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants); its upper bits are the best mixed.
-        std::uint64_t h = (std::uint64_t{at.x} << 32 | at.y) * 0x9E37'79B9'7F4A'7C15u;
-        h = (h ^ h >> 29 ^ at.root) * 0xBF58'476D'1CE4'E5B9u;
-        return h ^ h >> 32;
-    }
-};
-
 /// The vertices of one level that a block of sites needs, each once, with stencils of points of the level before.
-struct LevelVertices {
+class LevelVertices {
+  public:
     std::vector<RootPlace> keys;
-    std::unordered_map<RootPlace, std::uint32_t, PlaceHash> number;  ///< of each key
-    std::vector<std::uint32_t> stencil_begin;                        ///< per key, into `source` and `weight`
-    std::vector<std::uint32_t> source;                               ///< vertices of the level before
+    std::vector<std::uint32_t> stencil_begin;  ///< per key, into `source` and `weight`
+    std::vector<std::uint32_t> source;         ///< vertices of the level above
     std::vector<double> weight;
     std::vector<Vec3d> value;
 
     std::uint32_t insert(const RootPlace& key) {
-        const auto [found, is_new] = number.try_emplace(key, static_cast<std::uint32_t>(keys.size()));
-        if (is_new) keys.push_back(key);
-        return found->second;
+        if (2 * (keys.size() + 1) > slots_.size()) grow();
+        std::uint32_t& slot = slots_[slot_of(key)];
+        if (slot == 0) {
+            keys.push_back(key);
+            slot = static_cast<std::uint32_t>(keys.size());
+        }
+        return slot - 1;
     }
+    /// O(elements); the table keeps its size.
+    void clear() {
+        for (const RootPlace& key : keys)
+            for (std::size_t i = home(key); slots_[i] != 0; i = after(i)) slots_[i] = 0;
+        keys.clear();
+        stencil_begin.clear();
+        source.clear();
+        weight.clear();
+        value.clear();
+    }
+
+  private:
+    std::size_t home(const RootPlace& key) const {
+        // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants), the upper bits being the good ones.
+        std::uint64_t h = (std::uint64_t{key.x} << 32 | key.y) * 0x9E37'79B9'7F4A'7C15u;
+        h = (h ^ h >> 29 ^ key.root) * 0xBF58'476D'1CE4'E5B9u;
+        return (h ^ h >> 32) & (slots_.size() - 1);
+    }
+    std::size_t after(std::size_t slot) const { return (slot + 1) & (slots_.size() - 1); }
+    /// Of the key, or the empty one where it would be.
+    std::size_t slot_of(const RootPlace& key) const {
+        std::size_t i = home(key);
+        while (slots_[i] != 0 && keys[slots_[i] - 1] != key) i = after(i);
+        return i;
+    }
+    void grow() {
+        slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), 0);
+        for (std::uint32_t k = 0; k < keys.size(); ++k) slots_[slot_of(keys[k])] = k + 1;
+    }
+
+    std::vector<std::uint32_t> slots_;  ///< a key's number and one; 0: empty
 };
 
 }  // namespace
@@ -300,7 +325,12 @@ std::vector<std::size_t> SiteRows::evaluate(std::span<const Site> sites, Wanted 
 void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std::size_t first, Wanted wanted,
                               int level, std::span<std::uint8_t> missing,
                               const std::function<void(std::size_t, const Sums&)>& finish) const {
-    Workspace work;
+    std::shared_ptr<Workspace>& own = workspaces_.local();
+    if (!own) own = std::make_shared<Workspace>();
+    Workspace& work = *own;
+    for (LevelVertices& vertices : work.levels) vertices.clear();
+    work.sites.clear();
+    work.terms.clear();
     const std::size_t base = rows.whole_count - 1;
     std::size_t deepest = base;
     const auto clear_sums = [&] {

@@ -7,6 +7,8 @@
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../uniform/repeated_rows.hpp"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -82,6 +84,8 @@ class SiteRows {
     mutable std::mutex mutex_;
     mutable bool tried_ = false;
     mutable std::shared_ptr<Rows> rows_;
+    mutable oneapi::tbb::enumerable_thread_specific<std::shared_ptr<Workspace>>
+        workspaces_{};  ///< what blocks have grown
 };
 
 }  // namespace tetrakis::detail

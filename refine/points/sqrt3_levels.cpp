@@ -48,16 +48,6 @@ class RefinedLevel {
     /// Whether the site's vertex is the centre of a face, which the next simple step makes.
     bool is_centre(const Site& site) const { return site.level > level_; }
 
-    Ring around(const Site& site) const { return is_centre(site) ? around_face(site) : around_vertex(site); }
-    VertexId control_vertex(const Site& site) const {
-        return mesh_.origin(HalfedgeId(site.root.value + (site.at.x != 0 ? 1 : site.at.y != 0 ? 2 : 0)));
-    }
-    /// The sharpness of a vertex that is left on this level.
-    float sharpness(const Site& site) const {
-        return site.level > 0 ? 0 : mesh_.sharpness(control_vertex(site)) - static_cast<float>(level_);
-    }
-
-  private:
     Ring around_vertex(const Site& site) const {
         Ring ring;
         const FaceId root = mesh_.face(site.root);
@@ -65,11 +55,12 @@ class RefinedLevel {
             const HalfedgeId first = mesh_.vertex_halfedge(control_vertex(site));
             for (HalfedgeId h = first;;) {
                 const std::uint32_t k = h.value % 3;
-                const Sqrt3Point p = segments_ * unit(k), way = unit(k + 1) - unit(k);
-                ring.spokes.push_back(spoke(mesh_.face(h), p, way, is_sharp(h)));
-                const HalfedgeId next = mesh_.twin(mesh_.prev(h));
+                const Sqrt3Point p = segments_ * unit(k);
+                ring.spokes.push_back(
+                    spoke(mesh_.face(h), p, unit(k + 1) - unit(k), unit(k + 2) - unit(k), is_sharp(h)));
+                const HalfedgeId before = mesh_.prev(h), next = mesh_.twin(before);
                 ring.closed = next.valid();
-                if (!next.valid()) ring.spokes.push_back(last_spoke(mesh_.face(h), p + turned(way)));
+                if (!next.valid()) ring.spokes.push_back(last_spoke(mesh_.face(h), p + unit(k + 2) - unit(k)));
                 if (!next.valid() || next == first) return ring;
                 h = next;
             }
@@ -83,42 +74,53 @@ class RefinedLevel {
         while (side < 3 && p[(side + 2) % 3] != 0) ++side;
         const HalfedgeId edge(site.root.value + static_cast<std::uint32_t>(side % 3));
         const bool on_edge = side < 3, sharp = on_edge && is_sharp(edge);
+        side %= 3;
+        const std::array<Sqrt3Point, 6> way{unit(side + 1) - unit(side),     unit(side + 2) - unit(side),
+                                            unit(side + 2) - unit(side + 1), unit(side) - unit(side + 1),
+                                            unit(side) - unit(side + 2),     unit(side + 1) - unit(side + 2)};
         ring.closed = !on_edge || mesh_.twin(edge).valid();
-        Sqrt3Point way = unit(side + 1) - unit(side);
-        for (int k = 0; k < (ring.closed ? 6 : 3); ++k, way = turned(way))
-            ring.spokes.push_back(spoke(root, p, way, sharp && k % 3 == 0));
-        if (!ring.closed) ring.spokes.push_back(last_spoke(root, p + way));
+        for (std::size_t k = 0; k < (ring.closed ? 6 : 3); ++k)
+            ring.spokes.push_back(spoke(root, p, way[k], way[(k + 1) % 6], sharp && k % 3 == 0));
+        if (!ring.closed) ring.spokes.push_back(last_spoke(root, p + way[3]));
         return ring;
     }
     /// @param site  the centre of a face
     Ring around_face(const Site& site) const {
         const FaceId root = mesh_.face(site.root);
         const Sqrt3Point p{{3 * segments_ - site.at.x - site.at.y, site.at.x, site.at.y}};
-        // In a face that is turned by half a turn, all coordinates are 2 modulo 3.
-        const bool is_turned = p[1] % 3 != 1;
-        Sqrt3Point way = (is_turned ? -1 : 1) * (2 * unit(0) - unit(1) - unit(2));
+        // Of a face turned by half a turn all coordinates are two above a multiple of three.
+        const std::int64_t turned = p[1] % 3 == 1 ? 1 : -1;
         Ring ring;
-        for (std::size_t k = 0; k < 3; ++k, way = turned(turned(way))) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Sqrt3Point to_corner = turned * (3 * unit(k) - unit(0) - unit(1) - unit(2)),
+                             beyond = turned * (unit(0) + unit(1) + unit(2) - 3 * unit(k + 2));
             const HalfedgeId edge(site.root.value + static_cast<std::uint32_t>(k));
-            const bool sharp = !is_turned && p[(k + 2) % 3] == 1 && is_sharp(edge);
-            ring.spokes.push_back({site_of(root, p + way, level_ + 1),
-                                   sharp ? Site{} : site_of(root, p + turned(way), level_ + 1), true, !sharp});
+            const bool sharp = turned > 0 && p[(k + 2) % 3] == 1 && is_sharp(edge);
+            ring.spokes.push_back({site_of(root, p + to_corner, level_ + 1),
+                                   sharp ? Site{} : site_of(root, p + beyond, level_ + 1), true, !sharp});
         }
         return ring;
     }
+    VertexId control_vertex(const Site& site) const {
+        return mesh_.origin(HalfedgeId(site.root.value + (site.at.x != 0 ? 1 : site.at.y != 0 ? 2 : 0)));
+    }
+    /// What is left of the sharpness of a vertex's tag.
+    float sharpness(const Site& site) const {
+        return site.level > 0 ? 0 : mesh_.sharpness(control_vertex(site)) - static_cast<float>(level_);
+    }
+
+  private:
     static Sqrt3Point unit(std::size_t k) {
         Sqrt3Point p;
         p[k % 3] = 1;
         return p;
     }
-    /// Counter-clockwise by a sixth of a turn.
-    static Sqrt3Point turned(const Sqrt3Point& way) { return {{-way[1], -way[2], -way[0]}}; }
     bool is_sharp(HalfedgeId h) const {
         return !mesh_.twin(h).valid() || mesh_.sharpness(mesh_.edge(h)) > static_cast<float>(level_);
     }
     Site site_of(FaceId root, const Sqrt3Point& p, int level) const { return sqrt3_site(mesh_, root, p, level); }
-    Spoke spoke(FaceId root, const Sqrt3Point& p, const Sqrt3Point& way, bool sharp) const {
-        return {site_of(root, p + way, level_), site_of(root, 3 * p + way + turned(way), level_ + 1), sharp, true};
+    Spoke spoke(FaceId root, const Sqrt3Point& p, const Sqrt3Point& way, const Sqrt3Point& next, bool sharp) const {
+        return {site_of(root, p + way, level_), site_of(root, 3 * p + way + next, level_ + 1), sharp, true};
     }
     /// The last edge at a boundary vertex, which has no face to its left.
     Spoke last_spoke(FaceId root, const Sqrt3Point& to) const { return {site_of(root, to, level_), {}, true, false}; }
@@ -147,7 +149,7 @@ class Sqrt3Levels final : public LevelSource {
         for (const Site& site : sites) {
             begin.push_back(from.size());
             const bool centre = before.is_centre(site);
-            const Ring ring = before.around(site);
+            const Ring ring = centre ? before.around_face(site) : before.around_vertex(site);
             if (!centre) from.push_back(site);
             if (centre || ring.is_smooth(before.sharpness(site)))
                 for (const Spoke& spoke : ring.spokes) from.push_back(spoke.to);
@@ -179,7 +181,7 @@ class Sqrt3Levels final : public LevelSource {
             begin.push_back(all.size());
             all.push_back(site);
             const bool centre = before.is_centre(site);
-            const Ring ring = before.around(site);
+            const Ring ring = centre ? before.around_face(site) : before.around_vertex(site);
             for (const Spoke& spoke : ring.spokes) {
                 if (centre || spoke.sharp) all.push_back(spoke.to);
                 if (spoke.has_face) all.push_back(spoke.centre);

@@ -1,6 +1,7 @@
 #include "whole_levels.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/forest/corner_cell.hpp"
 #include "../rules/rule_limit.hpp"
 #include "../rules/rule_refiner.hpp"
 
@@ -145,12 +146,14 @@ int WholeLevels::vertex(const Site& site, int level) const {
     const std::uint32_t root = site.root.value;
     if (lattice_level(level) < 0) return levels_[0]->step.mesh.origin(static_cast<int>(root));
     const bool triangles = lattice_ == FanLattice::triangles, dual = lattice_ == FanLattice::dual;
-    const std::uint32_t scale = segments(level) / segments(site.level + (triangles ? 0 : 1)),
+    // Sites of sqrt(3) are canonical, and so are cells.
+    const Site own = dual || scheme_.refinement == Refinement::sqrt3 ? site : minimal_level(site);
+    const std::uint32_t scale = segments(level) / segments(own.level + (triangles ? 0 : 1)),
                         h = triangles ? root
                             : dual    ? roots_.net_halfedge[root]
                                       : static_cast<std::uint32_t>(levels_[1]->step.child_halfedge[root]);
     return levels_[static_cast<std::size_t>(level)]
-        ->vertex[net_->number(net_->layout(segments(level)), h, scale * site.at.x, scale * site.at.y)];
+        ->vertex[net_->number(net_->layout(segments(level)), h, scale * own.at.x, scale * own.at.y)];
 }
 
 }  // namespace tetrakis::detail
