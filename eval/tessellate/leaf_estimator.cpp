@@ -126,11 +126,15 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
         detail::for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
             const bool corner = b0 == 1 || b1 == 1 || b2 == 1;
             if (!corner && !(edge[0] && b2 == 0) && !(edge[1] && b0 == 0) && !(edge[2] && b1 == 0)) return;
-            if (leaf.level + k_mapped_bits > k_max_level) return;
-            s[static_cast<std::size_t>(i)] =
-                map_.vertex(detail::lattice_site_of<Family>(mesh, leaf, k_mapped_bits, static_cast<int>(n * (b0 + b1)),
-                                                            static_cast<int>(n * b1)),
-                            nullptr);
+            if (!corner && leaf.level + k_mapped_bits > k_max_level) return;
+            const Site site =
+                corner ? Family::canonical_site(mesh, Family::corner_site(mesh, leaf,
+                                                                          b0 == 1   ? 0
+                                                                          : b1 == 1 ? 1
+                                                                                    : 2))
+                       : detail::lattice_site_of<Family>(mesh, leaf, k_mapped_bits, static_cast<int>(n * (b0 + b1)),
+                                                         static_cast<int>(n * b1));
+            s[static_cast<std::size_t>(i)] = map_.vertex(site, nullptr);
         });
     }
     const Vec3d c2 = s[0], c0 = s[count - 1 - n], c1 = s[count - 1];

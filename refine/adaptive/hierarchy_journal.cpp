@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <tuple>
@@ -70,11 +71,11 @@ bool has_corner(const LeafView& view, PointId point) {
 // From neighbour to neighbour: of one fan of leaves.
 std::vector<LeafId> Hierarchy::leaves_around(LeafId start, PointId corner) const {
     std::vector<LeafId> leaves{start};
+    std::set<LeafId> found{start};
     for (std::size_t i = 0; i < leaves.size(); ++i)
         for (int side = 0, sides = family_->view(leaves[i]).corner_count; side < sides; ++side)
             for (const LeafId across : family_->neighbours(leaves[i], side))
-                if (across.valid() && std::ranges::find(leaves, across) == leaves.end() &&
-                    has_corner(family_->view(across), corner))
+                if (across.valid() && has_corner(family_->view(across), corner) && found.insert(across).second)
                     leaves.push_back(across);
     return leaves;
 }

@@ -50,7 +50,7 @@ class ErrorEstimator {
         (void)triangles, (void)errors;
         refuse("triangles between points of binary lattices, and the vertices of sqrt3 lie elsewhere", "sqrt3");
     }
-    /// The same as estimate() has it.
+    /// estimate_sqrt3() with the basis of each error, which is always `bound`.
     void estimate(std::span<const Sqrt3Triangle> triangles, std::span<double> errors,
                   std::span<ErrorBasis> basis) const {
         estimate_sqrt3(triangles, errors);
