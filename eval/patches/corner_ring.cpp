@@ -1,11 +1,15 @@
 #include "corner_ring.hpp"
 
-#include "../../schemes/analysis/ring_limit.hpp"
+#include "../../refine/rules/face_normals.hpp"
+#include "../../schemes/analysis/limit_search.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/rules/loop.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
 #include <span>
 #include <utility>
 
@@ -22,6 +26,46 @@ std::vector<float> by_spoke(const CornerRing& ring, float CornerRing::Spoke::*sh
     values.reserve(ring.spokes.size());
     for (const CornerRing::Spoke& s : ring.spokes) values.push_back(s.*sharpness);
     return values;
+}
+
+bool is_crease(const CornerRing::Spoke& s) { return is_sharp(s.sharpness); }
+
+/// Masks of a sector or of a whole ring. Where there is no tangent plane at a corner, they give the plane that fits the
+/// edges.
+ClosedMasks masks_of(SchemeKind scheme, const FanShape& shape) {
+    const SchemeInfo& info = *find_scheme(name(scheme));
+    if (!shape.corner) return limit_masks(info, shape, {});
+    ClosedMasks masks = shape.boundary ? info.closed_masks(shape, {}) : ring_closed_masks(shape.faces, {.vertex = 1});
+    const bool fit = masks.tangent1.empty();
+    for (int i = 0; fit && i <= shape.faces; ++i) {
+        const double angle = i * std::numbers::pi / shape.faces;
+        masks.tangent1.emplace_back(FanLabel{i, 1, 0}, std::cos(angle));
+        masks.tangent2.emplace_back(FanLabel{i, 1, 0}, std::sin(angle));
+    }
+    return masks;
+}
+
+/// masks_of() a shape, computed once per thread.
+const ClosedMasks& known_masks(SchemeKind scheme, const FanShape& shape) {
+    thread_local std::map<std::pair<SchemeKind, FanShape>, ClosedMasks> known;
+    const auto at = known.find({scheme, shape});
+    return at != known.end() ? at->second : known.try_emplace({scheme, shape}, masks_of(scheme, shape)).first->second;
+}
+
+/// A mask's sum of differences from the centre, because a far origin must not cost digits. Zero if it is only rounding.
+/// @param first  the spoke on which the mask's sector 0 begins
+Vec3d weighed(const CornerRing& ring, const ClosedMasks::Mask& mask, int first) {
+    constexpr double k_rounding = 1e-12;
+    Vec3d sum(0);
+    double size = 0;
+    for (const auto& [label, weight] : mask) {
+        if (label.a == 0) continue;
+        const CornerRing::Spoke& spoke = ring.spoke(first + label.sector);
+        const Vec3d term = weight * ((label.b == 0 ? spoke.point : spoke.face) - ring.centre);
+        sum += term;
+        size += glm::length(term);
+    }
+    return glm::length(sum) > k_rounding * size ? sum : Vec3d(0);
 }
 
 }  // namespace
@@ -137,11 +181,10 @@ bool CornerRing::is_smooth() const {
            std::none_of(spokes.begin(), spokes.end(), [](const Spoke& s) { return is_sharp(s.sharpness); });
 }
 
-std::optional<CornerRing::Sector> CornerRing::sector() const {
-    const auto sharp =
-        std::count_if(spokes.begin(), spokes.end(), [](const Spoke& s) { return is_sharp(s.sharpness); });
+std::optional<CornerRing::Sector> CornerRing::sector(int at) const {
+    const auto sharp = std::count_if(spokes.begin(), spokes.end(), is_crease);
     if (sharp < 2) return std::nullopt;
-    Sector sector{cell, 1, is_sharp(sharpness) || sharp > 2};
+    Sector sector{at, 1, is_sharp(sharpness) || sharp > 2};
     while (!is_sharp(spoke(sector.first).sharpness)) --sector.first, ++sector.faces;
     while (!is_sharp(spoke(sector.first + sector.faces).sharpness)) ++sector.faces;
     return sector;
@@ -158,25 +201,40 @@ void CornerRing::add_points(std::vector<Vec3d>& points) const {
 
 SurfacePoint CornerRing::limit() const {
     if (!is_stationary()) return child().limit();
-    RingShape shape;
-    shape.faces = faces();
-    shape.boundary = boundary;
-    shape.corner = is_sharp(sharpness);
-    for (const Spoke& s : spokes) shape.sharp.push_back(is_sharp(s.sharpness) ? 1 : 0);
-    std::vector<Vec3d> ring;
-    add_points(ring);
-    const RingLimit& limit = ring_limit(scheme, shape);
-    const RingLimit::Sector* sector = &limit.sectors.front();
-    for (const RingLimit::Sector& s : limit.sectors)
-        if (wrap(cell - s.first_edge) < s.faces) sector = &s;
-    SurfacePoint out;
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-        out.position += limit.position[i] * ring[i];
-        out.du += sector->tangent1[i] * ring[i];
-        out.dv += sector->tangent2[i] * ring[i];
+    SurfacePoint out{.position = centre, .has_second = false, .has_derivatives = false};
+    Vec3d normals(0);
+    for (int at = cell, done = 0; done < faces();) {
+        FanShape shape{.faces = faces(), .corner = is_sharp(sharpness)};
+        if (const std::optional<Sector> between = sector(at)) {
+            at = between->first;
+            shape = {.faces = between->faces, .boundary = true, .corner = between->corner};
+        } else if (!shape.corner) {
+            const auto sharp = std::find_if(spokes.begin(), spokes.end(), is_crease);
+            shape.dart = sharp != spokes.end();
+            at = shape.dart ? static_cast<int>(sharp - spokes.begin()) : 0;
+        }
+        const ClosedMasks& masks = known_masks(scheme, shape);
+        const Vec3d t1 = weighed(*this, masks.tangent1, at), t2 = weighed(*this, masks.tangent2, at);
+        normals += FaceNormals::at_corner(Vec3d(0), t1, t2);
+        if (done == 0) {
+            out.position += weighed(*this, masks.limit, at);
+            out.du = t1;
+            out.dv = t2;
+        }
+        done += shape.faces;
+        at = wrap(at + shape.faces) == size() - 1 && boundary ? 0 : at + shape.faces;
     }
-    out.has_second = out.has_derivatives = false;
-    out.normal = limit_normal(scheme, shape, limit, ring);
+    out.normal = unit_of_sum(normals);
+    if (out.normal != Vec3d(0)) return out;
+    FaceNormals around;
+    for (int i = 0; i < faces(); ++i) {
+        const Vec3d a = spoke(i).point, b = spoke(i + 1).point;
+        if (scheme == SchemeKind::loop)
+            around.add(std::array{centre, a, b}, 0);
+        else
+            around.add(std::array{centre, a, spoke(i).face, b}, 0);
+    }
+    out.normal = around.normal();
     return out;
 }
 

@@ -50,13 +50,15 @@ struct CornerRing {
     bool is_stationary() const;
     /// Interior, and nothing sharp.
     bool is_smooth() const;
-    /// The faces between two sharp spokes that the cell is one of; nothing where fewer are sharp.
+    /// The faces between two sharp spokes, one of which is the face after spoke `at`; empty if fewer spokes are sharp.
     struct Sector {
-        int first, faces;  ///< the first spoke, at most `cell`
+        int first, faces;  ///< the first spoke, at most `at`
         bool corner;       ///< the centre, or a third spoke, is sharp
     };
-    std::optional<Sector> sector() const;
-    /// Limit position, normal, and tangents of the cell's sector.
+    std::optional<Sector> sector(int at) const;
+    std::optional<Sector> sector() const { return sector(cell); }
+    /// Limit position, normal, and tangents of the cell's sector, which are zero at interior vertices of valence 2 and
+    /// where too many edges surround the end of a crease.
     SurfacePoint limit() const;
     void add_points(std::vector<Vec3d>& points) const;
 };

@@ -43,6 +43,42 @@ struct FanSite {
 
 }  // namespace
 
+ClosedMasks limit_masks(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
+    ClosedMasks masks = scheme.closed_masks(shape, options);
+    const FanLattice lattice = fan_lattice(scheme, shape, options);
+    if (!scheme.is_linear() && (masks.limit.empty() || masks.tangent1.empty() || masks.tangent2.empty())) {
+        try {
+            const SpectralAnalysis analysis = analyse(scheme, shape, options);
+            const SchemeMasks found = scheme_masks(scheme, analysis, options);
+            const auto mask = [&](const std::vector<double>& weights) {
+                Mask result;
+                for (std::size_t i = 0; i < weights.size(); ++i)
+                    if (std::abs(weights[i]) > k_no_weight)
+                        result.emplace_back(analysis.matrix.labels.all()[i], weights[i]);
+                return result;
+            };
+            masks = {mask(found.limit), mask(found.tangent1), mask(found.tangent2)};
+        } catch (const std::invalid_argument&) {
+            // The shape has no matrix. It may have a formula for its limit all the same.
+        }
+    }
+    double sum = 0;
+    for (const auto& [label, weight] : masks.limit) sum += weight;
+    for (auto& [label, weight] : masks.limit) weight /= sum;
+    // The modes of two edges around an inner vertex span no plane.
+    const bool folded = lattice != FanLattice::dual && !shape.boundary && shape.faces == 2;
+    if (masks.tangent1.empty() || masks.tangent2.empty() || folded) return {.limit = std::move(masks.limit)};
+    const FanLabels middle(lattice, shape, 0);
+    const auto in_plane = [&](const Mask& mask) {
+        glm::dvec2 direction(0);
+        for (const auto& [label, weight] : mask) direction += weight * fan_place(middle, label);
+        return direction;
+    };
+    const glm::dvec2 a = in_plane(masks.tangent1), b = in_plane(masks.tangent2);
+    if (!(a.x * b.y - a.y * b.x > 0)) std::swap(masks.tangent1, masks.tangent2);
+    return masks;
+}
+
 class LimitSearch::Finder {
   public:
     Finder(const SchemeInfo& scheme, const RuleOptions& options)
@@ -124,60 +160,24 @@ class LimitSearch::Finder {
         return result;
     }
 
-    /// The formulas of a shape, else its eigenvectors.
-    ClosedMasks label_masks(const FanShape& shape) const {
-        ClosedMasks masks = scheme_.closed_masks(shape, options_);
-        if (scheme_.is_linear() || !(masks.limit.empty() || masks.tangent1.empty() || masks.tangent2.empty()))
-            return masks;
-        try {
-            const SpectralAnalysis analysis = analyse(scheme_, shape, options_);
-            const SchemeMasks found = scheme_masks(scheme_, analysis, options_);
-            const auto mask = [&](const std::vector<double>& weights) {
-                Mask result;
-                for (std::size_t i = 0; i < weights.size(); ++i)
-                    if (std::abs(weights[i]) > k_no_weight)
-                        result.emplace_back(analysis.matrix.labels.all()[i], weights[i]);
-                return result;
-            };
-            masks = {.limit = mask(found.limit)};
-            // Two edges inside: no plane that its modes would span, so the mean normal of the faces.
-            if (!dual_ && !shape.boundary && shape.faces == 2) return masks;
-            masks.tangent1 = mask(found.tangent1);
-            masks.tangent2 = mask(found.tangent2);
-        } catch (const std::invalid_argument&) {
-            masks.tangent1.clear();  // a shape that has no matrix; a limit may have its formula all the same
-        }
-        return masks;
-    }
-
     const FanMasks& masks(const FanShape& shape) {
         const auto at = masks_.find(shape);
         if (at != masks_.end()) return at->second;
-        ClosedMasks weights = label_masks(shape);
+        const ClosedMasks weights = limit_masks(scheme_, shape, options_);
         const FanLattice lattice = fan_lattice(scheme_, shape, options_);
         const FanLabels middle(lattice, shape, 0);
         int rings = 0;
         for (const Mask* mask : {&weights.limit, &weights.tangent1, &weights.tangent2})
             for (const auto& [label, weight] : *mask) rings = std::max(rings, middle.ring_of(label));
         FanMasks& masks = masks_.emplace(shape, FanMasks{FanSearch(FanLabels(lattice, shape, rings))}).first->second;
-        double sum = 0;
-        for (const auto& [label, weight] : weights.limit) sum += weight;
-        const auto row = [&](const Mask& mask, double total) {
+        const auto row = [&](const Mask& mask) {
             StencilRow result;
-            for (const auto& [label, weight] : mask) result.add(masks.search.labels.find(label), weight / total);
+            for (const auto& [label, weight] : mask) result.add(masks.search.labels.find(label), weight);
             return result;
         };
-        masks.limit = row(weights.limit, sum);
-        if (weights.tangent1.empty() || weights.tangent2.empty()) return masks;
-        const auto in_plane = [&](const Mask& mask) {
-            glm::dvec2 direction(0);
-            for (const auto& [label, weight] : mask) direction += weight * fan_place(middle, label);
-            return direction;
-        };
-        const glm::dvec2 a = in_plane(weights.tangent1), b = in_plane(weights.tangent2);
-        if (!(a.x * b.y - a.y * b.x > 0)) std::swap(weights.tangent1, weights.tangent2);
-        masks.tangent1 = row(weights.tangent1, 1);
-        masks.tangent2 = row(weights.tangent2, 1);
+        masks.limit = row(weights.limit);
+        masks.tangent1 = row(weights.tangent1);
+        masks.tangent2 = row(weights.tangent2);
         return masks;
     }
 

@@ -12,6 +12,10 @@
 
 namespace tetrakis::detail {
 
+/// Masks of the point in the middle of a fan: the scheme's formulas, else left eigenvectors. Limit weights sum to one,
+/// and t1 x t2 points outwards. Empty: there is no limit mask; there is no tangent plane.
+ClosedMasks limit_masks(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
+
 /// A limit as combinations of a mesh's points; tangents t1 x t2 outwards, a pair for each side of a crease.
 struct LimitRows {
     StencilRow limit;

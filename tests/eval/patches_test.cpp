@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <memory>
 #include <type_traits>
 #include <vector>
@@ -42,6 +43,25 @@ std::vector<Site> lattice(HalfedgeId root, std::uint8_t level) {
         for (std::uint32_t x = 0; x <= n; ++x)
             if (Family::inside(double(x) / n, double(y) / n)) sites.push_back({root, {x, y}, level});
     return sites;
+}
+
+/// A flat ring of K faces with edges of length 1 over `opening` radians; z up.
+/// @param sharp  the sharp edges
+detail::CornerRing flat_ring(SchemeKind scheme, int K, double opening, bool boundary,
+                             std::initializer_list<int> sharp) {
+    detail::CornerRing ring;
+    ring.scheme = scheme;
+    ring.boundary = boundary;
+    const auto at = [&](double i, double r) {
+        const double a = opening * i / K;
+        return Vec3d(r * std::cos(a), r * std::sin(a), 0);
+    };
+    for (int i = 0; i < K + (boundary ? 1 : 0); ++i) {
+        const bool end = boundary && (i == 0 || i == K);
+        const bool is_sharp = end || std::find(sharp.begin(), sharp.end(), i) != sharp.end();
+        ring.spokes.push_back({at(i, 1), at(i + 0.5, 1.4), is_sharp ? k_sharpness_infinity : 0});
+    }
+    return ring;
 }
 
 }  // namespace
@@ -226,6 +246,35 @@ TEST_CASE("Loop patches: a crease vertex gets the mean normal of both sides") {
                 ++met;
             }
     CHECK(met > 0);
+}
+
+TEST_CASE("normals of flat rings point outward, also where there is no tangent plane") {
+    const double around = 2 * std::acos(-1.0);
+    const auto check = [](detail::CornerRing ring) {
+        CAPTURE(name(ring.scheme));
+        CAPTURE(ring.size());
+        for (ring.cell = 0; ring.cell < ring.faces(); ++ring.cell) {
+            const SurfacePoint point = ring.limit();
+            CHECK(point.normal.z == doctest::Approx(1).epsilon(1e-9));
+            const bool corner = is_sharp(ring.sharpness);
+            if (!corner) CHECK(glm::cross(point.du, point.dv).z > 0);
+            if (corner) CHECK(point.position == ring.centre);
+        }
+    };
+    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
+        for (const int n : {3, 4, 5, 6, 7, 8, 9, 12, 16, 25, 40}) {
+            const auto both = [&](detail::CornerRing ring) {
+                check(ring);
+                ring.sharpness = k_sharpness_infinity;
+                check(ring);
+            };
+            both(flat_ring(scheme, n, around, false, {}));
+            for (const double opening : {3.0, 5.0}) both(flat_ring(scheme, n, opening, true, {}));
+            both(flat_ring(scheme, n, around, false, {n / 3}));
+            for (int k = 1; k < n; k += 2) both(flat_ring(scheme, n, around, false, {n / 3, (n / 3 + k) % n}));
+            check(flat_ring(scheme, n, around, false, {0, 1, n - 1}));
+            check(flat_ring(scheme, n, 3, true, {1}));
+        }
 }
 
 TEST_CASE("patch trees that are forgotten between batches grow again, bit for bit, and take little memory") {
