@@ -64,6 +64,7 @@ namespace tetrakis {
 namespace {
 
 constexpr int k_least_intervals = 3, k_most_intervals = 24;
+constexpr int k_search_intervals = 8, k_search_sweeps = 4;
 constexpr double k_exact = 0.7;        // distances above this share of the largest one are exact
 constexpr std::uint32_t k_block = 64;  // triangles; fixed, so that sums do not depend on the number of threads
 
@@ -124,7 +125,8 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     double most_own = 0;  // estimated largest distance of a surface point to its own triangle
     // Forward distances above `exact_from` are exact; backward distances above `search_from` get a wider search.
     double exact_from = 0, search_from = 0;
-    // The least distance that Newton's method finds from the foot points on all triangles near enough to be closer.
+    // The least distance to the parts of the surface of all triangles near enough to be closer. Newton's method alone
+    // may go over to another part, so it starts at the nearest point of each part, as samples and a climb find it.
     const auto searched = [&](const Vec3d& q, double best) {
         struct Foot {
             double distance;
@@ -140,7 +142,14 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         std::ranges::sort(feet, {}, [](const Foot& foot) { return std::pair(foot.distance, foot.triangle); });
         for (const Foot& foot : feet) {
             if (foot.distance - most_own > best) break;
-            best = std::min(best, map.nearby_distance(q, parameter(origin(foot.triangle), foot.uv)));
+            const OutputTriangle of = origin(foot.triangle);
+            const auto nearness = [&](const Vec2d& uv) { return -glm::length(q - map(parameter(of, uv))); };
+            detail::Maximum nearest{foot.uv, nearness(foot.uv)};
+            detail::for_each_lattice_point(k_search_intervals, [&](int, double, double b1, double b2) {
+                nearest.offer({b1, b2}, nearness({b1, b2}));
+            });
+            nearest = detail::local_maximum(nearness, nearest, 0.5 / k_search_intervals, k_search_sweeps);
+            best = std::min(best, map.nearby_distance(q, parameter(of, nearest.at)));
         }
         return best;
     };
