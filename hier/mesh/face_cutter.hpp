@@ -106,7 +106,7 @@ class MeshFaceCutter : private FaceCutter {
     HalfedgeId first_;  ///< first corner of the face that was cut last
     std::vector<Vec3d> points_;
     std::unordered_set<std::uint64_t>
-        known_;  ///< diagonals, and edges that were asked for: hubs are walked around once
+        known_;  ///< taken diagonals and edges found so far; each edge is searched around a vertex once
 };
 
 }  // namespace tetrakis::detail

@@ -41,7 +41,7 @@ struct AdaptiveOptions {
     std::uint64_t max_triangles =
         0;                        ///< 0: no limit; else the largest errors are split first until the limit is reached
     int min_level = 0;            ///< every leaf is split down to this quadtree level
-    int max_level = k_max_level;  ///< leaves of this level are not split
+    int max_level = k_max_level;  ///< leaves of this level are not split, except if must_split()
     std::uint64_t max_memory_bytes = 0;    ///< 0: no limit; else more triangles than fit are refused
     std::uint64_t base_bytes = 0;          ///< bytes that are in use already, counted for that limit
     std::uint64_t bytes_per_triangle = 0;  ///< bytes per triangle of the result, counted for that limit

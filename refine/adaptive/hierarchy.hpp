@@ -47,7 +47,7 @@ enum class MeshPositions {
 
 struct ToMeshOptions {
     MeshPositions positions = MeshPositions::limit;
-    int level = 0;         ///< for MeshPositions::level; family "vertices": no deeper than any leaf (unsupported)
+    int level = 0;  ///< for MeshPositions::level; family "vertices": at most the coarsest leaf's, else unsupported
     bool normals = false;  ///< normals of the limit, or of the vertices' levels
     /// Cut the faces of family "vertices": quads in the 4-8 pattern, others into fans. Faces of the other families are
     /// triangles.
@@ -183,7 +183,7 @@ class Hierarchy {
     void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const;
     void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const;
     void limits(std::span<const Site> sites, std::span<LimitPoint> out) const;
-    void normals(std::span<const Site> sites, std::span<Vec3d> out) const;  ///< those of limits()
+    void normals(std::span<const Site> sites, std::span<Vec3d> out) const;  ///< the normals of limits()
 
     /// The leaves as an indexed mesh.
     /// @throws Error  invalid_input: a level out of range; unsupported: no limit mask for a vertex; cancelled;

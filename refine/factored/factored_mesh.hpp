@@ -36,8 +36,7 @@ bool half_steps_adapt(FactoredScheme scheme);
 /// The present role of a vertex of the 4-8 mesh.
 enum class FactoredVertex : std::uint8_t {
     active,    ///< a point of the scheme: the points of the next steps depend on it
-    inactive,  ///< the centre of a block: it rests at the mean of the block's corners, and no point depends on it but
-               ///< through that mean
+    inactive,  ///< the centre of a block, at the mean of the block's corners; other points use it only as this mean
     unused,    ///< no triangle has it
 };
 
