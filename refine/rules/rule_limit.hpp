@@ -44,7 +44,7 @@ struct RuleLimits {
 /// the spline at the vertex's own parameters.
 /// @param may_miss  whether vertices may have no limit (see RuleLimits::missing); else such a vertex throws
 /// @throws std::invalid_argument  a vertex has no mask: one of valence 2 inside a dual scheme's mesh, or one where a
-/// crease of honeycomb refinement ends
+///                                crease of honeycomb refinement ends
 RuleLimits rule_limits(LimitSearch& search, const RuleMesh& mesh, std::span<const int> vertices, bool may_miss = false);
 
 /// The normal of a vertex without tangents (FaceNormals).
