@@ -130,7 +130,7 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
     const std::string text(reinterpret_cast<const char*>(bytes.data()) + k_fixed, text_size);
     if (text != names(header)) {
         const std::string shown = text.substr(0, text.find('\0'));
-        // The family follows from scheme and rules, so it is not compared here.
+        // The family follows from scheme and rules, so the message names the rules.
         const std::size_t family_end = text.find('\0', shown.size() + 1);
         if (shown == header.scheme && family_end != std::string::npos && family_end + 1 < text.size()) {
             const std::string rules = text.substr(family_end + 1, text.size() - family_end - 2);
@@ -186,7 +186,7 @@ std::vector<HierarchyNode> ordered_nodes(const HierarchyFamily& family) {
     return nodes;
 }
 
-/// Splits the leaves of `family` until they are `nodes`. Throws if that is impossible.
+/// Splits leaves of `family` that are ancestors of the nodes. Throws if one is neither a node nor an ancestor of one.
 void restore(HierarchyFamily& family, std::span<const HierarchyNode> nodes) {
     const HierarchyTree& tree = family.tree();
     FamilyUpdate update;
