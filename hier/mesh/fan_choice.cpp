@@ -9,8 +9,8 @@ namespace tetrakis {
 
 namespace {
 
-/// Appends the n - 2 triangles of a face, n > 3, if they all face as the face does and share at most one edge with any
-/// other triangle; else nothing.
+/// Appends the n - 2 triangles of a face, n > 3, if the cutter finds free diagonals and all triangles face as the face
+/// does; else nothing.
 void cut_into_fan(detail::MeshFaceCutter& cutter, FaceId f, std::vector<std::array<std::uint8_t, 3>>& triangles) {
     const std::size_t first = triangles.size();
     bool forward = true;

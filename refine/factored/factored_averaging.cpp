@@ -64,7 +64,7 @@ class FactoredAveraging final : public FactoredFaces {
 
   private:
     Room room(int done) const override {
-        // Four quads with four half-edges each per half-edge, and the copies of the boundary.
+        // Four quads with four half-edges for each half-edge, those of copies included.
         constexpr std::uint64_t k_most_growth = 64;
         const std::uint64_t growth = rules_.averaging_steps == 0 ? k_growth : k_most_growth;
         return {done == 2 ? growth : 1, done >= 2 ? k_per_finer : k_per_halfedge};

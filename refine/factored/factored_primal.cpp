@@ -18,7 +18,7 @@ class FactoredPrimal final : public FactoredFaces {
         : FactoredFaces(mesh),
           control_(mesh),
           four_eight_(scheme == FactoredScheme::four_eight),
-          // Only Catmull-Clark has Chaikin creases.
+          // Of the two, only Catmull-Clark has Chaikin creases.
           chaikin_(!four_eight_ && mesh.crease_method() == CreaseMethod::chaikin),
           source_(mesh.face_count()) {
         std::iota(source_.begin(), source_.end(), 0u);
