@@ -62,7 +62,7 @@ int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
 }
 
 std::uint64_t Sqrt3Lattice::cut_side(int level, std::uint64_t f) {
-    // After a step that flips the other edges, only the first half-edge of a face can be on an edge that is not flipped.
+    // After a step that flips the other edges, only a face's first half-edge can be on an edge that is not flipped.
     return cuts(level) && twin(level, 3 * f) == none ? 3 * f : none;
 }
 
