@@ -13,7 +13,7 @@ namespace tetrakis {
 
 namespace {
 
-// Bytes per half-edge while building: face, twin, edge and edge's half-edge (4 each), sorted uses twice (12 each).
+// Bytes per half-edge during building: face, twin, edge and edge's half-edge (4 each), sorted uses twice (12 each).
 constexpr std::uint64_t k_bytes_per_halfedge = 16 + 24;
 float effective(float sharpness) { return sharpness >= k_infinite_sharpness ? k_sharpness_infinity : sharpness; }
 
@@ -60,7 +60,7 @@ class ControlMeshBuilder {
         mesh.edge_halfedge_.reserve(mesh.halfedge_count() / 2);
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
             const std::uint32_t twin = mesh.twin_[h];
-            if (twin > h) mesh.edge_halfedge_.push_back(h);  // as at the boundary
+            if (twin > h) mesh.edge_halfedge_.push_back(h);  // also at the boundary
             mesh.halfedge_edge_[h] =
                 twin > h ? static_cast<std::uint32_t>(mesh.edge_halfedge_.size() - 1) : mesh.halfedge_edge_[twin];
         }

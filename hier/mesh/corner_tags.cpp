@@ -16,7 +16,7 @@ namespace {
 bool is_on_crease(const ControlMesh& mesh, HalfedgeId h) { return mesh.sharpness(mesh.edge(h)) > 0; }
 
 bool is_corner_vertex(const ControlMesh& mesh, VertexId v) {
-    constexpr int k_corner_edges = 3;         // sharp ones, from which a vertex is a corner
+    constexpr int k_corner_edges = 3;         // number of sharp edges from which a vertex is a corner
     int sharp = mesh.is_boundary(v) ? 1 : 0;  // the boundary edge that ends the fan
     const HalfedgeId first = mesh.vertex_halfedge(v);
     HalfedgeId h = first;
@@ -27,7 +27,7 @@ bool is_corner_vertex(const ControlMesh& mesh, VertexId v) {
     return mesh.sharpness(v) > 0 || sharp >= k_corner_edges;
 }
 
-/// The half-edges of the sector around the one given, counter-clockwise; the same list from each of them.
+/// The half-edges of the sector of a half-edge, counter-clockwise; the same list for each half-edge of the sector.
 std::vector<HalfedgeId> sector_around(const ControlMesh& mesh, HalfedgeId h) {
     HalfedgeId start = h, lowest = h;
     while (!is_on_crease(mesh, start)) {
@@ -50,7 +50,7 @@ std::vector<HalfedgeId> sector_around(const ControlMesh& mesh, HalfedgeId h) {
 
 TaggedAngles tagged_angles(const ControlMesh& mesh, const ControlMeshData& data) {
     TaggedAngles result;
-    std::unordered_map<std::uint32_t, std::uint32_t> tag_of;  // by a sector's first half-edge
+    std::unordered_map<std::uint32_t, std::uint32_t> tag_of;  // by the first half-edge of a sector
     for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
         const auto& tag = data.corner_angles[i];
         const auto sector = sector_around(mesh, HalfedgeId(face_corner(data, tag.face, tag.vertex)));

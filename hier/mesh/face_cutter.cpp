@@ -9,11 +9,11 @@ namespace tetrakis::detail {
 
 namespace {
 
-// Corners times reflex corners of a face up to which ears are tested for holding a reflex corner. Beyond it (a concave
-// face of ten thousand corners) the order of the ears alone decides.
+// Largest number of corners times reflex corners of a face for which ears are tested for reflex corners inside. Larger
+// faces (concave, ten thousand corners) are cut without this test.
 constexpr std::uint64_t k_reflex_budget = 100'000'000;
 
-/// To 12 bits: diagonals that are alike but for rounding tie, so that equal faces are cut alike.
+/// Rounds to 12 bits: diagonals that differ only by rounding are equal then, so equal faces are cut alike.
 double rounded(double x) {
     constexpr double k_steps = 4096;
     int exponent = 0;
@@ -25,7 +25,7 @@ double rounded(double x) {
 
 bool MeshFaceCutter::joined(VertexId a, VertexId b) {
     if (known_.contains(key(a, b))) return true;
-    if (mesh_.face_valence(b) < mesh_.face_valence(a)) std::swap(a, b);  // the way around a hub would be long
+    if (mesh_.face_valence(b) < mesh_.face_valence(a)) std::swap(a, b);  // the shorter walk around a vertex
     const HalfedgeId first = mesh_.vertex_halfedge(a);
     HalfedgeId h = first;
     do {
@@ -64,10 +64,10 @@ void FaceCutter::remove(std::uint32_t place) {
     prev_[after] = before;
     ++round_[place];
     start_ = before;
-    prev_[place] = next_[place] = place;  // marks it as gone
+    prev_[place] = next_[place] = place;  // marks it as removed
     --left_;
     if (left_ == 4) {
-        offer_all();  // whether the other triangle faces backwards matters from now on
+        offer_all();  // from now on, ears that leave a backward triangle are bad
     } else {
         offer(before);
         offer(after);

@@ -12,15 +12,15 @@
 
 namespace tetrakis::detail {
 
-/// Cuts one face after the other into triangles, by the rule of triangulate(): ears, the shortest diagonal first.
-/// Cost: O(n log n) for n corners, for concave faces times their reflex corners.
+/// Cuts faces into triangles, one face after the other, by the rule of triangulate(): ears, the shortest diagonal
+/// first. Cost: O(n log n) for n corners; for concave faces, times their reflex corners.
 class FaceCutter {
   public:
-    /// Corners are named by their places in `points`, of which there are at least three.
-    /// @param is_free   is_free(a, b): whether there may be a diagonal between two places
+    /// Corners are named by their indices in `points`, which has at least three.
+    /// @param is_free   is_free(a, b): whether a diagonal may join corners a and b
     /// @param triangle  triangle(a, tip, b) is called for each triangle, counter-clockwise as the face; a-b is a
-    ///                  diagonal, but for the last triangle
-    /// @return  places of the polygon that remains where no diagonal is free, in order; else none. They stay until the
+    ///                  diagonal, except in the last triangle
+    /// @return  the corners, in order, of the polygon that remains if no diagonal is free; else none. Valid until the
     ///          next call
     template <class IsFree, class Triangle>
     std::span<const std::uint32_t> cut(std::span<const Vec3d> points, const IsFree& is_free, const Triangle& triangle) {
@@ -44,16 +44,16 @@ class FaceCutter {
         return {};
     }
 
-    /// Of a triangle of the last face cut that has more than three corners: positive where it faces as the face does.
-    /// Twice its area as seen along the face's normal, times the length of the normal.
+    /// For a triangle of the last face that was cut and has more than three corners: positive if it faces as the face
+    /// does. The value is twice its area along the face's normal, times the length of the normal.
     double facing(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   private:
     struct Ear {
-        bool bad;             ///< backward, holding a reflex corner, or leaving a backward triangle
-        double length2;       ///< of its diagonal, squared and rounded
-        std::uint32_t at;     ///< place of its tip
-        std::uint32_t round;  ///< of that place when the ear was looked at
+        bool bad;             ///< faces backward, contains a reflex corner, or leaves a backward triangle
+        double length2;       ///< squared length of its diagonal, rounded
+        std::uint32_t at;     ///< its tip
+        std::uint32_t round;  ///< round_ of the tip when the ear was tested
         friend bool operator>(const Ear& a, const Ear& b) {
             return std::tie(a.bad, a.length2, a.at, a.round) > std::tie(b.bad, b.length2, b.at, b.round);
         }
@@ -67,21 +67,21 @@ class FaceCutter {
     std::span<const std::uint32_t> rest();
 
     std::span<const Vec3d> points_;
-    std::uint32_t left_ = 0, start_ = 0;  ///< places that are left, and one of them
+    std::uint32_t left_ = 0, start_ = 0;  ///< number of corners that are left, and one of them
     Vec3d normal_{0.0};
     std::vector<std::uint32_t> prev_, next_, round_, reflex_, rest_;
     bool test_reflex_ = false;
-    std::vector<Ear> ears_;  ///< a heap; those of earlier rounds are out of date
+    std::vector<Ear> ears_;  ///< a heap; ears of earlier rounds are outdated
 };
 
-/// Cuts faces of a mesh. No diagonal joins two vertices that an edge of the mesh joins, or a diagonal that was taken.
+/// Cuts faces of a mesh. No diagonal joins two vertices that an edge or an earlier diagonal joins already.
 class MeshFaceCutter : private FaceCutter {
   public:
     /// Keeps references.
-    /// @param positions  of the mesh's vertices
+    /// @param positions  positions of the mesh's vertices
     MeshFaceCutter(const ControlMesh& mesh, std::span<const Vec3d> positions) : mesh_(mesh), positions_(positions) {}
 
-    /// As FaceCutter::cut(); places are those of the face's corners.
+    /// As FaceCutter::cut(); corners are counted from the face's first one.
     template <class Triangle>
     std::span<const std::uint32_t> cut(FaceId face, const Triangle& triangle) {
         first_ = mesh_.face_halfedge(face);
@@ -91,7 +91,7 @@ class MeshFaceCutter : private FaceCutter {
         return FaceCutter::cut(points_, is_free, triangle);
     }
     using FaceCutter::facing;
-    /// The diagonal between two places of the face cut last is taken.
+    /// Records the diagonal between two corners of the last face as taken.
     void take(std::uint32_t a, std::uint32_t b) { known_.insert(key(vertex(a), vertex(b))); }
 
   private:
@@ -103,10 +103,10 @@ class MeshFaceCutter : private FaceCutter {
 
     const ControlMesh& mesh_;
     std::span<const Vec3d> positions_;
-    HalfedgeId first_;  ///< of the face cut last
+    HalfedgeId first_;  ///< first corner of the face that was cut last
     std::vector<Vec3d> points_;
     std::unordered_set<std::uint64_t>
-        known_;  ///< diagonals, and edges that were asked for: hubs are walked around once
+        known_;  ///< taken diagonals and edges found so far; each edge is searched around a vertex once
 };
 
 }  // namespace tetrakis::detail

@@ -9,8 +9,8 @@ namespace tetrakis {
 
 namespace {
 
-/// Appends the n - 2 triangles of a face, n > 3, that face as it does and share no edge with other triangles but once;
-/// or nothing.
+/// Appends the n - 2 triangles of a face, n > 3, if the cutter finds free diagonals and all triangles face as the face
+/// does; else nothing.
 void cut_into_fan(detail::MeshFaceCutter& cutter, FaceId f, std::vector<std::array<std::uint8_t, 3>>& triangles) {
     const std::size_t first = triangles.size();
     bool forward = true;
@@ -20,11 +20,11 @@ void cut_into_fan(detail::MeshFaceCutter& cutter, FaceId f, std::vector<std::arr
         forward &= cutter.facing(a, tip, b) > 0;
     });
     if (!rest.empty() || !forward) return triangles.resize(first);
-    for (std::size_t i = first; i + 1 < triangles.size(); ++i)  // the last triangle has no diagonal of its own
+    for (std::size_t i = first; i + 1 < triangles.size(); ++i)  // the last triangle has no new diagonal
         cutter.take(triangles[i][0], triangles[i][2]);
 }
 
-/// Two triangles with the same three vertices close up to a pillow: one of them has to keep its centre.
+/// Two triangles with the same three vertices would enclose no volume, so one of them must keep its centre.
 bool repeats_accepted_triangle(const ControlMesh& mesh, FaceId f, const FanChoice& fans) {
     const HalfedgeId h = mesh.face_halfedge(f), t = mesh.twin(h);
     if (!t.valid()) return false;

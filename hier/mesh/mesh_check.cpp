@@ -22,7 +22,7 @@ namespace {
 
 using Kind = MeshFaultKind;
 
-// Faults quoted by an exception; a list of all comes from find_faults().
+// Number of faults that an exception quotes; find_faults() lists all.
 constexpr std::size_t k_quoted_faults = 5;
 
 std::uint64_t line_at(const std::vector<std::uint64_t>& lines, std::uint32_t i) {
@@ -34,17 +34,17 @@ std::string with_line(const std::string& text, std::uint64_t line) {
 }
 
 constexpr std::string_view k_repair_advice = "correct it in the modeller or use --repair";
-// Corner counts up to which comparing all pairs beats sorting.
+// Largest number of corners for which comparing all pairs is faster than sorting.
 constexpr std::uint32_t k_small_face = 16;
 
-// Twice the area over the perimeter squared, below which a face is a line as far as doubles can tell.
+// If twice the area over the squared perimeter is below this, a face is a line within the precision of doubles.
 constexpr double k_zero_area = 1e-14;
 
 void check_sizes(const ControlMeshData& data, std::vector<MeshFault>& faults) {
     const auto complain = [&](const char* what) {
         faults.push_back({Kind::array_size, 0, 0, fmt::format("the arrays do not fit together: {}", what)});
     };
-    // Four numbers are kept free: "none", and room to look two elements ahead.
+    // Four numbers are reserved: "none", and room for indices two elements ahead.
     constexpr std::size_t k_limit = 0xFFFF'FFFBu;
     if (data.positions.size() > k_limit || data.face_vertices.size() > k_limit)
         complain("more than 2^32 - 5 vertices or face corners; split the model");
@@ -66,7 +66,7 @@ void check_sizes(const ControlMeshData& data, std::vector<MeshFault>& faults) {
     if (!fits(data.hole_lines.size(), data.holes.size())) complain("hole_lines needs one number per hole");
 }
 
-// Corner whose vertex an earlier corner has too, or the face's size.
+// The first corner whose vertex an earlier corner has, or the face's size.
 std::uint32_t repeated_corner(std::span<const std::uint32_t> corners) {
     const std::uint32_t size = count_of(corners.size());
     std::unordered_set<std::uint32_t> seen;
@@ -186,7 +186,7 @@ void sort_faults(std::vector<MeshFault>& faults) {
     std::ranges::stable_sort(faults, {}, [](const MeshFault& fault) { return std::pair(fault.kind, fault.element); });
 }
 
-// Whether a face is a line, or a point, as far as doubles can tell.
+// Whether a face is a line or a point within the precision of doubles.
 bool is_flat(const ControlMeshData& data, std::uint32_t f) {
     const std::uint32_t first = data.face_offsets[f];
     const auto point = [&](std::uint32_t h) -> const Vec3d& { return data.positions[data.face_vertices[h]]; };
@@ -200,13 +200,13 @@ bool is_flat(const ControlMeshData& data, std::uint32_t f) {
     return glm::length(area) <= k_zero_area * perimeter * perimeter;
 }
 
-// Of single elements: sizes, coordinates, faces, attributes, tags (but whether a crease's edge exists).
+// Faults of single elements: sizes, coordinates, faces, attributes, tags (except for the edges of creases).
 std::vector<MeshFault> element_faults(const ControlMeshData& data) {
     std::vector<MeshFault> faults;
     check_sizes(data, faults);
     if (!faults.empty()) return faults;
     if (data.face_offsets.size() < 2) {
-        // What reading or repairing left out may say why.
+        // Warnings from reading or repairing may explain this.
         std::string text = "there are no faces; a control mesh needs at least one";
         for (const std::string& warning : data.warnings) text += "\n  " + warning;
         return {{Kind::no_faces, 0, 0, text}};
@@ -224,7 +224,7 @@ std::vector<MeshFault> element_faults(const ControlMeshData& data) {
     return faults;
 }
 
-// Of edges, faces against each other, and tags that name no edge or corner of a face; asks for no element faults.
+// Faults of edges, duplicate faces, and tags that name no edge or face corner. Needs data without element faults.
 std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
                                    const MeshLinks& links) {
     std::vector<MeshFault> faults;
@@ -250,7 +250,7 @@ std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const 
                      "the two faces at the edge between {} and {} (one is face {}) run along it in the same "
                      "direction; flip one, or use --repair to orient all faces alike");
     }
-    // Two faces with one cycle run along the same edges in the same direction: no edge fault, no duplicate.
+    // Two faces with one cycle use the same edges in the same direction: without edge faults there are no duplicates.
     if (!faults.empty())
         for (const auto& [face, first] : duplicate_faces(data))
             add(Kind::duplicate_face, face, line_at(data.face_lines, face),
@@ -271,12 +271,12 @@ std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const 
     return faults;
 }
 
-// Non-manifold vertices; asks for no faults of the other kinds.
+// Non-manifold vertices. Needs data without other faults.
 std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links) {
     std::vector<MeshFault> faults;
     for (std::uint32_t v = 0; v < data.positions.size(); ++v) {
         const std::uint32_t all = links.vertex_face_count[v], start = links.vertex_halfedge[v];
-        std::uint32_t fan = 0;  // corners met counter-clockwise from the first
+        std::uint32_t fan = 0;  // number of corners, counter-clockwise from the first
         for (std::uint32_t h = start; h != HalfedgeId::none && (fan == 0 || h != start); ++fan)
             h = links.twin[prev_corner(data, links.face[h], h)];
         if (fan != all)
@@ -315,7 +315,7 @@ void throw_faults(const ControlMeshData& data, const std::vector<MeshFault>& fau
 
 std::vector<DuplicateFace> duplicate_faces(const ControlMeshData& data) {
     std::vector<DuplicateFace> duplicates;
-    std::unordered_map<std::u32string, std::uint32_t> first;  // by the cycle from its lowest vertex on
+    std::unordered_map<std::u32string, std::uint32_t> first;  // by the cycle, starting at its lowest vertex
     for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
         std::u32string cycle(data.face_vertices.begin() + data.face_offsets[f],
                              data.face_vertices.begin() + data.face_offsets[f + 1]);
@@ -350,7 +350,7 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, const MeshLi
         if (is_flat(data, f)) flat.push_back(f);
     if (!flat.empty())
         oddities.push_back(
-            // Numbers are no longer the source's after a repair; lines are.
+            // After a repair, numbers differ from the source's; lines do not.
             fmt::format("{} of {} faces have zero area (the first is {}); normals are undefined there", flat.size(),
                         faces,
                         flat[0] < data.face_lines.size() && data.face_lines[flat[0]] != 0

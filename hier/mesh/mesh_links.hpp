@@ -9,7 +9,7 @@
 
 namespace tetrakis::detail {
 
-/// One half-edge seen as a use of its undirected edge.
+/// A half-edge, seen as a use of its undirected edge.
 struct EdgeUse {
     std::uint32_t low, high;  ///< the edge's vertices, low < high
     std::uint32_t halfedge;
@@ -19,7 +19,7 @@ struct EdgeUse {
 };
 static_assert(sizeof(EdgeUse) == 12);
 
-/// The corner after, or before, another around its face.
+/// The next and the previous corner of a face.
 inline std::uint32_t next_corner(const ControlMeshData& data, std::uint32_t face, std::uint32_t h) {
     return h + 1 == data.face_offsets[face + 1] ? data.face_offsets[face] : h + 1;
 }
@@ -27,9 +27,9 @@ inline std::uint32_t prev_corner(const ControlMeshData& data, std::uint32_t face
     return (h == data.face_offsets[face] ? data.face_offsets[face + 1] : h) - 1;
 }
 
-/// All half-edges sorted by (low, high, halfedge): uses of one edge are neighbours. A stable counting pass over the
-/// smaller vertex, then a sort of each vertex's few edges: O(H) for bounded valence, O(H log H) at worst. The faces
-/// must be sound.
+/// All half-edges sorted by (low, high, halfedge), so uses of one edge follow one another. A stable counting pass over
+/// the smaller vertex, then a sort of the few edges of each vertex: O(H) for bounded valence, O(H log H) at worst. The
+/// faces must be sound.
 std::vector<EdgeUse> sorted_edge_uses(std::span<const std::uint32_t> face_offsets,
                                       std::span<const std::uint32_t> face_vertices, std::uint32_t vertex_count);
 inline std::vector<EdgeUse> sorted_edge_uses(const ControlMeshData& data) {
@@ -39,11 +39,11 @@ inline std::vector<EdgeUse> sorted_edge_uses(const ControlMeshData& data) {
 /// First use of the edge {a, b} in sorted uses, or null. O(log H).
 const EdgeUse* find_edge(std::span<const EdgeUse> sorted_uses, std::uint32_t a, std::uint32_t b);
 
-/// How the corners of a mesh hang together. Holds for any mesh whose faces are sound; only where each edge has at most
-/// two uses, of opposite direction, do the twins mean a surface.
+/// The connections of a mesh's corners. They exist for any mesh with sound faces; only if each edge has at most two
+/// uses, in opposite directions, do the twins describe a surface.
 struct MeshLinks {
     std::vector<std::uint32_t> face;               ///< H: the half-edge's face
-    std::vector<std::uint32_t> twin;               ///< H: the edge's other use where it has exactly two, else none
+    std::vector<std::uint32_t> twin;               ///< H: the edge's other use if it has exactly two, else none
     std::vector<std::uint32_t> vertex_halfedge;    ///< V: as ControlMesh::vertex_halfedge
     std::vector<std::uint32_t> vertex_face_count;  ///< V: corners at the vertex
     bool manifold_edges = true;                    ///< no edge has more than two uses, or two of one direction

@@ -16,12 +16,12 @@
 #include <tuple>
 #include <utility>
 
-// Vertices by where they are.
+// Finds vertices by their positions.
 namespace tetrakis::detail {
 
 namespace {
 
-// Of so many boundary edges one has to lie on another for a warning: a few that do may be meant.
+// A warning needs one coinciding boundary edge in this many; fewer may be intended.
 constexpr std::uint64_t k_edges_to_one_unwelded = 4;
 
 }  // namespace
@@ -73,12 +73,12 @@ std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double di
         largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
     }
     std::vector<std::uint32_t> first = first_at_position(positions, listed);
-    // Coordinates of doubles that differ are hardly nearer to each other, and the numbers of cells fit 64 bits.
+    // Coordinates that differ as doubles are hardly nearer to each other; and cell numbers fit into 64 bits.
     constexpr double k_least_share = 0x1p-50;
     if (largest == 0 || distance <= largest * k_least_share) return first;
 
-    // Cells whose diagonal is within the distance: all vertices of one are joined.
-    constexpr double k_side = 0.57;  // < 1 / sqrt(3); the distance reaches over two cells
+    // Cells whose diagonal is within the distance: all vertices of one cell are joined.
+    constexpr double k_side = 0.57;  // < 1 / sqrt(3); the distance spans at most two cells
     struct Point {
         std::array<std::int64_t, 3> cell;
         std::uint32_t vertex;
@@ -92,7 +92,7 @@ std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double di
             {{static_cast<std::int64_t>(at.x), static_cast<std::int64_t>(at.y), static_cast<std::int64_t>(at.z)}, v});
     }
     std::sort(points.begin(), points.end());
-    std::vector<std::uint32_t> start;  // of each cell in `points`
+    std::vector<std::uint32_t> start;  // first point of each cell in `points`
     for (std::uint32_t i = 0; i < points.size(); ++i)
         if (i == 0 || points[i].cell != points[i - 1].cell) start.push_back(i);
     const std::uint32_t cells = static_cast<std::uint32_t>(start.size());
@@ -128,8 +128,8 @@ std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double di
 
 std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span<const std::uint32_t> twin) {
     struct Edge {
-        std::uint32_t low, high;  // the places of its ends
-        std::uint32_t a, b;       // its ends, as its face runs
+        std::uint32_t low, high;  // the positions of its ends
+        std::uint32_t a, b;       // its ends in the direction of its face
         bool same_place(const Edge& other) const { return low == other.low && high == other.high; }
     };
     std::vector<Edge> edges;
@@ -138,14 +138,14 @@ std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span
         for (std::uint32_t h = data.face_offsets[f], end = data.face_offsets[f + 1]; h < end; ++h) {
             if (twin[h] != HalfedgeId::none) continue;
             edges.push_back({0, 0, data.face_vertices[h], data.face_vertices[next_corner(data, f, h)]});
-            ends.push_back(edges.back().a);  // of every boundary vertex an edge starts
+            ends.push_back(edges.back().a);  // an edge starts at every boundary vertex
         }
     const std::vector<std::uint32_t> place = first_at_position(data.positions, std::move(ends));
     for (Edge& edge : edges) std::tie(edge.low, edge.high) = std::minmax(place[edge.a], place[edge.b]);
     std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
         return std::tie(x.low, x.high, x.a, x.b) < std::tie(y.low, y.high, y.a, y.b);
     });
-    // Two edges in one place make an edge inside; more of them, or two of one direction, would make none.
+    // Two edges at one position would become an interior edge. More edges, or two of the same direction, would not.
     std::vector<std::uint32_t> vertices;
     std::uint64_t unwelded = 0;
     for (std::size_t i = 0, count = 1; i < edges.size(); i += count) {

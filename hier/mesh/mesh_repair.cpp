@@ -27,7 +27,7 @@ using detail::k_no_number;
 using detail::NewFaces;
 using detail::Numbering;
 
-// How often a repair was done, and what to quote: the first element, and its line where it is a tag's.
+// Number of repairs of one kind, with the first element for the report, and its line if it is a tag.
 struct Tally {
     std::uint64_t count = 0;
     std::uint32_t first = 0;
@@ -86,7 +86,7 @@ class Repair {
         reports_.push_back(fmt::format(text, std::forward<Args>(args)...));
     }
 
-    /// Nothing if the tally is empty. The text takes the count and name(the first one).
+    /// Reports nothing if the tally is empty. The text takes the count and name(first element).
     template <class Name>
     void report_all(const Tally& tally, fmt::format_string<const std::uint64_t&, std::string> text, Name&& name) {
         if (tally.count != 0) report(text, tally.count, name(tally.first));
@@ -97,7 +97,7 @@ class Repair {
             return tally.line == 0 ? fmt::format("{}", number) : fmt::format("{} on line {}", number, tally.line);
         });
     }
-    // Of a face by its number now.
+    // The source's name for a face, by its present number.
     std::string original_face(std::uint32_t f) const {
         const std::uint64_t line = f < data_.face_lines.size() ? data_.face_lines[f] : 0;
         return line == 0 ? fmt::format("face {}", std::uint64_t{source_face_[f]} + data_.first_number)
@@ -172,7 +172,7 @@ class Repair {
         gather(source_face_, faces.sources);
     }
 
-    // Drops faces with bad vertices; cuts faces that pass a vertex twice into loops.
+    // Drops faces with bad vertices; cuts faces that visit a vertex twice into loops.
     void rebuild_faces() {
         const auto is_sound = [&](std::uint32_t v) {
             return v < data_.positions.size() && detail::is_sound_position(data_.positions[v]);
@@ -180,7 +180,7 @@ class Repair {
         NewFaces faces;
         faces.corners.reserve(data_.face_vertices.size());
         Tally unsound, small, cut;
-        std::vector<std::uint32_t> place(data_.positions.size(), k_no_number);  // of a vertex on the path
+        std::vector<std::uint32_t> place(data_.positions.size(), k_no_number);  // per vertex: its position on the path
         std::vector<std::uint32_t> path;
         for (std::uint32_t f = 0; f < face_count(); ++f) {
             const std::uint32_t first = data_.face_offsets[f], end = data_.face_offsets[f + 1];
@@ -253,9 +253,9 @@ class Repair {
                    detail::vertex_name(data_, split.first_vertex));
     }
 
-    /// Gives tags of old edges or vertices to all their copies.
-    /// @param copies  of each old one
-    /// @param of      of(tag): its old edge or vertex
+    /// Copies tags of old edges or vertices to all their copies.
+    /// @param copies  copies of each old edge or vertex
+    /// @param of      of(tag): the old edge or vertex of the tag
     /// @param put     put(tag, copy) makes the tag name the copy
     template <class Tag, class Key, class Of, class Put>
     static Tally copy_tags(std::vector<Tag>& tags, const std::multimap<Key, Key>& copies, Of&& of, Put&& put) {
@@ -274,7 +274,7 @@ class Repair {
         return dropped;
     }
 
-    // Tags speak of the vertices before the split: each copy of an edge or vertex gets them.
+    // Tags name the vertices from before the split: each copy of an edge or vertex gets them.
     void mend_tags() {
         using Edge = std::array<std::uint32_t, 2>;  // the lower vertex first
         const auto edge = [](std::uint32_t a, std::uint32_t b) { return Edge{std::min(a, b), std::max(a, b)}; };
@@ -304,7 +304,7 @@ class Repair {
                     "dropped {} corner tags that name no vertex of a face or have no sharpness (the first is tag {})");
     }
 
-    // They speak of the faces and vertices as they were at first: whatever is left of the two gets them.
+    // Angle tags name the original faces and vertices: each remaining corner of both gets them.
     void mend_angles(const std::vector<ControlMeshData::AngleTag>& before) {
         if (before.empty()) return;
         std::vector<ControlMeshData::AngleTag> now, kept;
@@ -324,7 +324,7 @@ class Repair {
             source.resize(now.size(), i);
         }
         data_.corner_angles = now;
-        std::vector<MeshFault> faults = find_faults(data_);  // all else has been mended
+        std::vector<MeshFault> faults = find_faults(data_);  // all other faults are repaired by now
         std::erase_if(faults, [](const MeshFault& fault) { return fault.kind != MeshFaultKind::corner_angle_tag; });
         for (std::uint32_t i = 0; i < now.size(); ++i)
             if (std::ranges::binary_search(faults, i, {}, &MeshFault::element))
@@ -360,7 +360,7 @@ class Repair {
         for (auto& tag : data_.corner_angles) now.follow(tag.vertex);
     }
 
-    /// Equal texture coordinates become one.
+    /// Merges equal texture coordinates.
     void join_uvs() {
         std::vector<Vec3d> values;
         std::vector<std::uint32_t> sound;
@@ -374,7 +374,7 @@ class Repair {
         gather(data_.uv_lines, now.kept);
     }
 
-    /// Takes out corners that are where the one before them is, and faces that then have fewer than three.
+    /// Removes corners that repeat the previous one, and faces that have fewer than three corners then.
     void drop_collapsed() {
         NewFaces faces;
         Tally small, cut;
@@ -407,8 +407,8 @@ class Repair {
     }
 
     ControlMeshData& data_;
-    std::vector<std::uint32_t> source_face_;  ///< number in the source, by face now
-    std::vector<std::uint32_t> origin_;       ///< vertex before the split, by vertex now
+    std::vector<std::uint32_t> source_face_;  ///< per face: its number in the source
+    std::vector<std::uint32_t> origin_;       ///< per vertex: its number before the split
     std::vector<std::string> reports_;
 };
 

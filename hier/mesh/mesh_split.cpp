@@ -27,8 +27,8 @@ class Splitter {
         std::iota(result_.origin.begin(), result_.origin.end(), 0u);
     }
 
-    // Each round that changes something cuts at least one more edge or makes at least one more vertex, and no corner
-    // can be cut off twice, so that the rounds end.
+    // Each round that changes something cuts at least one more edge or makes at least one more vertex. No corner can be
+    // cut off twice, so the rounds end.
     ManifoldSplit run() {
         for (;;) {
             pair_edges();
@@ -54,7 +54,7 @@ class Splitter {
             if (cut_[h] && twin[h] != k_none) twin[h] = twin[twin[h]] = k_none;
     }
 
-    // Gives every fan of corners a vertex of its own; the one with the lowest corner keeps the old number.
+    // Gives every fan of corners its own vertex; the fan with the lowest corner keeps the old number.
     bool split_vertices() {
         const auto corners = static_cast<std::uint32_t>(data_.face_vertices.size());
         DisjointSets fans(corners);
@@ -70,7 +70,7 @@ class Splitter {
         bool changed = false;
         for (std::uint32_t h = 0; h < corners; ++h) {
             const std::uint32_t r = fans.find(h), v = data_.face_vertices[h];
-            if (r != h) {  // roots are the lowest corners of their fans: already numbered
+            if (r != h) {  // roots are the lowest corners of their fans, so they have numbers already
                 vertex[h] = vertex[r];
                 continue;
             }
@@ -89,7 +89,7 @@ class Splitter {
         return changed;
     }
 
-    // Two faces agree when they run along their edge in opposite directions.
+    // Whether two faces have the same orientation: they use their edge in opposite directions.
     bool agree(std::uint32_t h) const { return data_.face_vertices[h] != data_.face_vertices[links_.twin[h]]; }
 
     bool orient() {
@@ -114,7 +114,7 @@ class Splitter {
                         flip_count += wanted == flipped;
                         piece.push_back(g);
                     } else if (state[g] != wanted && !cut_[h] && !cut_[links_.twin[h]]) {
-                        // h's corners at both of its ends leave their fans, so that no other face can share the edge.
+                        // The corners at both ends of h leave their fans, so that no other face can share the edge.
                         cut_[h] = cut_[next(h)] = cut_[prev(h)] = 1;
                         ++result_.cut_faces;
                         changed = true;
@@ -143,7 +143,7 @@ class Splitter {
 
     ControlMeshData& data_;
     MeshLinks links_;
-    std::vector<std::uint8_t> cut_;  ///< half-edges that hold nothing together
+    std::vector<std::uint8_t> cut_;  ///< half-edges that connect nothing
     std::ptrdiff_t vertices_before_ = std::ssize(data_.positions);
     ManifoldSplit result_;
 };

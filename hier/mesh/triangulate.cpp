@@ -19,13 +19,13 @@ class Triangulator {
         : mesh_(mesh), in_(mesh.data()), out_(in_), cutter_(mesh, in_.positions) {}
 
     ControlMeshData run() {
-        std::vector<std::uint32_t> first;  // triangle of each face
+        std::vector<std::uint32_t> first;  // first triangle of each face
         out_.holes.clear();
         out_.hole_lines.clear();
         for (face_ = 0; face_ < mesh_.face_count(); ++face_) {
             first.push_back(static_cast<std::uint32_t>(triangles_.sources.size()));
             cut_face();
-            // Of a face that is dropped at the boundary not all triangles might be dropped by themselves.
+            // If a face is dropped at the boundary, not all of its triangles might be dropped by themselves.
             if (mesh_.is_hole(FaceId(face_))) out_.holes.push_back(face_);
         }
         detail::replace_faces(out_, triangles_);
@@ -39,7 +39,7 @@ class Triangulator {
     }
 
   private:
-    // The first from `t` on that touches the vertex; diagonals are smooth, so its sector is that of the others.
+    // The first triangle from `t` on at the vertex. Diagonals are smooth, so all its triangles are in one sector.
     std::uint32_t triangle_at(std::uint32_t vertex, std::uint32_t t) const {
         while (detail::face_corner(out_, t, vertex) == HalfedgeId::none) ++t;
         return t;
@@ -76,7 +76,7 @@ class Triangulator {
         const auto v = static_cast<std::uint32_t>(out_.positions.size());
         out_.positions.push_back(centre * share);
         if (!in_.vertex_lines.empty()) out_.vertex_lines.push_back(in_.face_lines.empty() ? 0 : in_.face_lines[face_]);
-        // A corner for the centre, beyond those of the mesh.
+        // A corner for the centre, after the corners of the mesh.
         const auto corner = static_cast<std::uint32_t>(out_.face_vertices.size());
         out_.face_vertices.push_back(v);
         if (!in_.face_uvs.empty()) {
@@ -92,7 +92,7 @@ class Triangulator {
             add_triangle(first_ + places[i], first_ + places[(i + 1) % places.size()], corner);
     }
 
-    // A boundary corner of one face may have several triangles now and would lose its sharpness.
+    // A boundary corner of one face may have several triangles now, and would no longer be sharp.
     void keep_sharp_corners() {
         if (in_.boundary_rule != BoundaryRule::edge_and_corner) return;
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
@@ -107,7 +107,7 @@ class Triangulator {
     detail::NewFaces triangles_;
     std::uint64_t cut_count_ = 0, centre_count_ = 0;
 
-    // The face being cut; its places are corners counted from its first one.
+    // The face being cut; its corners are counted from its first one.
     std::uint32_t face_ = 0, first_ = 0;
     detail::MeshFaceCutter cutter_;
 };

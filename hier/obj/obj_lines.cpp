@@ -18,7 +18,7 @@ std::string_view trimmed(std::string_view s) {
     return s;
 }
 
-// Length of the UTF-8 sequence at the front, 0 if there is none. Overlong forms and surrogates do not count.
+// Length of the UTF-8 sequence at the start, or 0. Overlong forms and surrogates are no UTF-8.
 std::size_t utf8_length(std::string_view s) {
     constexpr std::uint32_t k_least[] = {0, 0, 0x80, 0x800, 0x10000}, k_end = 0x110000;
     const auto lead = static_cast<unsigned char>(s[0]);
@@ -89,7 +89,7 @@ std::optional<double> obj_number(std::string_view word) {
     const bool whole = end == digits.data() + digits.size();
     if (error == std::errc() && whole) return value;
     if (error == std::errc::result_out_of_range && whole) {
-        // from_chars does not say on which side: overflow counts as infinity, underflow as what strtod makes of it.
+        // from_chars does not tell overflow from underflow: strtod gives infinity or the nearest number.
         return std::strtod(std::string(digits).c_str(), nullptr);
     }
     const std::size_t hash = digits.find('#');  // 1.#INF, -1.#IND, 1.#QNAN

@@ -13,7 +13,7 @@ namespace tetrakis {
 
 namespace {
 
-/// Texture coordinates and normals belong to all corners or to none: (0, 0) is filled in, normals are left out.
+/// Texture coordinates and normals must exist for all corners or none: (0, 0) is filled in, normals are dropped.
 void complete_layers(ControlMeshData& data) {
     const std::size_t corners = data.face_vertices.size();
     const auto is_absent = [](std::uint32_t i) { return i == detail::k_obj_absent; };
@@ -22,7 +22,7 @@ void complete_layers(ControlMeshData& data) {
         data.uv_lines.clear();
     } else if (const auto bare = std::ranges::count_if(data.face_uvs, is_absent); bare != 0) {
         const auto origin = static_cast<std::uint32_t>(data.uvs.size());
-        // Numbers beyond the file's are ControlMesh::build()'s to refuse: none may fit what is added here.
+        // Numbers above the file's are left for ControlMesh::build() to refuse: no value added here may match them.
         const bool all_there =
             std::ranges::all_of(data.face_uvs, [&](std::uint32_t i) { return is_absent(i) || i < origin; });
         std::ranges::replace_if(data.face_uvs, is_absent, all_there ? origin : 0);
@@ -42,7 +42,7 @@ void complete_layers(ControlMeshData& data) {
     data.face_normals.clear();
 }
 
-/// The first few of some sentences in one, and how many more there are.
+/// Joins the first few sentences to one, with the number of the others.
 std::string first_of(const std::vector<std::string>& sentences) {
     constexpr std::size_t k_most = 4;
     std::string text;

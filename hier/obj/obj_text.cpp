@@ -19,12 +19,12 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Reads what follows the `t` of a tag line.
+/// Reads a tag line after its `t`.
 class TagReader {
   public:
     TagReader(ObjWords words, std::uint64_t line, ControlMeshData& data) : words_(words), line_(line), data_(data) {}
 
-    /// False for a tag of another name, which is left alone.
+    /// Returns false for a tag of another name, and ignores it.
     bool run() {
         name_ = words_.next();
         if (name_.empty()) fail("the tag has no name; write `t crease 2/1/0 a b sharpness` or the like");
@@ -50,7 +50,7 @@ class TagReader {
         throw Error(ErrorCode::invalid_input, text, data_.source, line_);
     }
 
-    // Counts are checked against the words that follow, never allocated from: a line may claim billions.
+    // Counts are only compared with the words that follow: a line may claim billions, so nothing is allocated by them.
     void read_arguments() {
         const std::string_view counts = words_.next();
         std::array<std::int64_t, 3> count{};
@@ -160,30 +160,30 @@ class TagReader {
     std::uint64_t line_;
     ControlMeshData& data_;
     std::string_view name_;
-    std::vector<std::uint32_t> ints_;  ///< VertexId::none where the file's number is negative or too large for any mesh
+    std::vector<std::uint32_t> ints_;  ///< VertexId::none if the file's number is negative or too large for any mesh
     std::vector<double> reals_;
     std::vector<std::string_view> strings_;
 };
 
-// Most numbers on a `v` line: position, weight and colour.
+// Largest number of values on a `v` line: position, weight and colour.
 constexpr std::size_t k_most_numbers = 8;
-// Different unknown keywords that get a warning of their own.
+// Largest number of unknown keywords that each get their own warning.
 constexpr std::size_t k_named_keywords = 8;
-// Corners that 32 bits can number, with some numbers left for what is not there.
+// Largest number of corners; 32-bit numbers above it are reserved for missing elements.
 constexpr std::size_t k_most_corners = 0xFFFF'FFFBu;
 
-// Lines that say nothing about the surface and are passed over in silence.
+// Lines that do not concern the surface; they are skipped without a warning.
 bool is_decoration(std::string_view keyword) {
     constexpr std::array<std::string_view, 11> k_words = {
         "mtllib", "s", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "usemap", "maplib", "mg"};
     return std::ranges::find(k_words, keyword) != k_words.end();
 }
 
-// The name in force, looked up once per change and only if a face uses it: names are numbered in that order.
+// The current name. Its number is looked up once per change, when a face first uses it: this orders the numbers.
 struct CurrentName {
     std::string name;
     std::uint32_t number = VertexId::none;
-    bool given = false;  ///< the file has such a line at all
+    bool given = false;  ///< whether the file has such a line
     std::unordered_map<std::string, std::uint32_t> numbers;
 
     void set(std::string_view bytes) {
@@ -199,7 +199,7 @@ struct CurrentName {
     }
 };
 
-// How many lines are odd in one way.
+// Number of lines with one kind of oddity.
 struct Tally {
     std::uint64_t count = 0, first = 0;
 
@@ -291,7 +291,7 @@ class Reader {
 
     void vertex(ObjWords& words) {
         const Numbers n = numbers(words, "the vertex", 3, k_most_numbers);
-        // x y z w, or with a colour behind: 3 + 1, 3 + 1 + 3.
+        // x y z w; x y z and a colour; or x y z w and a colour: 4, 6 or 7 numbers.
         if ((n.count == 4 || n.count == 5 || n.count >= 7) && n.value[3] != 1.0) weighted_.add(line_);
         if (n.count == 5 || n.count == 8) surplus_.add(line_);
         if (n.count >= 6) coloured_.add(line_);
@@ -310,7 +310,7 @@ class Reader {
         data_.normals.emplace_back(n.value[0], n.value[1], n.value[2]);
     }
 
-    // One index of a corner, from 0. Negative ones count back from the last element so far.
+    // One index of a corner, counted from 0. Negative numbers count back from the latest element.
     std::uint32_t index(std::string_view digits, std::string_view word, const char* what, std::size_t so_far,
                         std::uint32_t no_such) {
         const auto value = obj_integer(digits);
@@ -322,7 +322,7 @@ class Reader {
         return i < 0 || i >= k_obj_no_such ? no_such : static_cast<std::uint32_t>(i);
     }
 
-    // A corner's number in a layer that starts with the first corner that has one.
+    // Adds a corner's number to a layer, which starts at the first corner that has one.
     void put(std::vector<std::uint32_t>& layer, std::uint32_t number) const {
         if (layer.empty() && number == k_obj_absent) return;
         layer.resize(data_.face_vertices.size() - 1, k_obj_absent);
@@ -387,7 +387,7 @@ class Reader {
     CurrentName material_, group_;
     Tally weighted_, surplus_, coloured_;
     std::vector<Ignored> ignored_;
-    std::uint64_t ignored_others_ = 0;  ///< lines of keywords beyond those
+    std::uint64_t ignored_others_ = 0;  ///< lines with other unknown keywords
 };
 
 }  // namespace

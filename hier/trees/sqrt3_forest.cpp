@@ -39,7 +39,7 @@ LeafId Sqrt3Forest::find(const Sqrt3Triangle& triangle) const {
 
 // Mesh.
 
-// The half-edge with a number of the lattice.
+// The forest's number of a half-edge that has this number in the lattice.
 std::uint32_t Sqrt3Forest::beyond(int level, std::uint64_t twin) const {
     if (twin == Sqrt3Lattice::none) return k_kept;
     const std::uint32_t slot = slot_of(level, Sqrt3Lattice::face(twin));
@@ -58,8 +58,8 @@ bool Sqrt3Forest::is_cut(std::uint32_t slot) const {
     return known_.cut_side(t.level, t.face) != Sqrt3Lattice::none;
 }
 
-// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it. Both faces of a cut edge have records of
-// its points; the record of one of the two counts.
+// The point over a half-edge of a split face, see Sqrt3Lattice::apex(). Both faces of a cut edge have records of its
+// points; owns_cut() says whose record counts.
 std::uint32_t Sqrt3Forest::apex(std::uint32_t h) const {
     std::uint32_t record = child_[h / 3];
     bool second = false;
@@ -75,7 +75,7 @@ std::uint32_t Sqrt3Forest::apex(std::uint32_t h) const {
     return mesh().vertex_count() + 2 * record + (second ? 1 : 0);
 }
 
-// The point that a half-edge leaves. O(level) on the average.
+// The point where a half-edge starts. O(level) on average.
 std::uint32_t Sqrt3Forest::origin(std::uint32_t h) const {
     const std::uint32_t roots = mesh().face_count();
     while (h / 3 >= roots) {
@@ -101,7 +101,7 @@ std::array<PointId, 3> Sqrt3Forest::points(LeafId leaf) const {
     if (leaf.value >= mesh().face_count()) {
         const std::uint32_t edge = over(leaf.value);
         if (is_half(leaf)) return {PointId(origin(edge)), PointId(origin(next(edge))), PointId(apex(edge))};
-        // As origin(), but for what all three share.
+        // As origin(), but shared steps are made once.
         if (const std::uint32_t twin = across(edge); twin != k_kept)
             return {PointId(origin(edge)), PointId(apex(twin)), PointId(apex(edge))};
     }
@@ -120,12 +120,12 @@ Site Sqrt3Forest::point_site(PointId point) const {
     return sqrt3_site(mesh(), cell.root, Sqrt3Lattice::apex(cell, made % 2), sqrt3_lattice_level(record.level + 1));
 }
 
-// The leaf that has a half-edge of a level which is one of the mesh.
+// The leaf that has a half-edge of a level; this must be an edge of the mesh.
 LeafId Sqrt3Forest::leaf_with(int level, std::uint64_t h) const {
     const std::uint64_t face = Sqrt3Lattice::face(h);
     const std::uint32_t slot = slot_of(level, face);
-    // A face that is not there but has the half-edge: over an edge that was not flipped, which the level before has,
-    // too; else a half triangle on the other side has it for its second side.
+    // A half-edge of the mesh whose face does not exist: if it is over an edge that was not flipped, the previous level
+    // has it, too; else it is the second side of a half triangle on the other side.
     if (slot == k_no_slot && level % 2 != 0 && known_.twin(level, h) == Sqrt3Lattice::none)
         return leaf_with(level - 1, face);
     if (slot == k_no_slot) return LeafId(slot_of(level, known_.twin(level - 1, face)));
@@ -177,13 +177,13 @@ ExportedTriangles Sqrt3Forest::exported() const {
 
 // Changes.
 
-// Adds a face that is not split, with what has to be split with it or before it.
+// Adds a face that is not split, with the faces that must be split with it or before it.
 void Sqrt3Forest::add_needed(const Sqrt3Triangle& face, detail::PoolVector<Sqrt3Triangle>& wanted) const {
     std::size_t begin = wanted.size();
     wanted.push_back(face);
     while (begin < wanted.size()) {
         const std::uint8_t level = wanted[begin].level;
-        // Those of one level come one after another.
+        // The faces of one level follow one another.
         const auto need = [&](int at, std::uint64_t number) {
             const Sqrt3Triangle f{static_cast<std::uint8_t>(at), false, number};
             if (number == Sqrt3Lattice::none || is_split(at, number)) return;
@@ -202,7 +202,7 @@ void Sqrt3Forest::add_needed(const Sqrt3Triangle& face, detail::PoolVector<Sqrt3
     }
 }
 
-// The faces that have to be split for these leaves to be, the coarsest first.
+// The faces that must be split in order to split these leaves, coarsest first.
 detail::PoolVector<Sqrt3Triangle> Sqrt3Forest::wanted(std::span<const LeafId> marked) const {
     detail::PoolVector<Sqrt3Triangle> result;
     result.reserve(marked.size());
@@ -214,9 +214,9 @@ detail::PoolVector<Sqrt3Triangle> Sqrt3Forest::wanted(std::span<const LeafId> ma
         else if (known_.partner(level, face) != Sqrt3Lattice::none)
             add_needed({level, false, face}, result);
         else
-            result.push_back({level, false, face});  // whatever it needs is split
+            result.push_back({level, false, face});  // all that it needs is split already
     }
-    // In many a call all leaves are split, in their order.
+    // Often a call splits all leaves, in their order.
     if (!std::is_sorted(result.begin(), result.end())) std::sort(result.begin(), result.end());
     result.erase(std::unique(result.begin(), result.end()), result.end());
     return result;
@@ -224,7 +224,7 @@ detail::PoolVector<Sqrt3Triangle> Sqrt3Forest::wanted(std::span<const LeafId> ma
 
 void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed) {
     assert(std::ranges::all_of(marked, [&](LeafId leaf) { return is_leaf(leaf); }));
-    const detail::PoolVector<Sqrt3Triangle> wanted = this->wanted(marked);  // `marked` may be what `change` held
+    const detail::PoolVector<Sqrt3Triangle> wanted = this->wanted(marked);  // `marked` may refer to change.created
     for (const int deepest = max_level(); const Sqrt3Triangle& face : wanted)
         if (face.level >= deepest)
             throw Error(ErrorCode::unsupported, "level " + std::to_string(deepest) +
@@ -233,7 +233,7 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
     created.clear();
     change.reshaped.clear();
     if (removed != nullptr) removed->clear();
-    // All memory first, and the twins, which take some to be found: nothing may throw once the forest has changed.
+    // Allocate all memory first, also for the search of twins: nothing may throw once the forest has changed.
     const std::size_t fresh = wanted.size() - std::min(wanted.size(), free_records_.size());
     if (child_.size() + 3 * std::uint64_t{fresh} > k_max_slots)
         throw Error(ErrorCode::memory_limit, "the hierarchy would have more triangles than 32 bits can number");
@@ -243,7 +243,7 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
     if (removed != nullptr) removed->reserve(4 * wanted.size());
     detail::PoolVector<std::uint32_t> fresh_records;
     fresh_records.reserve(wanted.size());
-    detail::PoolVector<LeafId> whole;  // that were half when the call began
+    detail::PoolVector<LeafId> whole;  // leaves that were half before the call
     whole.reserve(3 * wanted.size());
     detail::PoolVector<Twins> twins(wanted.size());
     for (std::size_t i = 0; i < wanted.size(); ++i)
@@ -263,12 +263,12 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
     forget_twins();
 }
 
-// What the lattice remembers serves the next change, but is not to outweigh what it is for.
+// Stored twins help the next change, but should not take more memory than the forest.
 void Sqrt3Forest::forget_twins() {
     if (known_.memory_bytes() > child_.capacity() * sizeof(child_[0])) known_ = Sqrt3Lattice(lattice_);
 }
 
-// Splits a face; those of coarser levels come first. Returns the record.
+// Splits a face; faces of coarser levels must be split first. Returns the record.
 std::uint32_t Sqrt3Forest::split(const Sqrt3Triangle& at, const Twins& twins, detail::PoolVector<LeafId>& whole,
                                  Changed* removed) {
     const auto [level, half, face] = at;
@@ -370,7 +370,7 @@ void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, 
         if (!std::binary_search(wanted.begin(), wanted.end(), slot)) removed.emplace_back(slot, triangle_of(slot));
     std::sort(removed.begin(), removed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     removed.erase(std::unique(removed.begin(), removed.end()), removed.end());
-    // What follows does not throw.
+    // The rest does not throw.
     for (const std::uint32_t record : records) {
         child_[records_[record].slot] = k_whole;
         created.emplace_back(records_[record].slot);
@@ -392,7 +392,7 @@ std::uint64_t Sqrt3Forest::memory_bytes() const {
 }
 
 void Sqrt3Forest::shrink() {
-    known_ = Sqrt3Lattice(lattice_);  // which remembers nothing
+    known_ = Sqrt3Lattice(lattice_);  // without stored twins
     child_.shrink_to_fit();
     records_.shrink_to_fit();
     free_records_.shrink_to_fit();

@@ -16,82 +16,83 @@
 
 namespace tetrakis {
 
-/// Adaptive sqrt(3) refinement (Kobbelt 2000, section 5, adaptive refinement): faces are split by a point inside, and
-/// an edge is flipped as soon as both its faces are split. The flipped triangle is a face of the next level, which can
-/// be split itself. So a face is there when the faces on both sides of the edge it lies across are split, and the mesh
-/// is conforming and graded. Edges that are not flipped (Sqrt3Lattice: boundary, creases, kept ones) are cut in three
-/// by every second step: there both faces of an edge inside are split together, as partners.
+/// Adaptive sqrt(3) refinement (Kobbelt 2000, section 5, adaptive refinement): a split inserts a point in a face, and
+/// an edge is flipped as soon as both of its faces are split. The flipped triangle is a face of the next level and can
+/// be split itself. So a face exists when the faces on both sides of the edge that it crosses are split; the mesh is
+/// conforming and graded. Edges that are not flipped (Sqrt3Lattice: boundary, creases, kept ones) are cut in three by
+/// every second step. There both faces of an interior edge are split together, as partners.
 ///
-/// Splitting a triangle puts three in its place, over its edges: a half one where the triangle beyond the edge is
-/// whole, else a whole one, and there the half one of the triangle beyond becomes whole, too. Splitting a half triangle
-/// is to split the triangle beyond its edge. What a split has changed is its group: its three triangles, and those that
-/// became whole beyond its edges. Where it cuts an edge, which it does from both sides, the group is that of both.
+/// A split replaces a triangle by three, over its edges. If the triangle across an edge is whole, the new one over the
+/// edge is a half; else it is whole, and the half across the edge becomes whole, too. Splitting a half triangle splits
+/// the triangle across its edge. The group of a split is what it changed: its three triangles, and the ones that became
+/// whole across its edges. If it cuts an edge, which it does from both sides, the group is that of both splits.
 ///
-/// The face beyond an edge is found by the lattice's numbers, from the root down. Storage: some 16 bytes a leaf.
-/// Slots: face r is slot r, those over the edges of the k-th split triangle are F + 3 k + side. Const calls are safe
+/// The face across an edge is found from the lattice's numbers, from the root down. Storage: some 16 bytes a leaf. Face
+/// r has slot r; triangles over the edges of the k-th split triangle have slots F + 3 k + side. Const calls are safe
 /// from several threads.
 class Sqrt3Forest {
   public:
-    /// The control faces as leaves, but for holes. Keeps a reference.
-    /// @param kept    as Sqrt3Lattice takes it
-    /// @throws Error  unsupported: other faces than triangles
+    /// Starts with the control faces as leaves, without holes. Keeps a reference.
+    /// @param kept    as for Sqrt3Lattice
+    /// @throws Error  unsupported: a face is not a triangle
     explicit Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept = {});
     explicit Sqrt3Forest(const ControlMesh&&, const std::function<bool(EdgeId)>& = {}) = delete;
 
     const ControlMesh& mesh() const { return lattice_.mesh(); }
-    /// Remembers nothing: to be copied where it is used.
+    /// The lattice without stored twins; copy it before use.
     const Sqrt3Lattice& lattice() const { return lattice_; }
-    /// Triangles of this level cannot be split.
+    /// The deepest level: its triangles cannot be split.
     int max_level() const { return Sqrt3Lattice::max_level(mesh()); }
-    /// Leaves are numbered below this; not all of these numbers are leaves.
+    /// Leaves are numbered below this; some of these numbers are not leaves.
     std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(child_.size()); }
     std::uint32_t leaf_count() const { return root_leaves_ + 2 * split_count(); }
-    /// Each split adds two leaves, on the boundary, too.
+    /// Number of split triangles. Each split adds two leaves, also on the boundary.
     std::uint32_t split_count() const { return static_cast<std::uint32_t>(records_.size() - free_records_.size()); }
     bool is_leaf(LeafId leaf) const { return leaf.value < child_.size() && is_leaf_slot(leaf.value); }
     Sqrt3Triangle triangle(LeafId leaf) const { return triangle_of(leaf.value); }
     int level(LeafId leaf) const { return triangle(leaf).level; }
     bool is_half(LeafId leaf) const { return child_[leaf.value] == k_half; }
-    /// The corners of a leaf, counter-clockwise, by numbers that they keep while they exist; below point_slots().
+    /// The corners of a leaf, counter-clockwise. A point has the same number while it exists, below point_slots().
     std::array<PointId, 3> points(LeafId leaf) const;
-    /// Of a point of the mesh. O(level).
+    /// The site of a point of the mesh. O(level).
     Site point_site(PointId point) const;
     std::uint32_t point_slots() const {
         return mesh().vertex_count() + 2 * static_cast<std::uint32_t>(records_.size());
     }
-    /// The leaf across the side from corner `side` to the next one, invalid at the boundary; and none. O(level).
+    /// The leaf across the side from corner `side` to the next one, invalid at the boundary; the second is invalid.
+    /// O(level).
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const;
-    /// By control face, then by where they come from: depth first.
+    /// All leaves by control face, then by path, depth first.
     std::vector<LeafId> ordered_leaves() const;
-    /// Calls visit(leaf, control face) in this order.
+    /// Calls visit(leaf, control face) in the order of ordered_leaves().
     template <class Visit>
     void for_each_leaf(Visit&& visit) const {
         for (std::uint32_t root = 0; root < mesh().face_count(); ++root)
             if (child_[root] != k_dead) visit_below(root, FaceId(root), visit);
     }
     std::vector<Sqrt3Triangle> leaves() const;
-    /// The output mesh: the leaves in this order. O(leaves level).
+    /// The output mesh: the leaves in the same order. O(leaves level).
     ExportedTriangles exported() const;
-    /// The leaf that is this triangle; invalid if none is. O(level).
+    /// The leaf that is this triangle, or an invalid id. O(level).
     LeafId find(const Sqrt3Triangle& triangle) const;
     using Changed = std::vector<std::pair<LeafId, Sqrt3Triangle>>;
-    /// Splits the marked leaves, and what else has to be split. All or nothing.
-    /// @param change   receives the new leaves: those over the edges of split triangles, the coarsest first, then those
+    /// Splits the marked leaves and all that must be split with them. All or nothing.
+    /// @param change   receives the new leaves: those over the edges of split triangles, coarsest first, then those
     ///                 that became whole
-    /// @param removed  receives the leaves that are none any more or became whole, as they were; nullptr: nobody asks
+    /// @param removed  receives leaves that vanished or became whole, as they were before; may be null
     /// @throws Error   unsupported: a leaf is at max_level(); memory_limit. The forest is then unchanged.
     void refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed = nullptr);
-    /// Undoes the splits whose three triangles (of both sides of an edge that they cut: six) are all marked, where
-    /// their groups are leaves.
-    /// @param change   receives the triangles that are leaves again, then those that are half again
-    /// @param removed  receives those of the latter that were not marked, as they were
+    /// Undoes each split whose own triangles (three; six if it cut an edge) are all marked, if all of its group are
+    /// leaves.
+    /// @param change   receives the triangles that are leaves again, then the triangles that are half again
+    /// @param removed  receives, of the latter, the ones that were not marked, as they were before
     void coarsen(std::span<const LeafId> marked, ForestChange& change, Changed& removed);
-    /// The three triangles (beside an edge that was cut: six) of a split that the leaf is of and that can be undone,
-    /// as all of its group are leaves: of the one that it is over an edge of, else of the triangle beyond. Empty if
-    /// there is none.
+    /// The own triangles (three; six if it cut an edge) of a split that can be undone because all of its group are
+    /// leaves: the split of the triangle that the leaf is over an edge of, else of the one across that edge. Empty if
+    /// neither can be.
     std::vector<LeafId> group(LeafId leaf) const;
 
-    // As check_forest() asks.
+    // For check_forest().
     static constexpr int k_sides = 3;
     Site corner_site(LeafId leaf, int corner) const {
         const Sqrt3Cell cell = lattice_.cell(triangle(leaf));
@@ -99,21 +100,20 @@ class Sqrt3Forest {
     }
 
     std::uint64_t memory_bytes() const;
-    /// Gives back the memory that the next change would use again, but for that of free slots: what remains
-    /// keeps its numbers. O(leaves).
+    /// Frees the memory reserved for the next change, except free slots: slots keep their numbers. O(leaves).
     void shrink();
-    /// Whether there are any.
+    /// Whether there are free slots.
     bool has_free_slots() const { return !free_records_.empty(); }
 
   private:
-    // child_: the record of a split triangle, or one of these.
+    // Values of child_: the record of a split triangle, or one of these.
     static constexpr std::uint32_t k_whole = 0xFFFF'FFFFu, k_half = 0xFFFF'FFFEu, k_dead = 0xFFFF'FFFDu;
     static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu, k_half_now = 0xFFFF'FFFBu;  // since the call began
     static constexpr std::uint32_t k_no_slot = 0xFFFF'FFFFu;
-    // Half-edges of the face that a slot is, or is half of, are 3 slot + side. Instead of a half-edge beyond an edge
-    // there may be one of these.
+    // Half-edge `side` of a slot's face (also of a half triangle's) has number 3 slot + side. For the half-edge across
+    // an edge there are two more values:
     static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;   // the edge is not flipped: boundary, creases, kept ones
-    static constexpr std::uint32_t k_apart = 0xFFFF'FFFEu;  // the face beyond has no slot
+    static constexpr std::uint32_t k_apart = 0xFFFF'FFFEu;  // the face across the edge has no slot
     static constexpr std::uint32_t k_max_slots = (k_apart - 1) / 3;
 
     /// A split triangle.
@@ -126,7 +126,7 @@ class Sqrt3Forest {
 
     static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
     bool is_split(std::uint32_t slot) const { return child_[slot] < k_half_now; }
-    /// The slot over a half-edge of a split face.
+    /// The slot of the triangle over a half-edge of a split face.
     std::uint32_t child_over(std::uint32_t h) const { return first_child(child_[h / 3]) + h % 3; }
     bool is_leaf_slot(std::uint32_t slot) const { return child_[slot] == k_whole || child_[slot] == k_half; }
     std::uint32_t first_child(std::uint32_t record) const { return mesh().face_count() + 3 * record; }
@@ -148,7 +148,7 @@ class Sqrt3Forest {
         return {static_cast<std::uint8_t>(record.level + 1), child_[slot] == k_half, 3 * record.face + child % 3};
     }
     LeafId leaf_with(int level, std::uint64_t h) const;
-    /// Slots whose triangles a split has changed, its own first; none where they are not all leaves.
+    /// Slots of triangles that a split has changed, starting with its own; none if they are not all leaves.
     struct Group {
         std::vector<std::uint32_t> slots;
         std::size_t own = 0;
@@ -160,7 +160,7 @@ class Sqrt3Forest {
     std::uint32_t split(const Sqrt3Triangle& face, const Twins& twins, detail::PoolVector<LeafId>& whole,
                         Changed* removed);
 
-    /// The half-edge of its split face that a slot stands over.
+    /// The half-edge of a split face over which a slot's triangle stands.
     std::uint32_t over(std::uint32_t slot) const {
         const std::uint32_t child = slot - mesh().face_count();
         return 3 * records_[child / 3].slot + child % 3;
@@ -177,13 +177,13 @@ class Sqrt3Forest {
     detail::PoolVector<std::uint32_t> child_;  // per slot
     detail::PoolVector<Record> records_;
     std::vector<std::uint32_t> free_records_;
-    struct Mutex : std::mutex {  // a copy is another one
+    struct Mutex : std::mutex {  // a copy has a mutex of its own
         Mutex() = default;
         Mutex(const Mutex&) : std::mutex() {}
         Mutex& operator=(const Mutex&) { return *this; }
     };
     mutable Mutex mutex_;
-    mutable Sqrt3Lattice known_;  // remembers twins: for const calls under the mutex, and changes
+    mutable Sqrt3Lattice known_;  // stores twins; for changes, and for const calls under the mutex
 };
 
 }  // namespace tetrakis

@@ -7,7 +7,7 @@ namespace tetrakis {
 
 namespace {
 
-/// Points in the plane of a face become those of the face beside it where their middle lies there.
+/// Moves points from the plane of a face to the plane of the adjacent face in which `middle` lies, if it lies outside.
 void move_to_face(const ControlMesh& mesh, FaceId& face, Sqrt3Point middle, std::span<Sqrt3Point> points) {
     for (std::uint32_t side = 0; side < 3; ++side) {
         if (middle[(side + 2) % 3] >= 0) continue;
@@ -26,7 +26,7 @@ Site sqrt3_site(const ControlMesh& mesh, FaceId face, Sqrt3Point p, int lattice)
     return canonical_triangle_site(mesh, face, p.weight, lattice);
 }
 
-// The centres of a level's faces are those points of the next lattice whose coordinates leave the same rest.
+// Centres of faces of even levels are the points of the next lattice whose coordinates are equal modulo 3.
 int sqrt3_first_level(const Site& site) {
     return 2 * site.level - (site.level > 0 && site.at.x % 3 == site.at.y % 3 ? 1 : 0);
 }
@@ -62,7 +62,7 @@ int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
 }
 
 std::uint64_t Sqrt3Lattice::cut_side(int level, std::uint64_t f) {
-    // Only the first half-edge of a face can be one that is not flipped after the step that flips the others.
+    // After a step that flips the other edges, only a face's first half-edge can be on an edge that is not flipped.
     return cuts(level) && twin(level, 3 * f) == none ? 3 * f : none;
 }
 
@@ -74,8 +74,8 @@ std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
     return twins(level, face(h)).of[h % 3];
 }
 
-// All twins of the level above that it takes are of the face there, or of one beside it that is cut: with them kept by
-// faces, levels do not multiply.
+// find_twin() only needs twins of the level above in the parent face, or in a face beside it that is cut. With twins
+// stored per face, their number does not multiply from level to level.
 const Sqrt3Lattice::Twins& Sqrt3Lattice::twins(int level, std::uint64_t f) {
     constexpr std::uint64_t k_golden = 0x9E37'79B9'7F4A'7C15ull;
     static_assert(k_kept_twins == 1u << 5);
@@ -102,7 +102,7 @@ std::uint64_t Sqrt3Lattice::find_twin(int level, std::uint64_t x) {
         if (j == 1) return t == none ? 3 * next(h) + 2 : 3 * t + 1;
         return t == none ? 3 * prev(h) + 1 : 3 * t;
     }
-    // A cut edge s, from a to b in the triangle (a, b, o): the first point stands over o -> a, the second over b -> o.
+    // A cut edge s from a to b of triangle (a, b, o): its first point stands over o -> a, its second one over b -> o.
     const std::uint64_t s = cut_side(above, face(h));
     if (h == s) {
         if (j == 0) return none;
@@ -134,8 +134,8 @@ Sqrt3Lattice::Line Sqrt3Lattice::line(int level, std::uint64_t x) {
         const Line same = j == 0 ? line(above, h) : Line{};
         return same.is_cut() ? Line{3 * same.beyond, same.sharpness, same.kept} : Line{};
     }
-    // Of the thirds of a cut edge s, from a to b in the triangle (a, b, o), the triangle across o -> a has the first,
-    // that of s the second, that of b -> o the third; seen from the other side they are the third, second and first.
+    // The thirds of a cut edge s from a to b of triangle (a, b, o) belong to the triangles across o -> a, over s, and
+    // across b -> o, in this order. Seen from the other side, their order is reversed.
     const auto third = [&](std::uint64_t s, auto&& other) {
         const Line cut = line(above, s);
         return cut.is_cut() ? Line{other(cut.beyond), std::max(cut.sharpness - 1, 0.0f), cut.kept} : Line{};

@@ -13,33 +13,33 @@
 
 namespace tetrakis {
 
-/// Where a node of a tree lies, and what its rule says about that.
+/// Position of a node in the trees, with data of its rule.
 struct TreeFrame {
     std::uint32_t root = 0;
     LatticePoint at;  ///< corner 0, at the node's level
     std::uint8_t level = 0;
-    std::uint8_t flags = 0;  ///< of the rule
+    std::uint8_t flags = 0;  ///< meaning depends on the rule
 };
 
 /// Restricted quadtrees: a node of 3 or 4 sides is split into four children, and leaves that share a side (or part of
-/// it) differ by at most one level. A rule says what the nodes are. It has
+/// it) differ by at most one level. A rule defines the nodes. It has
 ///   k_sides, k_name, k_midpoints     number of sides; what messages call a node; whether split sides have points
-///   k_creases                        whether there are sides whose two sides are split and merged together
+///   k_creases                        whether sides may lie on creases: both sides are split and merged together
 ///   inside(child, side)              the sibling across a child's side, and its side; child 4 on the parent's sides.
 ///                                    A parent's side s has the children s and s + 1 beside it
-///   child_frame(parent, child)       where a child lies
+///   child_frame(parent, child)       position of a child
 ///   root_count(), has_root(root), root_frame(root), root_link(root, side)
-///   root_corners, child_corners, midpoint_site      with k_midpoints: of the points
+///   root_corners, child_corners, midpoint_site      with k_midpoints: the points there
 ///   memory_bytes()
 ///
-/// Storage: a record per split node, which is a third of the leaves, and 5 bytes per node. Slots: root r is slot r, the
-/// children of record k are slots R + 4 k to R + 4 k + 3. Slots are used again after a merge.
+/// Storage: a record per split node (there are a third as many as leaves), and 5 bytes per node. Root r has slot r; the
+/// children of record k have slots R + 4 k to R + 4 k + 3. Slots are used again after a merge.
 template <class Rule>
 class TreeForest {
   public:
     static constexpr int k_sides = Rule::k_sides;
 
-    /// Leaves are numbered below this; not all of these numbers are leaves.
+    /// Leaves are numbered below this; some of these numbers are not leaves.
     std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(child_.size()); }
     bool is_leaf(LeafId leaf) const { return leaf.value < child_.size() && child_[leaf.value] == k_unsplit; }
     std::uint32_t leaf_count() const { return leaf_count_; }
@@ -48,52 +48,52 @@ class TreeForest {
     /// O(level).
     std::uint64_t path(LeafId leaf) const;
     std::uint32_t root(LeafId leaf) const { return root_of(leaf.value); }
-    /// Where a node lies, leaf or not. @param path  as path()
+    /// Position of a node, leaf or not. @param path  as path()
     TreeFrame frame(std::uint32_t root, std::uint64_t path, int level) const {
         TreeFrame at = rule_.root_frame(root);
         while (level-- > 0) at = Rule::child_frame(at, static_cast<int>(path >> 2 * level & 3));
         return at;
     }
-    /// The split node whose child this leaf is; invalid for a root. Its slot is no leaf's now.
+    /// The split node whose child this leaf is; invalid for a root. A split node's slot is not a leaf.
     LeafId parent(LeafId leaf) const {
         return is_root(leaf.value) ? LeafId{} : LeafId(records_[record_of(leaf.value)].parent);
     }
-    /// The leaves across a side: none (both invalid) where the surface ends or a crease runs, two where they are finer
-    /// (in the order along the side), else one.
+    /// The leaves across a side: none (both invalid) if the surface ends or a crease lies there, two (in the order
+    /// along the side) if they are finer, else one.
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const;
     /// All leaves by root, then by path, child 0 first. O(leaves).
     std::vector<LeafId> ordered_leaves() const;
 
-    /// Splits the marked leaves and whatever the rule of levels makes necessary, each once: the smallest such
-    /// refinement. Along creases the leaves of the other sides are split as well.
-    /// @param marked   leaves in any order; repetitions do no harm
+    /// Splits the marked leaves and all leaves that the rule of levels requires, each once: the smallest such
+    /// refinement. At creases, leaves on the other sides are split as well.
+    /// @param marked   leaves in any order; repetitions are allowed
     /// @throws Error   unsupported: a marked leaf is at level k_max_level; memory_limit: more than 2^32 nodes. The
     ///                 forest is then unchanged.
-    /// Cost: O(nodes split), one thread. The result (slots and points included) depends on the set of marked leaves and
-    /// the calls before, on nothing else.
+    /// Cost: O(nodes split), one thread. The result (slots and points included) depends only on the set of marked
+    /// leaves and the calls before.
     void refine(std::span<const LeafId> marked, ForestChange& change);
 
-    /// The leaf and its three siblings, and those with the same parent on the other sides of creases, if they are
-    /// leaves whose merge leaves the rule of levels true; else empty.
+    /// The leaf and its three siblings, and the children of their parent's vertex on other sides of creases; empty
+    /// unless all are leaves and may be merged by the rule of levels.
     std::vector<LeafId> mergeable_siblings(LeafId leaf) const;
-    /// Merges as many of the groups of siblings that are marked completely as the rule of levels allows, all at once
-    /// (of two merges one may need the other): the exact inverse of refine(). Points that nobody uses any more go.
+    /// Merges as many fully marked groups of siblings as the rule of levels allows, all at once (one merge may need
+    /// another): the exact inverse of refine(). Points that are not used any more are removed.
     void coarsen(std::span<const LeafId> marked, ForestChange& change);
 
     /// Bytes allocated.
     std::uint64_t memory_bytes() const;
-    /// Gives back the memory that the next change would use again, but for that of free slots and points: what remains
-    /// keeps its numbers. O(leaves).
+    /// Frees the memory reserved for the next change, except free slots and points: slots and points keep their
+    /// numbers. O(leaves).
     void shrink();
-    /// Whether there are any.
+    /// Whether there are free slots or points.
     bool has_free_slots() const { return !free_records_.empty() || !free_points_.empty(); }
 
   protected:
-    // Values of child_ besides record numbers.
+    // Values of child_ that are no record numbers.
     static constexpr std::uint32_t k_unsplit = 0xFFFF'FFFFu;  // a leaf
     static constexpr std::uint32_t k_dead = 0xFFFF'FFFEu;     // a hole, or a child of a record that is not in use
-    // Values of slots and links besides numbers.
-    static constexpr std::uint32_t k_coarser = 0xFFFF'FFFEu;   // there is no node, or record, of this level
+    // Values of slots and links that are no numbers.
+    static constexpr std::uint32_t k_coarser = 0xFFFF'FFFEu;   // no node, or record, of this level exists there
     static constexpr std::uint32_t k_boundary = 0xFFFF'FFFFu;  // the surface ends
     // Largest number of slots: record numbers share their 32 bits with a side in links.
     static constexpr std::uint64_t k_max_slots = 0xFFFF'FFF0u;
@@ -107,7 +107,7 @@ class TreeForest {
     };
     struct Across {
         std::uint32_t slot;  // the node of the same level across a side; or k_coarser, k_boundary
-        int side;            // that side, seen from there
+        int side;            // number of that side in that node
     };
 
     explicit TreeForest(Rule rule);
@@ -125,24 +125,24 @@ class TreeForest {
         return is_root(slot) ? rule_.root_frame(slot)
                              : Rule::child_frame(records_[record_of(slot)].frame, number(slot));
     }
-    /// The node beyond a side, on the crease's other side where one runs along it.
+    /// The node across a side, also if a crease lies along the side.
     Across beyond(std::uint32_t slot, int side) const;
-    /// The same, but for creases, which are boundaries here.
+    /// The same, but a crease is a boundary.
     Across across(std::uint32_t slot, int side) const {
         return is_crease(slot, side) ? Across{k_boundary, 0} : beyond(slot, side);
     }
-    /// Whether a crease runs along the side.
+    /// Whether a crease lies along the side.
     bool is_crease(std::uint32_t slot, int side) const { return (creases(slot) >> side & 1) != 0; }
     unsigned creases(std::uint32_t slot) const {
         if constexpr (!Rule::k_creases) return 0;
         return frame(slot).flags;
     }
     static unsigned creases(const Record& record) { return Rule::k_creases ? record.frame.flags : 0u; }
-    /// Calls visit(slot) for the nodes on the other sides of the creases that run along the node's sides, from side to
-    /// side around the vertex where these end, or both ways to where that ends.
+    /// Calls visit(slot) for the nodes of the same vertex on the other sides of creases: from crease to crease until
+    /// this returns to the node; else in both directions to the last crease.
     template <class Visit>
     void for_each_other_side(std::uint32_t slot, Visit&& visit) const;
-    /// With points: the corners of a node, and the midpoint of a side if it hangs there, else none.
+    /// With points: the corners of a node, and the midpoint that hangs on a side, or none.
     std::array<std::uint32_t, 3> corners(std::uint32_t slot) const requires Rule::k_midpoints {
         return is_root(slot) ? rule_.root_corners(slot)
                              : Rule::child_corners(records_[record_of(slot)].point, number(slot));
@@ -155,11 +155,11 @@ class TreeForest {
 
     Rule rule_;
     std::uint32_t root_count_ = 0, leaf_count_ = 0, point_count_ = 0;
-    detail::PoolVector<std::uint32_t> child_;  // per slot: its record, or k_unsplit, k_dead
+    detail::PoolVector<std::uint32_t> child_;  // per slot: its record, or k_unsplit, or k_dead
     detail::PoolVector<Record> records_;
-    detail::PoolVector<Site> sites_;  // per point, canonical; no root: not in use
+    detail::PoolVector<Site> sites_;  // per point, canonical; without root: free
     std::vector<std::uint32_t> free_records_, free_points_;
-    detail::PoolVector<std::uint8_t> marks_;  // per slot, of a running call; else zero
+    detail::PoolVector<std::uint8_t> marks_;  // per slot, used during a call; zero between calls
 
   private:
     void mark_closure(std::span<const LeafId> marked, detail::PoolVector<std::uint32_t>& splits);
@@ -169,7 +169,7 @@ class TreeForest {
     void append_leaves(std::uint32_t slot, std::vector<LeafId>& leaves) const;
 };
 
-// Inline: refinement and output spend most of their time here.
+// Inline because refinement and output spend most of their time here.
 
 template <class Rule>
 inline typename TreeForest<Rule>::Across TreeForest<Rule>::beyond(std::uint32_t slot, int side) const {
@@ -183,7 +183,7 @@ inline typename TreeForest<Rule>::Across TreeForest<Rule>::beyond(std::uint32_t 
     if (sibling < 4) return {first_child(record) + static_cast<std::uint32_t>(sibling), its_side};
     const std::uint32_t link = records_[record].link[side];
     if (link >= k_coarser) return {link, 0};
-    // Side s has the children s and s + 1 beside it; from the other side they come in the opposite order.
+    // Side s has the children s and s + 1 beside it; seen from the other side, their order is reversed.
     const int other = static_cast<int>(link % 4);
     return {first_child(link / 4) + static_cast<std::uint32_t>(child == side ? next_side(other) : other), other};
 }

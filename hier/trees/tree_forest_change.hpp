@@ -13,7 +13,7 @@ namespace tetrakis {
 
 namespace detail {
 
-/// The place freed last, or a new one.
+/// Takes the item that was freed last, or adds one.
 template <class Items>
 std::uint32_t take_free(std::vector<std::uint32_t>& free, Items& items) {
     if (free.empty()) {
@@ -52,7 +52,7 @@ template <class Rule>
 std::array<LeafId, 2> TreeForest<Rule>::neighbours(LeafId leaf, int side) const {
     const Across next = across(leaf.value, side);
     if (next.slot == k_boundary) return {};
-    // The side is half of one of the parent's, whose neighbour across is not split.
+    // The side is half of a side of the parent, whose neighbour across it is not split.
     if (next.slot == k_coarser) return {LeafId(across(records_[record_of(leaf.value)].parent, side).slot), LeafId{}};
     if (!is_split(next.slot)) return {LeafId(next.slot), LeafId{}};
     const std::uint32_t first = first_child(child_[next.slot]);
@@ -92,12 +92,12 @@ void TreeForest<Rule>::shrink() {
     marks_.shrink_to_fit();
 }
 
-// Refinement. Meanwhile marks_ is 1 for leaves that are to be split, and 2 for others that nobody reports as reshaped
+// Refinement. During a call, marks_ is 1 for leaves to be split, and 2 for leaves that must not be reported as reshaped
 // (any more).
 
-// Lists the smallest closed set of splits that holds the marked leaves, in slot order, and leaves it in marks_: across
-// a side without a node of its level, the parent has an unsplit neighbour, whose split makes one; and the other sides
-// of creases.
+// Lists the smallest closed set of splits that contains the marked leaves, in slot order, and sets marks_ for it. If
+// there is no node of a leaf's level across a side, the parent's neighbour there must be split, too; so must the leaves
+// on the other sides of creases.
 template <class Rule>
 void TreeForest<Rule>::mark_closure(std::span<const LeafId> marked, detail::PoolVector<std::uint32_t>& splits) {
     detail::reserve_large(splits, marked.size() + marked.size() / 4);
@@ -111,7 +111,7 @@ void TreeForest<Rule>::mark_closure(std::span<const LeafId> marked, detail::Pool
         for (int side = 0; side < k_sides; ++side)
             if (beyond(slot, side).slot == k_coarser) need(beyond(records_[record_of(slot)].parent, side).slot);
     }
-    // In many a call all leaves are split, in their order.
+    // Often a call splits all leaves, in their order.
     if (!std::is_sorted(splits.begin(), splits.end())) std::sort(splits.begin(), splits.end());
 }
 
@@ -171,7 +171,7 @@ void TreeForest<Rule>::refine(std::span<const LeafId> marked, ForestChange& chan
     try {
         mark_closure(marked, splits);
         const std::size_t count = splits.size();
-        std::size_t points = 0;  // that the splits make
+        std::size_t points = 0;  // new points
         if constexpr (Rule::k_midpoints)
             for (const std::uint32_t slot : splits)
                 for (int side = 0; side < k_sides; ++side) {
@@ -196,16 +196,16 @@ void TreeForest<Rule>::refine(std::span<const LeafId> marked, ForestChange& chan
         std::fill(marks_.begin(), marks_.end(), std::uint8_t{0});
         throw;
     }
-    // What follows does not throw.
+    // The rest does not throw.
     for (const std::uint32_t slot : splits) split(slot, change);
     for (const auto* const leaves : {&change.created, &change.reshaped})
         for (const LeafId leaf : *leaves) marks_[leaf.value] = 0;
     for (const std::uint32_t slot : splits) marks_[slot] = 0;
 }
 
-// Coarsening. While records are chosen, marks_ is set for the parent slots of those that go.
+// Coarsening. While records are chosen, marks_ is set for the parent slots of records to be removed.
 
-// Whether a split node beside a child of this one stays: it would be two levels finer than the merged node.
+// Whether a split node beside a child of this node remains: it would be two levels finer than the merged node.
 template <class Rule>
 bool TreeForest<Rule>::has_finer_beside(const Record& record) const {
     for (int side = 0; side < k_sides; ++side) {
@@ -290,7 +290,7 @@ void TreeForest<Rule>::coarsen(std::span<const LeafId> marked, ForestChange& cha
     change.created.reserve(going.size());
 
     for (const std::uint32_t record : going) marks_[records_[record].parent] = 1;
-    // The reason to stay is of the form "if this stays, so does that": there is one largest set that can go, whatever
+    // A group only stays because another one stays. So there is one largest set of groups that can be merged, whatever
     // the order.
     const auto stays = [&](std::uint32_t record) {
         const Record& r = records_[record];

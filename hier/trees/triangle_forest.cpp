@@ -55,16 +55,16 @@ std::array<PointId, 3> TriangleForest::hanging_points(LeafId leaf) const {
 
 namespace {
 
-// Corners of a leaf's output triangles: 0, 1, 2 are its own, 3 + e is the midpoint of edge e.
+// Corners of a leaf's output triangles: 0, 1, 2 are the leaf's corners, 3 + e is the midpoint of edge e.
 struct GreenPattern {
     std::uint8_t count = 1;
     std::uint8_t corner[4][3] = {{0, 1, 2}, {}, {}, {}};
 };
 
-// By the set of edges with a hanging midpoint. With two of them the ear between is cut off, and the quadrilateral that
-// is left has its diagonal from the corner at the end of the whole edge: a rule that knows only the leaf's own frame,
-// so that the pattern is the same whatever happened before. With all three they are the leaf's children, as
-// child_corners() has them.
+// Patterns by the set of edges with a hanging midpoint. With two midpoints, the ear between them is cut off, and the
+// remaining quadrilateral has its diagonal from the corner at the end of the whole edge. This depends only on the
+// leaf's frame, so the pattern is the same whatever happened before. With three midpoints it is the leaf's children, in
+// the order of child_corners().
 constexpr std::array<GreenPattern, 8> make_patterns() {
     std::array<GreenPattern, 8> pattern{};
     for (unsigned e = 0; e < 3; ++e) {

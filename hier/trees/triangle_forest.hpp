@@ -12,21 +12,21 @@
 
 namespace tetrakis {
 
-/// The triangles that stand for one leaf in the output: the leaf itself where no edge has a hanging midpoint, else its
-/// conforming (green) subdivision; with three hanging midpoints, those that its split would make.
+/// The output triangles of a leaf: the leaf itself if no edge has a hanging midpoint, else its conforming (green)
+/// subdivision. With three hanging midpoints these are the four triangles of its split.
 struct GreenTriangles {
     int count = 0;  ///< 1 to 4
     std::array<CellTriangle, 4> cell;
 };
 
-/// The rule of red triangles: child k < 3 keeps corner k, child 3 is the middle one, whose corner k lies opposite
-/// corner k; so edge k (from corner k to corner k + 1) of every triangle of a root is parallel to side k of the root.
+/// The rule of red triangles: child k < 3 has corner k of its parent, and child 3 is the middle one, whose corner k is
+/// opposite corner k. So edge k (from corner k to corner k + 1) of every triangle is parallel to side k of its root.
 struct RedTriangles {
     static constexpr int k_sides = 3;
     static constexpr const char* k_name = "triangle";
     static constexpr bool k_midpoints = true, k_creases = false;
     using Points = std::array<std::uint32_t, 6>;
-    // The corner or edge after, or before, another of the same triangle.
+    // The next and the previous corner or edge of a triangle.
     static constexpr std::array<int, 3> k_next = {1, 2, 0}, k_previous = {2, 0, 1};
 
     /// @throws Error  unsupported: a face is not a triangle
@@ -37,7 +37,7 @@ struct RedTriangles {
         if (child == 3) return {k_previous[static_cast<std::size_t>(edge)], edge};
         return {edge == k_next[static_cast<std::size_t>(child)] ? 3 : 4, edge};
     }
-    /// flags: the triangle is reversed: corners 1, 2 lie at -x, -y from corner 0.
+    /// flags: 1 if the triangle is reversed, so that its corners 1 and 2 lie at -x and -y from corner 0.
     static TreeFrame child_frame(const TreeFrame& parent, int child) {
         const std::uint32_t step = parent.flags != 0 ? ~std::uint32_t{0} : 1;
         return {parent.root,
@@ -78,13 +78,13 @@ struct RedTriangles {
 
 /// Restricted triangle quadtrees over a triangle mesh, with conforming (red-green) closure; one root per face.
 ///
-/// A leaf beside split neighbours has hanging midpoints and is output as two or three green triangles; with three of
-/// them, as the four triangles that its split would make: splitting it would change nothing but what can be refined
-/// next. So any four siblings can be merged that have no leaf two levels finer beside their parent. Faces that are
-/// holes have no leaves; edges towards them act as boundary.
+/// A leaf beside split neighbours has hanging midpoints; the output has two or three green triangles for it. With three
+/// hanging midpoints it has the four triangles of the leaf's split; that split only changes what can be refined next.
+/// So four siblings can be merged if no leaf beside their parent is two levels finer. Faces that are holes have no
+/// leaves; edges towards them act as boundary.
 ///
-/// Storage: 25 bytes a leaf, and a site of 16 per point. Points are reused after a merge; handles of leaves and points
-/// that are gone are recognised until then.
+/// Storage: 25 bytes a leaf, and a site of 16 bytes per point. Points are reused after a merge; until then, handles of
+/// leaves and points that are gone are recognised.
 class TriangleForest : public TreeForest<RedTriangles> {
   public:
     /// One leaf per face that is no hole. Keeps a reference to the mesh. O(H).
@@ -97,16 +97,16 @@ class TriangleForest : public TreeForest<RedTriangles> {
     CellTriangle triangle(LeafId leaf) const { return triangle(frame(leaf.value)); }
     static CellTriangle triangle(const TreeFrame& frame);
     std::array<PointId, 3> points(LeafId leaf) const;
-    /// The midpoints that hang on edges 0, 1, 2 of a leaf; invalid where none does.
+    /// The midpoints that hang on edges 0, 1, 2 of a leaf; invalid if there is none.
     std::array<PointId, 3> hanging_points(LeafId leaf) const;
-    /// With hanging points, at the lattice level after the leaf's.
+    /// The output triangles of a leaf. With hanging points, their lattice level is one above the leaf's.
     GreenTriangles green_triangles(LeafId leaf) const;
 
     /// Points are numbered below this; the control vertices come first, by their numbers.
     std::uint32_t point_slots() const { return static_cast<std::uint32_t>(sites_.size()); }
     bool is_point(PointId point) const { return point.value < sites_.size() && sites_[point.value].root.valid(); }
     std::uint32_t point_count() const { return point_count_; }
-    /// The canonical site of a point; the root is invalid where there is none.
+    /// The canonical site of a point; its root is invalid if the point does not exist.
     const Site& point_site(PointId point) const { return sites_[point.value]; }
     /// The canonical site of a leaf's corner, found from its address.
     Site corner_site(LeafId leaf, int corner) const {

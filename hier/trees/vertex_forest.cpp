@@ -35,13 +35,13 @@ VertexForest::Turn VertexForest::turn(std::uint32_t slot, int corner) const {
     if (next.slot != k_coarser) return {leaf_at(next.slot, next.side), next.side, k_boundary, 0};
     const Across coarse = across(records_[record_of(slot)].parent, side);
     if (number(slot) == (side + 1) % 4) return {coarse.slot, coarse.side, k_boundary, 0};
-    // In the middle of the coarser cell's side, and back across the other half.
+    // The point is in the middle of the coarser cell's side: continue across the side's other half.
     const Across half = beyond(slot, corner);
     const int at = (half.side + 1) % 4;
     return {leaf_at(half.slot, at), at, coarse.slot, coarse.side};
 }
 
-// The two ends of a crease of one edge meet on either side of it, and there is nothing between.
+// Where the two ends of a crease of one edge meet, there is no face.
 constexpr std::size_t k_least_corners = 3;
 
 void VertexForest::add_leaves_around(LeafId leaf, int corner, std::vector<LeafId>& leaves) const {
@@ -58,8 +58,8 @@ void VertexForest::add_leaves_around(LeafId leaf, int corner, std::vector<LeafId
 
 namespace {
 
-/// Whether a sibling of a lower number has that corner of a child, too: all but the parent's own corner, and what the
-/// child shares with later ones.
+/// Whether an earlier sibling has the same corner. This is so for all corners but the parent's own one and those that
+/// the child shares with later siblings.
 constexpr bool meets_earlier_sibling(int child, int corner) {
     const int along = (corner - child + 4) % 4;
     return (along == 1 && child == 3) || (along >= 2 && child != 0);
@@ -67,7 +67,7 @@ constexpr bool meets_earlier_sibling(int child, int corner) {
 
 }  // namespace
 
-// Each face is found at the first of the corners that meet there; its vertices are ranks of leaves until all are known.
+// Each face is found at the first corner that meets there. Its vertices are ranks of leaves until all faces are known.
 DualFaces VertexForest::faces(FaceCorners corners) const {
     const VertexRoots& roots = rule_.roots;
     const std::vector<LeafId> leaves = ordered_leaves();
@@ -78,15 +78,15 @@ DualFaces VertexForest::faces(FaceCorners corners) const {
         if (roots.hole[r] != 0) hole_faces.push_back(roots.face[r]);
     std::sort(hole_faces.begin(), hole_faces.end());
     const bool any_creases = std::ranges::any_of(roots.crease, [](auto c) { return c != 0; });
-    // The rank that stands for a leaf's vertex.
+    // The rank of the leaf that represents a leaf's vertex.
     const auto named = [&](std::uint32_t r) { return any_creases ? rank[vertex_leaf(leaves[r]).value] : r; };
 
     struct Meeting {
-        std::uint32_t rank;  // of a leaf at a point where leaves meet
-        int at;              // as DualFaces::Corner
+        std::uint32_t rank;  // rank of a leaf at a point where leaves meet
+        int at;              // as in DualFaces::Corner
     };
     std::vector<Meeting> around;
-    // Whether the corner is the first of those that meet, and has the face; a coarser cell that has the point on its
+    // Whether a corner is the first one at its point, and the point has a face. A coarser cell with the point on its
     // side has no corner there.
     const auto has_face = [&](std::uint32_t i, int c) {
         const std::uint32_t slot = leaves[i].value;
@@ -113,7 +113,7 @@ DualFaces VertexForest::faces(FaceCorners corners) const {
             if (!has_face(i, c)) continue;
             homes.clear();
             for (const Meeting& m : around) {
-                // Where it has the point on a side, two of its children would meet there: so all levels agree.
+                // A leaf with the point on a side counts twice, as two of its children would: so all levels agree.
                 const FaceId of = roots.face[root_of(leaves[m.rank].value)];
                 homes.insert(homes.end(), m.at < DualFaces::Corner::k_on_side ? 1 : 2, of);
             }
@@ -125,7 +125,7 @@ DualFaces VertexForest::faces(FaceCorners corners) const {
                     out.corners.push_back({leaves[m.rank], static_cast<std::uint8_t>(m.at)});
             out.face_offsets.push_back(static_cast<std::uint32_t>(out.face_vertices.size()));
             out.control_faces.push_back(home);
-            // In the 4-8 pattern the diagonals of a level cross at every other point.
+            // In the 4-8 pattern the diagonals of a level meet at every other point.
             const VertexCell cell = this->cell(leaves[i]);
             const std::uint32_t x = cell.at.x + (c == 1 || c == 2 ? 1 : 0), y = cell.at.y + (c >= 2 ? 1 : 0);
             out.diagonal_at_first.push_back((x + y + static_cast<std::uint32_t>(c)) % 2 == 0 ? 1 : 0);

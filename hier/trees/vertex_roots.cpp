@@ -22,7 +22,7 @@ VertexRoots::Across VertexRoots::across(const VertexCell& cell, int side) const 
     const std::uint32_t to = link[4 * std::size_t{cell.root} + static_cast<std::size_t>(side)];
     if (to == outside) return {Across::Kind::outside, {}, 0};
     if ((crease[cell.root] >> side & 1) != 0) next.kind = Across::Kind::other_side_of_crease;
-    // Sides run from corner to corner, and the common one the other way from there.
+    // A side runs from corner to corner; seen from the cell across it, its direction is reversed.
     const std::uint32_t from_end = side == 0 ? end - x : side == 1 ? end - y : side == 2 ? x : y;
     next.cell.root = to / 4;
     next.side = static_cast<int>(to % 4);

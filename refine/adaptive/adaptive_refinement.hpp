@@ -19,16 +19,16 @@ namespace tetrakis {
 
 namespace detail {
 
-/// @param triangles  of the mesh that is being made, at least
-/// @param bytes      what these take
-/// @param limit      0: none
-/// @throws Error     memory_limit: they take more than the limit
+/// @param triangles  number of triangles that the mesh will have at least
+/// @param bytes      bytes of these triangles
+/// @param limit      in bytes; 0: no limit
+/// @throws Error     memory_limit: the triangles need more than the limit
 inline void check_triangle_memory(std::uint64_t triangles, std::uint64_t bytes, std::uint64_t limit) {
     check_memory("more than " + std::to_string(triangles) + " triangles are wanted, which need", bytes, limit,
                  "use a larger tolerance, or allow more");
 }
 
-/// @throws Error  unsupported: the levels that all leaves are to get take more triangles than this
+/// @throws Error  unsupported: the minimum level of all leaves takes more than `triangles` triangles
 [[noreturn]] inline void refuse_least_level(std::uint64_t triangles) {
     throw Error(ErrorCode::unsupported, "the minimum level takes more than the " + std::to_string(triangles) +
                                             " triangles allowed; allow more, or lower the minimum level");
@@ -40,17 +40,17 @@ struct AdaptiveOptions {
     double tolerance = 0;  ///< leaves with a larger error are split
     std::uint64_t max_triangles =
         0;                        ///< 0: no limit; else the largest errors are split first until the limit is reached
-    int min_level = 0;            ///< every leaf gets this quadtree level
-    int max_level = k_max_level;  ///< no leaf is split beyond it
+    int min_level = 0;            ///< every leaf is split down to this quadtree level
+    int max_level = k_max_level;  ///< leaves of this level are not split, except if must_split()
     std::uint64_t max_memory_bytes = 0;    ///< 0: no limit; else more triangles than fit are refused
-    std::uint64_t base_bytes = 0;          ///< what is there already, for that limit
-    std::uint64_t bytes_per_triangle = 0;  ///< what a triangle of the result takes, for that limit
+    std::uint64_t base_bytes = 0;          ///< bytes that are in use already, counted for that limit
+    std::uint64_t bytes_per_triangle = 0;  ///< bytes per triangle of the result, counted for that limit
 };
 
 /// Error-driven refinement of a hierarchy (README.md: positions and errors come through batch interfaces).
 ///
-/// The error of a leaf depends on the leaf alone, so the result is the smallest conforming refinement in which no leaf
-/// exceeds the tolerance: it does not depend on the order of splits. `Hierarchy` adapts a forest (hierarchy_view.hpp).
+/// The error of a leaf depends on the leaf alone. So the result is the smallest conforming refinement without a leaf
+/// over the tolerance, whatever the order of splits. `Hierarchy` adapts a forest (hierarchy_view.hpp).
 template <class Hierarchy>
 class AdaptiveRefinement {
   public:
@@ -58,7 +58,7 @@ class AdaptiveRefinement {
                        const RunContext& context)
         : hierarchy_(hierarchy), estimator_(estimator), options_(options), context_(context) {}
 
-    /// Refines until every leaf's error is within the tolerance (or its level at the maximum), or the budget is spent.
+    /// Refines until each leaf is within the tolerance or at the maximum level, or until the budget is spent.
     void run() {
         std::vector<LeafId> fresh;
         check_memory(0);
@@ -66,8 +66,8 @@ class AdaptiveRefinement {
         settle(fresh);
     }
 
-    /// Splits these leaves and opens these fans whatever their error, then goes on as run(): for what a measurement
-    /// found to be off. The budget holds here too.
+    /// Splits these leaves and opens these fans whatever their error, then continues as run(); for parts of the mesh
+    /// that a measurement found to be over the tolerance. The budget limits these splits, too.
     void split(std::span<const LeafId> marked, std::span<const FaceId> fans) {
         std::vector<LeafId> fresh;
         if (options_.max_triangles != 0) return settle_in_budget(fresh, marked, fans);
@@ -77,13 +77,13 @@ class AdaptiveRefinement {
         settle(fresh);
     }
 
-    /// The error of a leaf, 0 for leaves that were never estimated (those of accepted fans).
+    /// The error of a leaf; 0 for a leaf that was never estimated (in an accepted fan).
     double error(LeafId leaf) const { return leaf.value < errors_.size() ? errors_[leaf.value] : 0.0; }
     ErrorBasis basis(LeafId leaf) const { return leaf.value < basis_.size() ? basis_[leaf.value] : ErrorBasis::bound; }
     bool budget_spent() const { return budget_spent_; }
-    /// True when some leaf at the maximum level, or one that the budget left, exceeds the tolerance.
+    /// Whether a leaf exceeds the tolerance that was not split because of the maximum level or the budget.
     bool left_over() const { return left_over_; }
-    /// That the estimator has taken so far.
+    /// Seconds spent in the estimator so far.
     double estimate_seconds() const { return estimate_seconds_; }
 
   private:
@@ -98,7 +98,7 @@ class AdaptiveRefinement {
         return hierarchy_.level(leaf) < options_.min_level || hierarchy_.must_split(leaf);
     }
 
-    /// The largest error of each leaf's triangles: leaves with green triangles have up to three.
+    /// Sets each leaf's error to the largest one of its triangles; a leaf with green triangles has up to three.
     void estimate(std::span<const LeafId> leaves) {
         if (errors_.size() < hierarchy_.slots()) {
             errors_.resize_zeroed(hierarchy_.slots());
@@ -126,7 +126,7 @@ class AdaptiveRefinement {
             estimator_.estimate(triangles, values, basis);
             const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
             estimate_seconds_ += taken.count();
-            // As many as take a moment: a leaf of a degenerate surface may take a thousand times as long as another.
+            // A block should take 0.02 to 0.1 s. A leaf of a degenerate surface may take a thousand times the usual.
             constexpr double k_short = 0.02, k_long = 0.1;  // seconds
             constexpr std::size_t k_least = 16, k_most = 1u << 14;
             if (taken.count() < k_short && size == block_) block_ = std::min(k_most, 2 * block_);
@@ -167,30 +167,30 @@ class AdaptiveRefinement {
                                       options_.max_memory_bytes);
     }
 
-    /// What may be split: a leaf, or the fan of a face.
+    /// A leaf that may be split, or a face whose fan may be opened.
     struct Candidate {
         double error;
         LeafId leaf;  // invalid: a fan
         FaceId fan;
-        typename Hierarchy::Key key;  // settles ties, whatever the history
-        bool due = false;             // whatever its error
+        typename Hierarchy::Key key;  // breaks ties, independent of the history
+        bool due = false;             // is split whatever its error
         bool operator<(const Candidate& o) const {
             return error != o.error ? error > o.error : fan != o.fan ? fan < o.fan : key < o.key;
         }
     };
 
-    /// Splits the largest errors first, in rounds: of those near the largest one as many as the budget has room for.
-    /// @param leaves, fans  to be split and opened first, whatever their error
+    /// Splits the largest errors first. A round takes as many near the largest one as the budget allows.
+    /// @param leaves, fans  are split and opened first, whatever their error
     void settle_in_budget(std::vector<LeafId> fresh, std::span<const LeafId> leaves = {},
                           std::span<const FaceId> fans = {}) {
         constexpr double k_first = std::numeric_limits<double>::infinity();
-        constexpr double k_share = 0.7;  // of the largest error; children have a quarter of it, or half
+        constexpr double k_share = 0.7;  // of the largest error; a child has a quarter of its parent's error, or half
         constexpr std::uint64_t k_triangles_per_split = 2;
         std::vector<Candidate> candidates;
         for (const LeafId leaf : leaves) candidates.push_back({k_first, leaf, FaceId{}, hierarchy_.key(leaf), true});
         for (const FaceId face : fans) candidates.push_back({k_first, LeafId{}, face, {}, true});
-        std::vector<LeafId> open;                                        // may have to be split, in order
-        std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // splits in a round
+        std::vector<LeafId> open;                                        // leaves that may have to be split, sorted
+        std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // splits in a round at most
         const auto wanted = [&](LeafId leaf) { return is_first(leaf) ? k_first : error(leaf); };
         const auto fan_wants = [&](double error) { return error > options_.tolerance || options_.min_level > 0; };
         for (;;) {
@@ -242,7 +242,7 @@ class AdaptiveRefinement {
                 if (!marked.empty()) hierarchy_.refine(marked, fresh);
                 if (hierarchy_.triangle_count() <= budget) break;
             }
-            // What was due and had no room in this round still is, unless it was split with others.
+            // Due candidates that had no room in this round stay due, unless another split has split them.
             std::size_t i = 0;
             const bool all = most == candidates.size();
             std::erase_if(candidates, [&](const Candidate& c) {
@@ -259,9 +259,9 @@ class AdaptiveRefinement {
     const RunContext& context_;
     detail::PodArray<double> errors_;
     detail::PodArray<ErrorBasis> basis_;
-    double progress_ = 0;  ///< how much of the budget is used; without one, more with each pass
+    double progress_ = 0;  ///< the used share of the budget; without a budget, it grows with each pass
     double estimate_seconds_ = 0;
-    std::size_t block_ = 256;  ///< leaves between two chances to cancel
+    std::size_t block_ = 256;  ///< leaves between two checks for cancellation
     bool budget_spent_ = false, left_over_ = false;
 };
 

@@ -25,7 +25,7 @@ constexpr std::uint32_t k_unknown = VertexRoots::outside;
                 mesh.data().source);
 }
 
-/// An extension as a control mesh of its own: half-edges keep their numbers.
+/// The extended charts as a control mesh; half-edges keep their numbers.
 ControlMesh chart_mesh(const detail::SeamExtension& charts) {
     const RuleMesh& mesh = charts.mesh;
     ControlMeshData data;
@@ -54,7 +54,7 @@ ControlMesh extended_charts(const ControlMesh& tagged, const SchemeInfo& scheme,
     return chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, rules));
 }
 
-/// Whether faces end at a side of a root.
+/// Whether the surface ends at a side of a root: at a boundary or crease.
 bool ends(const VertexRoots& roots, std::uint32_t place) {
     return roots.link[place] == VertexRoots::outside || (roots.crease[place / 4] >> place % 4 & 1) != 0;
 }
@@ -76,8 +76,8 @@ DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const 
     find_roots(roots);
 }
 
-// Corners have their numbers in both. What lies along boundaries and creases is found beside the points above it,
-// and then, where these end, beside the one of the two points there that it goes with.
+// Roots of corners have the same numbers in both meshes. Roots along boundaries and creases are found across side 2
+// from a known root; the remaining ones across side 1 or 2, whichever has the same control face.
 void DualCharts::find_roots(const VertexRoots& roots) {
     const std::uint32_t corners = charts_->halfedge_count();
     const auto find_beside = [&](std::uint32_t r, std::uint32_t side) {
@@ -106,7 +106,7 @@ void DualCharts::find_roots(const VertexRoots& roots) {
                 refuse(*charts_, "end otherwise than the surface does");
 }
 
-/// The cells of the charts at the corners of faces.
+/// Finds the cells of the charts at the corners of faces.
 class DualCharts::Follower {
   public:
     Follower(const DualCharts& charts, const VertexForest& forest, DualFaces& faces)
@@ -122,10 +122,10 @@ class DualCharts::Follower {
   private:
     struct Corner {
         VertexCell cell;
-        std::uint32_t at;            ///< its corner at the face's point; 4 and above: the point is on a side
-        std::uint32_t enter, leave;  ///< sides towards the corners before and after
+        std::uint32_t at;            ///< the cell's corner at the face's point; 4 and above: the point is on a side
+        std::uint32_t enter, leave;  ///< sides towards the corner before and the one after
     };
-    /// Between the cell of a corner and another one.
+    /// A UV between two cells: the cell of a corner, and `other`.
     struct Between {
         std::size_t corner;
         VertexCell other;
@@ -164,7 +164,7 @@ class DualCharts::Follower {
             faces_.control_faces[f] = FaceId(detail::home_of(run, size, home));
 
         if (!is_corner_of_root(corner(0))) {
-            // Two roots have the point on a side; the chart has another one in the place of the other.
+            // The point is on a side of two roots; the chart's continuation takes the place of the other root.
             const auto side = static_cast<int>(corner(run.first + run.size).enter);
             for (int i = run.first + run.size; i < run.first + size; ++i) {
                 VertexRoots::Across beside = forest_.roots().across(corner(i).cell, side);
@@ -193,7 +193,7 @@ class DualCharts::Follower {
         return c.at < 4 && c.cell == corner_cell(c.cell.root, c.at, c.cell.level);
     }
 
-    /// Per face corner.
+    /// UVs per face corner.
     std::vector<Vec2d> values(bool limit) {
         const std::size_t corners = cells_.size();
         for (const Between& b : between_) cells_.push_back(b.other);

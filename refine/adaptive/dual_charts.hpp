@@ -14,24 +14,24 @@
 
 namespace tetrakis {
 
-/// UVs of the meshes that vertex quadtrees make: the same scheme on the charts, which are cut along their seams and go
-/// on straight beyond them (detail::SeamExtension). Each cell of the surface has its own in its chart. A face across a
-/// seam takes the UVs of one side, the one with the most of its corners, then the one of the lower control face; beyond
-/// the seam those of the cells that the chart goes on with. Where all leaves are of one level these are the UVs of
-/// refine() (but for a choice of sides that no rule makes, in some faces where a seam leaves a crease).
+/// UVs of the meshes of vertex quadtrees, by the same scheme on the charts. These are cut along their seams and
+/// continued straight across them (detail::SeamExtension). Each cell of the surface has a cell in its chart. A face
+/// across a seam takes the UVs of one side: of the side with most of its corners, else of the lower control face. Its
+/// other corners get UVs of the chart's continuation. If all leaves have one level, these are the UVs of refine(),
+/// except in some faces where a seam leaves a crease and no rule chooses the side.
 class DualCharts {
   public:
     /// @param mesh   must have UVs
-    /// @param roots  of the surface, by the same scheme and rules
-    /// @throws Error  unsupported: the charts do not have all the vertices that the surface has, as where a seam runs
-    ///                along a crease that ends inside; invalid_input: the extended charts are no mesh
+    /// @param roots  roots of the surface, by the same scheme and rules
+    /// @throws Error  unsupported: the charts lack vertices of the surface, for example if a seam runs along a crease
+    ///                that ends inside; invalid_input: the extended charts are no mesh
     DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots& roots,
                const RunContext& context = {});
 
-    /// @param faces  of the forest, with their corners; a face across a seam comes to belong to the control face whose
-    ///               UVs it has
-    /// @param limit  of the limits; else of the net, each at its leaf's level
-    /// @throws Error  unsupported: a chart does not go on beyond a seam as far as a face reaches, or there is no limit
+    /// @param faces  faces of the forest, with their corners; a face across a seam is assigned to the control face
+    ///               whose UVs it gets
+    /// @param limit  whether to take the limits; else the points of the net, each at its leaf's level
+    /// @throws Error  unsupported: a chart's continuation is too short for a face, or a vertex has no limit
     detail::FaceUvs uvs(const VertexForest& forest, DualFaces& faces, bool limit) const;
 
   private:
@@ -40,16 +40,16 @@ class DualCharts {
     void find_roots(const VertexRoots& roots);
 
     std::unique_ptr<const ControlMesh> charts_;
-    VertexRoots roots_;  ///< of the charts
+    VertexRoots roots_;  ///< roots of the charts
     std::shared_ptr<const LevelSource> points_;
-    std::vector<std::uint32_t> root_;  ///< of the charts, for each of the surface
+    std::vector<std::uint32_t> root_;  ///< for each root of the surface, its root in the charts
 };
 
 namespace detail {
 
-/// Cuts quads along the diagonal in the 4-8 pattern, larger faces into fans. Without `diagonal_at_first` and `corners`
-/// afterwards.
-/// @param face_uvs  if not null, cut alike: a number per face corner
+/// Cuts quads along their diagonal in the 4-8 pattern, larger faces into fans. Leaves `diagonal_at_first` and `corners`
+/// without meaning.
+/// @param face_uvs  one number per face corner, cut in the same way; may be null
 void cut_into_triangles(DualFaces& faces, std::vector<std::uint32_t>* face_uvs = nullptr);
 
 }  // namespace detail

@@ -151,7 +151,7 @@ LeafNeighbours Hierarchy::neighbours(LeafHandle leaf, int side) const {
 
 // Changes.
 
-/// A change, during which there is no way back where memory runs out.
+/// Makes a change that cannot be undone if memory runs out: then the leaves are lost.
 template <class Change>
 auto Hierarchy::all_or_lost(Change&& change) {
     require_not_lost();
@@ -163,7 +163,7 @@ auto Hierarchy::all_or_lost(Change&& change) {
     }
 }
 
-/// @param make  changes the family's leaves and fills the update
+/// @param make  changes the family's leaves and fills `update`
 template <class Make>
 void Hierarchy::apply(std::span<const LeafId> marked, FamilyUpdate& update, Make&& make) {
     std::vector<JournalLeaf> removed;
@@ -191,7 +191,7 @@ void Hierarchy::apply(std::span<const LeafId> marked, FamilyUpdate& update, Make
             for (LeafId slot : update.reshaped) journal_.add(Kind::reshaped, {handle(slot), family_->node(slot)});
             journal_.end_change();
         } catch (const std::bad_alloc&) {
-            journal_.restart();  // the change is done; its readers are told to read everything
+            journal_.restart();  // the change is complete; readers are told to read everything
         }
     });
 }

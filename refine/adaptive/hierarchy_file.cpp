@@ -39,7 +39,7 @@ std::string names(const HierarchyFileHeader& header) {
     return text;
 }
 
-/// Calls is_split(node) for the nodes of all trees in preorder, and goes on below those of which that is true.
+/// Calls is_split(node) for the nodes of all trees in preorder, and visits a node's children if it returns true.
 template <class IsSplit>
 void for_each_node(const HierarchyTree& tree, const std::function<bool(std::uint32_t)>& has_root,
                    const IsSplit& is_split) {
@@ -70,7 +70,7 @@ std::uint64_t mesh_fingerprint(const ControlMesh& mesh) {
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) add(std::bit_cast<std::uint32_t>(mesh.sharpness(EdgeId(e))));
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
         add(std::bit_cast<std::uint32_t>(mesh.sharpness(VertexId(v))));
-    // Words differ in their upper bits, too, which the product alone would not bring down.
+    // Words also differ in their upper bits, which the product alone does not carry down.
     return state ^ state >> 32;
 }
 
@@ -130,7 +130,7 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
     const std::string text(reinterpret_cast<const char*>(bytes.data()) + k_fixed, text_size);
     if (text != names(header)) {
         const std::string shown = text.substr(0, text.find('\0'));
-        // The family follows from scheme and rules.
+        // The family follows from scheme and rules, so the message names the rules.
         const std::size_t family_end = text.find('\0', shown.size() + 1);
         if (shown == header.scheme && family_end != std::string::npos && family_end + 1 < text.size()) {
             const std::string rules = text.substr(family_end + 1, text.size() - family_end - 2);
@@ -186,7 +186,7 @@ std::vector<HierarchyNode> ordered_nodes(const HierarchyFamily& family) {
     return nodes;
 }
 
-/// Splits leaves of `family` that are ancestors of the nodes until its leaves are the nodes.
+/// Splits leaves of `family` that are ancestors of the nodes. Throws if one is neither a node nor an ancestor of one.
 void restore(HierarchyFamily& family, std::span<const HierarchyNode> nodes) {
     const HierarchyTree& tree = family.tree();
     FamilyUpdate update;
@@ -229,12 +229,12 @@ void Hierarchy::load(std::span<const std::byte> bytes) {
 std::unique_ptr<HierarchyFamily> Hierarchy::rebuilt(std::span<const HierarchyNode> nodes) const {
     std::unique_ptr<HierarchyFamily> family = family_->fresh();
     restore(*family, nodes);
-    // A split takes others with it.
+    // A split may have split other leaves, too.
     if (!std::ranges::equal(ordered_nodes(*family), nodes)) not_conforming();
     return family;
 }
 
-// All slots are of a generation that no handle has, and so are those to come.
+// All slots, present and future, get a generation that no handle has.
 void Hierarchy::replace_leaves(std::unique_ptr<HierarchyFamily> family) {
     std::uint32_t newest = first_generation_;
     for (const std::uint32_t g : generation_) newest = std::max(newest, g);
@@ -287,7 +287,7 @@ std::optional<std::string> Hierarchy::check() const {
         if (i > 0 && !(family_->node(all[i - 1].slot) < node)) return name + ": it is out of order";
         if (i > 0 && tree().is_ancestor(family_->node(all[i - 1].slot), node))
             return name + ": it lies in another leaf";
-        // Its corners are where its node has them; that neighbours see each other the family has checked.
+        // A leaf's corners must be its node's. family_->check() has verified that neighbours see each other.
         const LeafView view = family_->view(all[i].slot);
         const NodeView expected = family_->view(node);
         for (std::size_t k = 0; k < view.corner_count; ++k) {

@@ -16,7 +16,7 @@ void HierarchyJournal::forget_before(std::uint64_t stamp) {
     while (!entries_.empty() && entries_.front().stamp <= oldest_) entries_.pop_front();
 }
 
-// A change is forgotten as a whole: half of one would tell of leaves that never were together.
+// A change is forgotten as a whole: parts of one would mix leaves that never existed together.
 void HierarchyJournal::trim() {
     while (entries_.size() > limit_) forget_before(entries_.front().stamp);
 }
@@ -33,7 +33,7 @@ HierarchyChanges HierarchyJournal::since(std::uint64_t stamp) const {
     std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
         return std::tie(a.leaf.leaf, a.kind, a.stamp) < std::tie(b.leaf.leaf, b.kind, b.stamp);
     });
-    // A handle is added once and removed once at most, reshaped any number of times in between.
+    // A handle is added at most once and removed at most once; in between it may be reshaped any number of times.
     for (std::size_t i = 0; i < entries.size();) {
         bool added = false, removed = false;
         std::size_t j = i;
@@ -68,7 +68,7 @@ bool has_corner(const LeafView& view, PointId point) {
 
 }  // namespace
 
-// From neighbour to neighbour: of one fan of leaves.
+// Moves from neighbour to neighbour, so it finds one fan of leaves only.
 std::vector<LeafId> Hierarchy::leaves_around(LeafId start, PointId corner) const {
     std::vector<LeafId> leaves{start};
     std::set<LeafId> found{start};
@@ -87,7 +87,7 @@ HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
                     "stamp " + std::to_string(stamp) + " was never given by this hierarchy; ask stamp() for one first");
     HierarchyChanges changes = journal_.since(stamp);
     if (!changes.complete) return changes;
-    // Levels of the vertices then: from the leaves that are gone and from those around that have stayed.
+    // Earlier levels of the vertices, from removed leaves and from leaves around them that were not changed.
     struct Levels {
         int before = -1, after = -1;
     };
@@ -113,7 +113,7 @@ HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
             add_level(l, leaf, family_->view(leaf).level);
     };
     if (has_holes_) {
-        // Holes may part the leaves around a vertex into several fans, of which a walk finds but one.
+        // Holes may divide the leaves around a vertex into several fans; leaves_around() finds only one.
         for (const JournalLeaf& leaf : changes.added) {
             const LeafView view = family_->view(leaf.leaf.slot);
             for (std::size_t k = 0; k < view.corner_count; ++k) (void)levels[view.corner[k]];
@@ -129,7 +129,7 @@ HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
     for (const JournalLeaf& leaf : has_holes_ ? std::vector<JournalLeaf>{} : changes.added) {
         const LeafView view = family_->view(leaf.leaf.slot);
         for (std::size_t k = 0; k < view.corner_count; ++k) look_around(view, k);
-        // A vertex that hangs on a merged leaf may have been one of its parts' before: what the two finer leaves share.
+        // A vertex that hangs on a merged leaf may have been a corner of its parts: the finer leaves share it.
         for (int side = 0; side < view.corner_count; ++side) {
             const auto [first, second] = family_->neighbours(view.leaf.slot, side);
             if (!second.valid()) continue;

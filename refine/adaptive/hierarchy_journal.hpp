@@ -10,31 +10,31 @@
 
 namespace tetrakis {
 
-/// A leaf that is, or was, with its node.
+/// A leaf of now or of earlier, with its node.
 struct JournalLeaf {
     LeafHandle leaf;
     HierarchyNode node;
 };
 
-/// What became of a hierarchy's leaves and vertices since a stamp.
+/// Changes of a hierarchy's leaves and vertices since a stamp.
 struct HierarchyChanges {
-    /// False where the journal does not reach back so far: the lists are empty, and all has to be read anew.
+    /// False if the journal does not reach back that far: the lists are empty, and all must be read anew.
     bool complete = true;
-    std::vector<JournalLeaf> added;     ///< leaves now that were none then
-    std::vector<JournalLeaf> removed;   ///< leaves then that are none now, by their handles of then
-    std::vector<JournalLeaf> reshaped;  ///< leaves then and now whose output faces may be others
-    /// Vertices then and now whose finest leaf has another level now, so that they are elsewhere under
-    /// MeshPositions::finest. Limit positions and those of a level never move.
+    std::vector<JournalLeaf> added;     ///< leaves now that were no leaves then
+    std::vector<JournalLeaf> removed;   ///< leaves then that are no leaves now; their handles are those of then
+    std::vector<JournalLeaf> reshaped;  ///< leaves then and now whose output faces may have changed
+    /// Vertices then and now whose finest leaf has another level now, so they have moved under MeshPositions::finest.
+    /// Limit positions, and positions on one level, never move.
     std::vector<Site> moved;
 };
 
-/// The log behind Hierarchy::changes_since(). Off until its first stamp is asked for.
+/// The log of changes for Hierarchy::changes_since(). It is off until the first stamp is asked for.
 class HierarchyJournal {
   public:
     enum class Kind : std::uint8_t { added, removed, reshaped };
     struct Entry {
         JournalLeaf leaf;
-        std::uint64_t stamp;  // the change it belongs to
+        std::uint64_t stamp;  // number of its change
         Kind kind;
     };
 
@@ -45,7 +45,7 @@ class HierarchyJournal {
     }
     std::uint64_t now() const { return now_; }
 
-    /// A change begins; its entries follow.
+    /// Begins a change; the caller then adds its entries.
     void begin_change() { ++now_; }
     void add(Kind kind, const JournalLeaf& leaf) { entries_.push_back({leaf, now_, kind}); }
     void end_change() { trim(); }
@@ -55,12 +55,12 @@ class HierarchyJournal {
         limit_ = entries;
         trim();
     }
-    /// All is different now: no earlier stamp is answered.
+    /// Forgets everything: no earlier stamp is answered any more.
     void restart() {
         entries_.clear();
         oldest_ = ++now_;
     }
-    /// Entries of the changes after a stamp, in their order: the net effect on each handle.
+    /// The net effect on each handle of the changes after a stamp.
     HierarchyChanges since(std::uint64_t stamp) const;
     std::uint64_t memory_bytes() const { return entries_.size() * sizeof(Entry); }
 

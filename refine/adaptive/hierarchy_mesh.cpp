@@ -17,10 +17,10 @@ namespace {
 /// Vertices evaluated between reports. Slow rules take a tenth of a millisecond for some of them.
 std::uint32_t vertices_at_once(const RunContext& context) { return context.progress ? 1u << 13 : 1u << 16; }
 
-/// Refuses a mesh over the limit.
+/// Throws if the mesh would exceed the memory limit.
 void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::uint64_t corners,
                        std::uint64_t vertices) {
-    // The arrays of HierarchyMesh; half as much again is in use while they are made.
+    // The arrays of HierarchyMesh, and half as much again for temporary data.
     const std::uint64_t face = 3 * sizeof(std::uint32_t) + sizeof(LeafId) + sizeof(LeafHandle),
                         vertex = sizeof(Site) + sizeof(PointId) + sizeof(Vec3d) * (options.normals ? 2 : 1);
     detail::check_memory("a mesh of about " + std::to_string(faces) + " faces needs",
@@ -30,7 +30,7 @@ void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::u
 
 }  // namespace
 
-// Positions (and normals) of all vertices. Those of levels go level by level, each vertex at its own.
+// Positions (and normals) of all vertices. Without limits they are computed level by level, each vertex at its own.
 void Hierarchy::evaluate(HierarchyMesh& result, const ToMeshOptions& options) const {
     PolygonMesh& mesh = result.mesh;
     const auto count = static_cast<std::uint32_t>(result.sites.size()), block = vertices_at_once(options.context);
@@ -38,7 +38,7 @@ void Hierarchy::evaluate(HierarchyMesh& result, const ToMeshOptions& options) co
     const bool limit = options.positions == MeshPositions::limit;
     detail::resize_large(mesh.positions, count);
     if (options.normals) detail::resize_large(mesh.normals, count);
-    std::vector<std::uint8_t> level(count, 0);  // of limits: all together
+    std::vector<std::uint8_t> level(count, 0);  // limits: all together at level 0
     if (!limit)
         for_each_index(count, [&](std::uint32_t v) {
             const int lowest = source.first_level(result.sites[v]);
@@ -48,7 +48,7 @@ void Hierarchy::evaluate(HierarchyMesh& result, const ToMeshOptions& options) co
     if (options.positions == MeshPositions::finest)
         for (std::size_t f = 0; f < result.leaves.size(); ++f) {
             const LeafView leaf = family_->view(result.leaves[f].slot);
-            if (leaf.corner_count == 1) break;  // a vertex, at its own level
+            if (leaf.corner_count == 1) break;  // a leaf is a vertex at its own level
             for (std::uint32_t i = mesh.face_offsets[f]; i < mesh.face_offsets[f + 1]; ++i)
                 level[mesh.face_vertices[i]] = std::max(level[mesh.face_vertices[i]], leaf.level);
         }
@@ -91,7 +91,7 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
         throw Error(ErrorCode::invalid_input, "level " + std::to_string(options.level) + " is not between 0 and " +
                                                   std::to_string(family_->source().max_level()));
     return with_threads(options.context, [&] {
-        // No family has fewer; after that it is known.
+        // A lower bound for all families; the counts are known after faces().
         check_mesh_memory(options, leaf_count(), 3 * std::uint64_t{leaf_count()}, leaf_count() / 2);
         std::vector<std::uint8_t> diagonal_at_first;
         HierarchyMesh result = family_->faces(diagonal_at_first);

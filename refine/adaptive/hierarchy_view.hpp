@@ -16,7 +16,7 @@
 
 namespace tetrakis {
 
-/// What views of forests of lattice triangles have in common.
+/// Common part of the adapters for forests of lattice triangles.
 struct LatticeView {
     using Triangle = CellTriangle;
     using Key = std::array<std::uint32_t, 8>;
@@ -27,15 +27,15 @@ struct LatticeView {
     }
 };
 
-/// 4-8 bisection forest as the adaptive engine sees it, with the coarsest mesh of eval/README.md: a face whose fan was
-/// accepted has no centre until one of its roots is split, by itself or by a neighbour's closure.
+/// A 4-8 bisection forest, adapted to AdaptiveRefinement, with the coarsest mesh of eval/README.md: a face whose fan
+/// was accepted has no centre until one of its roots is split, for its own error or to keep the mesh conforming.
 class BisectionHierarchy : public LatticeView {
   public:
     explicit BisectionHierarchy(const ControlMesh& mesh)
         : forest_(mesh), fans_(mesh.face_count(), 0), fan_errors_(mesh.face_count(), 0.0) {}
     explicit BisectionHierarchy(const ControlMesh&&) = delete;
 
-    /// Starts a face, all of whose roots are leaves, without its centre.
+    /// Outputs a face as a fan without its centre; all roots of the face must be leaves.
     void accept_fan(FaceId face, double error) {
         active_fans_ += !fans_[face.value];
         fans_[face.value] = 1;
@@ -66,14 +66,14 @@ class BisectionHierarchy : public LatticeView {
         parts[0] = forest_.triangle(leaf);
         return 1;
     }
-    /// Splits with closure. @param fresh  receives (appended) the leaves to be estimated: new ones, and those that a
-    /// fan hid.
+    /// Splits the marked leaves and what must be split with them. @param fresh  receives (appended) the leaves to be
+    /// estimated: new leaves, and leaves that were hidden by a fan.
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
         forest_.refine(marked, created_);
         fresh.insert(fresh.end(), created_.begin(), created_.end());
         for (LeafId leaf : created_) open(forest_.face(leaf), fresh);
     }
-    /// Gives a face its centre back. @param fresh  receives (appended) those of its leaves that are still roots
+    /// Gives a face its centre back. @param fresh  receives (appended) the leaves of the face that are still roots
     void open(FaceId face, std::vector<LeafId>& fresh) {
         if (!fans_[face.value]) return;
         fans_[face.value] = 0;
@@ -92,7 +92,7 @@ class BisectionHierarchy : public LatticeView {
     std::vector<LeafId> created_;
 };
 
-/// The control half-edge that edge k (corner k to corner k + 1) of a triangle lies on, or an invalid one. Quad family.
+/// The control half-edge that contains edge k of a triangle (corner k to corner k + 1); invalid if none. Quad family.
 inline HalfedgeId bisection_control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
     const LatticePoint a = t.corner[k], b = t.corner[(k + 1) % 3];
     if (a.y == 0 && b.y == 0) return t.root;
@@ -110,15 +110,15 @@ inline HalfedgeId triangle_control_edge(const ControlMesh& mesh, const CellTrian
     return {};
 }
 
-/// Triangle quadtrees with red-green closure as the adaptive engine sees them.
+/// Triangle quadtrees with red-green closure, adapted to AdaptiveRefinement.
 class TriangleHierarchy : public LatticeView {
   public:
     explicit TriangleHierarchy(const ControlMesh& mesh)
         : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {}
     explicit TriangleHierarchy(const ControlMesh&&) = delete;
 
-    /// The two faces of an interior vertex of valence 2 would both have the edge between the middles of the vertex'
-    /// edges, which then had four triangles. In one of the faces the cell behind that edge is always split.
+    /// At an interior vertex of valence 2, both faces would have the edge between the midpoints of the vertex's two
+    /// edges, and four triangles would share it. So in one face the cell across that edge is always split.
     bool must_split(LeafId leaf) const {
         const int level = forest_.level(leaf);
         if (level == 0) return false;
@@ -127,7 +127,7 @@ class TriangleHierarchy : public LatticeView {
         const std::int64_t n = std::int64_t{1} << level;
         HalfedgeId h = t.root;
         for (int k = 0; k < 3; ++k, h = mesh.next(h)) {
-            // The cell behind the one at corner k: of all cells its corners are the second nearest.
+            // The cell across from the one at corner k: of all cells, its corners are the second nearest to corner k.
             std::int64_t nearness = 0;
             for (const LatticePoint& p : t.corner)
                 nearness += k == 0 ? n - p.x - p.y : (k == 1 ? std::int64_t{p.x} : std::int64_t{p.y});
@@ -144,8 +144,8 @@ class TriangleHierarchy : public LatticeView {
     bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
     int level(LeafId leaf) const { return forest_.level(leaf); }
     Key key(LeafId leaf) const { return LatticeView::key(forest_.triangle(leaf)); }
-    /// Of the conforming mesh, green triangles included, by Euler's formula: the characteristic does not change, so
-    /// each point brings two triangles, one on the boundary.
+    /// Triangles of the conforming mesh, green ones included. By Euler's formula, with a constant characteristic, each
+    /// new point adds two triangles, or one if it is on the boundary.
     std::uint64_t triangle_count() const {
         return first_count_ + 2 * (std::uint64_t{forest_.point_count()} - first_points_) - boundary_points_;
     }
@@ -157,8 +157,8 @@ class TriangleHierarchy : public LatticeView {
         std::copy_n(green.cell.begin(), 3, parts.begin());
         return green.count;
     }
-    /// Splits with closure. A leaf whose neighbours are all split then is split, too: its output triangles are the
-    /// same, but each has an error of its own.
+    /// Splits the marked leaves and what must be split with them. A leaf whose neighbours are then all split is split,
+    /// too: its output triangles do not change, but then each has its own error.
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
         split(marked, fresh);
         surrounded_.clear();
@@ -170,7 +170,7 @@ class TriangleHierarchy : public LatticeView {
                 fresh.push_back(leaf);
         }
         if (surrounded_.empty()) return;
-        // There is nothing left beside them that this could change.
+        // No leaf beside them is left that this split could reshape.
         split(surrounded_, fresh);
         assert(change_.reshaped.empty());
     }
@@ -187,7 +187,7 @@ class TriangleHierarchy : public LatticeView {
             boundary_points_ += at_end(forest_.point_site(PointId(p)));
         fresh.insert(fresh.end(), change_.created.begin(), change_.created.end());
     }
-    /// Whether a point is on a control edge that has nothing on one of its sides.
+    /// Whether a point is on a control edge that has a face on one side only (holes are no faces).
     bool at_end(const Site& site) const {
         const ControlMesh& mesh = forest_.mesh();
         const auto [x, y] = site.at;
@@ -202,8 +202,8 @@ class TriangleHierarchy : public LatticeView {
     std::vector<LeafId> surrounded_;
 };
 
-/// Triangles of the sqrt(3) scheme as the adaptive engine sees them. Levels are simple steps; to split a half triangle
-/// is to split the one beyond.
+/// Triangles of the sqrt(3) scheme, adapted to AdaptiveRefinement. A level is a simple step; splitting a half triangle
+/// splits the triangle across its edge.
 class Sqrt3Hierarchy {
   public:
     using Triangle = Sqrt3Triangle;

@@ -14,14 +14,14 @@ namespace tetrakis {
 
 namespace {
 
-// Leaves that a predicate sees at once: as many as stay in the cache until it looks.
+// Number of leaves per call of a predicate: their views still fit into the cache when it reads them.
 constexpr std::size_t k_batch = 256;
 
-// Leaves that are estimated between two chances to cancel; more of many, as to look at some may cost as much as to find
-// what lies around them all.
+// Number of leaves that are estimated between two checks for cancellation. It grows with the number of leaves, since an
+// estimator may need as long to look around a few leaves as to look around all.
 constexpr std::size_t k_least_estimated = 1u << 15, k_most_turns = 16;
 
-/// Calls estimate(begin, count) for all of `count` leaves or nodes, in turns.
+/// Calls estimate(begin, count) for parts of `count` leaves or nodes, one after the other.
 template <class Estimate>
 void estimate_in_turns(std::size_t count, const std::function<void(double)>& report, Estimate&& estimate) {
     const std::size_t turn = std::max(k_least_estimated, (count + k_most_turns - 1) / k_most_turns);
@@ -31,7 +31,7 @@ void estimate_in_turns(std::size_t count, const std::function<void(double)>& rep
     }
 }
 
-/// @param errors  resized
+/// @param errors  is resized
 void estimate_leaves(const HierarchyFamily& family, std::span<const LeafId> leaves, const ErrorEstimator& estimator,
                      const std::function<void(double)>& report, std::vector<double>& errors) {
     errors.resize(leaves.size());
@@ -49,13 +49,13 @@ void require_estimator(const ErrorEstimator& estimator, const ControlMesh& mesh,
                     "the tolerance is " + std::to_string(tolerance) + ", but has to be zero or more");
 }
 
-/// Refuses a pass that would bring a hierarchy over the limit, or did.
-/// @param memory  of the hierarchy now
-/// @param marked  leaves to be split; what goes with them is not known yet
-/// @param open    leaves that the pass has looked at
+/// Throws if a pass would bring the hierarchy over the memory limit, or has done so.
+/// @param memory  bytes of the hierarchy now
+/// @param marked  leaves to be split, without the leaves that must be split with them
+/// @param open    leaves that the pass has examined
 void check_refine_memory(const RunContext& context, std::uint64_t memory, std::uint64_t leaves, std::uint64_t marked,
                          std::uint64_t open, int children) {
-    // New leaves take what those there are do, with all the room to grow; less where many were merged.
+    // A new leaf takes as much as an existing one with its reserves, but no more than this: merges leave reserves.
     constexpr std::uint64_t k_most_bytes = 160;
     const std::uint64_t each = std::min(k_most_bytes, memory / std::max<std::uint64_t>(leaves, 1));
     constexpr std::uint64_t k_list_bytes = 2 * sizeof(LeafId) + sizeof(double) + 1;  // open, marked, error, answer
@@ -81,8 +81,8 @@ void Hierarchy::ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
     }
 }
 
-/// @param open   the leaves to begin with
-/// @param marks  marks(leaves, answers, report): which of these leaves are to be split
+/// @param open   the leaves to examine first
+/// @param marks  marks(leaves, answers, report) decides which of the leaves are split
 template <class Marks>
 std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, const RunContext& context, Marks&& marks) {
     if (max_depth < 0 || max_depth > tree().max_depth)
@@ -129,7 +129,7 @@ std::size_t Hierarchy::coarsen_until(const RunContext& context, Marks&& marks) {
         apply_coarsen(wanted, update);
         if (update.created.empty()) break;
         created += update.created.size();
-        // What was wanted and is still there may be merged beside the new leaves.
+        // Leaves that are wanted and still exist may be merged with the new leaves.
         wanted.clear();
         for (LeafHandle leaf : before)
             if (is_leaf(leaf)) wanted.push_back(leaf.slot);
@@ -147,7 +147,7 @@ std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, 
     });
 }
 
-/// @param spared  nodes, sorted; below these nothing is split but for its neighbours
+/// @param spared  sorted nodes; leaves below them are split only if a neighbour requires it
 std::size_t Hierarchy::refine_over(const ErrorEstimator& estimator, double tolerance, std::vector<LeafId> open,
                                    int max_depth, const RunContext& context, std::span<const HierarchyNode> spared) {
     const auto is_spared = [&](HierarchyNode node) {
@@ -162,7 +162,7 @@ std::size_t Hierarchy::refine_over(const ErrorEstimator& estimator, double toler
                             const std::function<void(double)>& report) {
                             answers.resize(leaves.size());
                             estimate_leaves(*family_, leaves, estimator, report, errors);
-                            // An error that is no number is not within the tolerance.
+                            // A NaN error is not within the tolerance.
                             for (std::size_t i = 0; i < leaves.size(); ++i)
                                 answers[i] = !(errors[i] <= tolerance) &&
                                              (spared.empty() || !is_spared(family_->node(leaves[i])));
@@ -211,7 +211,7 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
             for (std::size_t i = 0; i < leaves.size(); ++i) {
                 const HierarchyNode node = family_->node(leaves[i]);
                 if (node.depth == 0) continue;
-                // Siblings mostly follow each other.
+                // Siblings mostly follow one another.
                 if (const HierarchyNode above = tree().parent(node); parents.empty() || parents.back() != above)
                     parents.push_back(above);
                 parent[i] = parents.size() - 1;
@@ -225,7 +225,7 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
                 if (parent[i] != k_root) answers[i] = errors[parent[i]] <= tolerance;
         };
         const std::size_t created = coarsen_until(context, within);
-        // What lies beside a merged leaf has other triangles then, whose errors nobody has looked at.
+        // Leaves beside a merged leaf have other triangles now, whose errors are not known yet.
         if (created != 0) refine_over(estimator, tolerance, family_->ordered_leaves(), deepest, context, over);
         return created;
     });

@@ -12,14 +12,14 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Values of the next level.
+/// Interpolates UVs by the stencils of a step.
 std::vector<Vec2d> next_uvs(const StencilTable& stencils, const std::vector<Vec2d>& uvs) {
     std::vector<Vec2d> finer(static_cast<std::size_t>(stencils.row_count()));
     apply(stencils, uvs.data(), finer.data());
     return finer;
 }
 
-/// Both meshes at one level, and what corners of one are in the other.
+/// The mesh and its charts on the same level, and the partners of its half-edges in the charts.
 class SideBySide {
   public:
     SideBySide(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
@@ -33,9 +33,9 @@ class SideBySide {
         for (int h = 0; h < surface_.halfedge_count(); ++h) home_[h] = surface_.face(h);
     }
 
-    /// @param linear  the charts by linear rules; of triangle schemes
+    /// @param linear  refine the charts linearly; for triangle schemes
     void refine(bool linear) {
-        // With every edge and vertex sharp each rule of a triangle scheme is linear.
+        // If all edges and vertices are sharp, each rule of a triangle scheme is linear.
         if (linear) charts_.mesh = charts_.mesh.with_tags([](float) { return k_sharpness_infinity; }, {});
         RuleStep step = scheme_.step(surface_, rules_), chart_step = scheme_.step(charts_.mesh, rules_);
         charts_.uvs = next_uvs(chart_step.stencils, charts_.uvs);
@@ -61,14 +61,14 @@ class SideBySide {
         }
         const RuleMesh &fine = step.mesh, &chart = chart_step.mesh;
         const auto twin = [](const RuleMesh& mesh, int h) { return h == RuleMesh::none ? h : mesh.twin(h); };
-        // sqrt3 cuts every triangle in nine, whether its edges are seams or not: no triangle lies across one.
+        // sqrt3 cuts every triangle in nine, also at seams: no triangle lies across one.
         for (std::size_t i = 0; i < queue.size() && scheme_.refinement == Refinement::sqrt3; ++i) {
             const int h = queue[i], p = partner_[h];
             set(fine.next(h), chart.next(p), home_[h], corner_[h]);
             if (const int t = fine.twin(h); t != RuleMesh::none) set(t, chart.twin(p), home_[h], corner_[h]);
         }
-        // Around the children of corners, which lie on one side of every seam, then along faces to the other points: to
-        // one at a dart or a tip from the left.
+        // Around the children of corners, which lie on one side of every seam; then along faces to the other points. A
+        // point at the end of a seam or crease is reached from the left.
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const int h = queue[i], p = partner_[h];
             if (const int left = twin(fine, fine.prev(h)); left != RuleMesh::none)
@@ -106,15 +106,15 @@ class SideBySide {
     }
 
   private:
-    /// The UVs of a face's corners, from one side of the seams that it lies across.
+    /// Sets the UVs of a face's corners, from one side of the seams that it crosses.
     void face(int f, FollowedUvs& out) const {
         const int begin = surface_.face_begin(f), size = surface_.face_size(f);
         const auto at = [&](int i) { return static_cast<std::size_t>(begin + i % size); };
         const auto uv = [&](int partner) { return static_cast<std::uint32_t>(charts_.mesh.origin(partner)); };
         const auto home = [&](int i) { return static_cast<std::uint32_t>(home_[at(i)]); };
         for (int i = 0; i < size; ++i) out.face_uvs[at(i)] = uv(partner_[at(i)]);
-        // Where a seam runs over an inner vertex of two faces, both of its sides meet in faces across it twice: then
-        // the part of it in one control face has come from two corners of level 1 there.
+        // If a seam passes an interior vertex of two faces, both of its sides meet twice in the faces across it. Then
+        // the parts in one control face come from two corners of level 1.
         const SeamRun run = longest_run(
             size, [&](int i) { return charts_.mesh.next(partner_[at(i)]) == partner_[at(i + 1)]; },
             [&](int i) { return std::pair(home(i), corner_.empty() ? 0 : corner_[at(i)]); });
@@ -138,9 +138,9 @@ class SideBySide {
     SeamExtension charts_;
     const SchemeInfo& scheme_;
     const RuleOptions& rules_;
-    std::vector<int> partner_;  ///< per half-edge of the surface, that of the charts
-    std::vector<int> home_;     ///< the control face that its origin lies in
-    std::vector<int> corner_;   ///< dual: the half-edge of level 1 that it has come from; on the control mesh empty
+    std::vector<int> partner_;  ///< per half-edge of the surface, its partner in the charts
+    std::vector<int> home_;     ///< per half-edge, the control face of its origin
+    std::vector<int> corner_;   ///< dual: per half-edge, its half-edge of level 1; empty on the control mesh
 };
 
 }  // namespace
@@ -171,10 +171,10 @@ FollowedUvs follow_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int le
         SideBySide both(std::move(surface), std::move(charts), std::move(partner), scheme, with_runner);
         for (int level = 0; level < levels; ++level) both.refine(linear);
         FollowedUvs result = both.result();
-        if (triangles) result.control_face.clear();  // all of a triangle lies in one
+        if (triangles) result.control_face.clear();  // each triangle lies in one control face
         return result;
     } catch (const std::invalid_argument&) {
-        return {};  // the surface is a mesh; what recedes may leave less of its charts
+        return {};  // the surface is a mesh, but receding boundaries may leave less of its charts
     }
 }
 

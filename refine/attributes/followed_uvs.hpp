@@ -11,26 +11,26 @@
 
 namespace tetrakis::detail {
 
-/// UVs where the faces of the refined mesh are not those of the refined charts: one entry per face corner, in the order
+/// UVs for schemes whose refined charts have other faces than the refined mesh: one entry per face corner, in the order
 /// of the last level's half-edges.
-struct FollowedUvs : FaceUvs {  // without numbers: the charts could not be followed
-    /// Per face, the control face that it lies in, or the most of it on the side whose UVs it has; empty: as ever.
+struct FollowedUvs : FaceUvs {  // no numbers: the charts could not be followed
+    /// Per face, the control face of most of its corners on the side whose UVs it has. Empty: as without UVs.
     std::vector<std::uint32_t> control_face;
 };
 
-/// Whether a scheme that splits faces has no rule for boundaries: the longer averages take copies of them, those that
-/// recede use them up. A seam would then pull the chart together, so there it is continued, too.
+/// Whether a scheme that splits faces has no boundary rule of its own: longer averages use copies of the boundary, and
+/// receding ones use it up. A seam as a boundary would pull the chart together, so the chart is extended across it.
 bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules);
 
-/// The mesh and its charts are refined side by side; each corner inside a chart has its partner there.
+/// Refines the mesh and its charts side by side; each corner inside a chart has a partner in the charts.
 ///
-/// Dual schemes and honeycomb: charts are extended (SeamExtension). A face across a seam takes the UVs of one side, the
-/// one with the most of its corners, then the one of the lower control face, then (dual) that of the lower corner of
-/// level 1; beyond the seam those of the extension. So the seam that is seen is the true one to half a face. Where
+/// Dual schemes and honeycomb: charts are extended (SeamExtension). A face across a seam takes the UVs of one side: the
+/// side with most of its corners, else the one with the lower control face, else (dual) with the lower corner of level
+/// 1. Its other corners get UVs of the extension. So the visible seam is within half a face of the true one. If
 /// extends_charts(), the charts have all faces of the mesh.
 ///
-/// sqrt3: charts (with seams as boundaries, by the scheme's rules; or linear) have the same triangles as the mesh in
-/// another order.
+/// sqrt3: the charts (linear, or with seams as boundaries by the scheme's rules) have the same triangles as the mesh,
+/// in another order.
 FollowedUvs follow_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules);
 
 }  // namespace tetrakis::detail

@@ -12,7 +12,7 @@ namespace {
 
 constexpr float k_seam_corner = std::numeric_limits<float>::infinity();
 
-/// One more row of quads along the boundary half-edges with `open`; which of the new ones are open comes back in it.
+/// Adds a row of quads at the half-edges marked in `open`, which then marks the outer half-edges of the new row.
 SeamExtension one_more_layer(const SeamExtension& from, std::vector<char>& open, const std::vector<char>& crease_ends) {
     const RuleMesh& mesh = from.mesh;
     SeamExtension to;
@@ -28,9 +28,9 @@ SeamExtension one_more_layer(const SeamExtension& from, std::vector<char>& open,
         to.uvs.push_back(uv);
         return count++;
     };
-    // Beyond each vertex: seen from its boundary edge ahead and behind, and at a corner the one between.
+    // New points outside of each vertex: for its next and its previous boundary edge, and at a corner one between them.
     std::vector<std::array<int, 3>> beyond(mesh.vertex_count(), {-1, -1, -1});
-    std::vector<float> continued(mesh.vertex_count(), 0.0f);  // sharpness of the crease that goes on there
+    std::vector<float> continued(mesh.vertex_count(), 0.0f);  // sharpness of the crease that is continued there
     for (int v = 0; v < mesh.vertex_count(); ++v) {
         if (mesh.first(v) == RuleMesh::none || !mesh.on_boundary(v)) continue;
         const RuleMesh::Ring ring = mesh.ring(v);
@@ -84,7 +84,7 @@ SeamExtension one_more_layer(const SeamExtension& from, std::vector<char>& open,
 SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
                                 const RuleOptions& rules) {
     const bool averages = scheme.averaging_steps != 0;
-    // A step of averaging reaches half a face further; honeycomb's old vertices take from all faces around.
+    // A step of averaging reaches half a face further. In honeycomb old vertices depend on all faces around them.
     const int layers = averages                                     ? (averaging_steps(scheme, rules) + 1) / 2
                        : scheme.refinement == Refinement::honeycomb ? 2
                                                                     : 1;
@@ -101,7 +101,7 @@ SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface
             const auto v = static_cast<int>(charts.origin(half).value);
             faces.corner(v, cut ? 0.0f : surface.sharpness(h));
             open[h] = cut && surface.twin(h) != RuleMesh::none && (averages || !is_sharp(surface.sharpness(h)));
-            // What the surface does at its corners and boundaries is done here, too.
+            // Charts have the corners and darts of the surface.
             const VertexRule rule = surface.rule(surface.origin(h));
             sharpness[v] = surface.vertex_sharpness(surface.origin(h));
             if (rule == VertexRule::corner && sharpness[v] == 0) sharpness[v] = k_seam_corner;

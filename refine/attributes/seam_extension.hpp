@@ -11,33 +11,33 @@
 
 namespace tetrakis::detail {
 
-/// The UV layer, cut along its seams (see uv_mesh()), with rows of quads beyond them that continue each chart straight:
-/// beside a seam, schemes whose new faces lie across it then take their smooth rules. Half-edge h of the control mesh
-/// is half-edge h of `mesh`; the quads beyond come after.
+/// The UV layer, cut along its seams (see uv_mesh()), with rows of quads outside that continue each chart straight. So
+/// schemes whose new faces lie across a seam use their smooth rules beside it. Half-edge h of the control mesh is
+/// half-edge h of `mesh`; the quads come after.
 ///
-/// Beyond a vertex of a seam goes its mirror image of the mean of its neighbours inside the chart, or, at the end of a
-/// seam in the mesh's boundary, of the neighbour along that boundary. The corner of a chart (one face) gets a quad of
-/// its own, as on a grid: mirror images of either neighbour, and of their sum.
+/// A seam vertex gets a new point outside of its chart: the mirror image of the mean of its neighbours inside the
+/// chart, or, where a seam ends at the boundary of the mesh, of its neighbour along that boundary. If the chart has one
+/// face there, its corner gets a quad as on a grid: mirror images of both neighbours, and of their sum.
 struct SeamExtension {
     RuleMesh mesh;
-    std::vector<Vec2d> uvs;  ///< of its vertices
+    std::vector<Vec2d> uvs;  ///< UVs of its vertices
 };
 
-/// As the scheme's rules need it, for dual schemes, honeycomb, and where extends_charts(): along seams, but those of
-/// boundaries and of creases that stay.
+/// Extends the charts for dual schemes, for honeycomb, and if extends_charts(). It does so along seams, but not along
+/// boundaries; along creases only for averaging schemes.
 /// @param mesh     must have UVs
 /// @param surface  rule_mesh(mesh)
 SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
                                 const RuleOptions& rules);
 
-/// Corners of a face of a dual scheme that lie on the same side of every seam.
+/// Consecutive corners of a dual scheme's face that lie on the same side of every seam.
 struct SeamRun {
     int first, size;
 };
 
-/// The run whose UVs a face takes: the one with the most corners, then the one that begins at the lowest origin.
-/// @param goes_on  (i): whether the corner after i lies on the same side
-/// @param origin   (i): of corner i: its control face, and what more it takes to tell runs apart
+/// The run whose UVs a face takes: the one with most corners, else the one with the lowest origin.
+/// @param goes_on  goes_on(i): whether the corner after corner i lies on the same side
+/// @param origin   origin(i): the control face of corner i, with more data if runs need it to differ
 template <class GoesOn, class Origin>
 SeamRun longest_run(int size, const GoesOn& goes_on, const Origin& origin) {
     SeamRun best{0, 0};
@@ -47,10 +47,10 @@ SeamRun longest_run(int size, const GoesOn& goes_on, const Origin& origin) {
         while (length < size && goes_on((i + length - 1) % size)) ++length;
         if (length > best.size || (length == best.size && origin(i) < origin(best.first))) best = {i, length};
     }
-    return best.size == 0 ? SeamRun{0, size} : best;  // all of it on one side, and round
+    return best.size == 0 ? SeamRun{0, size} : best;  // all corners are on one side
 }
 
-/// The control face that most corners of a run lie in; the lowest of several.
+/// The control face of most corners of a run; of several such faces, the lowest.
 template <class Home>
 std::uint32_t home_of(const SeamRun& run, int size, const Home& home) {
     std::vector<std::uint32_t> homes;
@@ -58,11 +58,11 @@ std::uint32_t home_of(const SeamRun& run, int size, const Home& home) {
     return most_frequent(homes);
 }
 
-/// Where the corners beyond a run lie along those that the chart goes on with: as many as there are, at those; else
-/// evenly.
-/// @param size    of the face
-/// @param beyond  how many the chart goes on with; nothing is visited where there are none
-/// @param visit   (i, k, t): corner i of the face lies at the share t of the way from the k-th to the next one
+/// Places the corners outside of a run along the corners of the chart's continuation: on these if the numbers agree,
+/// else at equal distances.
+/// @param size    number of corners of the face
+/// @param beyond  number of corners of the continuation; if there are none, nothing is visited
+/// @param visit   visit(i, k, t): corner i of the face lies at the share t of the way from corner k to the next one
 template <class Visit>
 void for_each_beyond(const SeamRun& run, int size, int beyond, Visit&& visit) {
     const int missing = size - run.size, last = beyond - 1;

@@ -10,9 +10,9 @@
 
 namespace tetrakis::detail {
 
-/// Gives the values that corners name numbers of their own, in the same order.
+/// Renumbers the values that corners use, in the same order, without gaps.
 /// @param corners  numbers below `count`
-/// @return         the old numbers of those that are used, in increasing order
+/// @return         the old numbers of the values that are used, in increasing order
 inline std::vector<std::uint32_t> number_used(std::vector<std::uint32_t>& corners, std::size_t count) {
     std::vector<std::uint32_t> number(count, 0), used;
     for (const std::uint32_t v : corners) number[v] = 1;
@@ -22,8 +22,8 @@ inline std::vector<std::uint32_t> number_used(std::vector<std::uint32_t>& corner
     return used;
 }
 
-/// Removes the values that are not used. @param values  as many as corners could name, none missing
-/// @param width  of each value
+/// Removes the values that are not in `used`. @param values  one value for each number, none missing
+/// @param width  numbers per value
 template <class T>
 void keep_used(std::span<const std::uint32_t> used, std::vector<T>& values, std::size_t width = 1) {
     if (used.size() * width == values.size()) return;
@@ -32,13 +32,13 @@ void keep_used(std::span<const std::uint32_t> used, std::vector<T>& values, std:
     values.resize(used.size() * width);
 }
 
-/// Removes the values that no corner names; the others keep their order.
+/// Removes the values that no corner uses; the others keep their order.
 template <class T>
 void drop_unused(std::vector<std::uint32_t>& corners, std::vector<T>& values) {
     keep_used(number_used(corners, values.size()), values);
 }
 
-/// Takes the vertices that no face has out, with all that belongs to them. Returns what each of the others was before.
+/// Removes the vertices that no face uses, with their data. Returns the old numbers of the remaining vertices.
 inline std::vector<std::uint32_t> drop_unused_vertices(PolygonMesh& mesh) {
     std::vector<std::uint32_t> used = number_used(mesh.face_vertices, mesh.positions.size());
     keep_used(used, mesh.positions);

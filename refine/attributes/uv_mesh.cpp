@@ -24,7 +24,7 @@ bool is_seam(const ControlMesh& mesh, HalfedgeId h) {
            mesh.uv_index(mesh.next(h)) != mesh.uv_index(t);
 }
 
-/// Faces around the half-edge's origin, its own and those up to the edges where `ends`.
+/// Number of faces around the half-edge's origin, from its own face to the edges at which `ends` is true.
 template <class Ends>
 std::uint32_t sector_size(const ControlMesh& mesh, HalfedgeId h, Ends&& ends) {
     std::uint32_t faces = 1;
@@ -34,16 +34,16 @@ std::uint32_t sector_size(const ControlMesh& mesh, HalfedgeId h, Ends&& ends) {
     return faces;
 }
 
-/// The corners around a vertex between two seams: one point.
+/// The corners around a vertex between two seams; they become one point.
 struct Fan {
     std::uint32_t vertex, uv, number, faces;
-    bool closed;  // no seam at it
+    bool closed;  // no seam at the vertex
     auto operator<=>(const Fan&) const = default;
 };
 
-/// Whether the rule keeps all UVs of a vertex where they are. Source: OpenSubdiv's subdivision manual, face-varying
-/// interpolation rules; where they act is tested against the library.
-/// @param fans  of the vertex, in the order of their UVs
+/// Whether the rule fixes all UVs of a vertex. Source: OpenSubdiv's subdivision manual, face-varying interpolation
+/// rules; tests compare the cases with that library.
+/// @param fans  fans of the vertex, in the order of their UVs
 bool stays(const ControlMesh& mesh, FaceVaryingRule rule, std::span<const Fan> fans) {
     if (fans[0].closed) return false;
     if (rule == FaceVaryingRule::boundaries) return true;
@@ -77,7 +77,7 @@ ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
         const Vec2d& uv = mesh.data().uvs[mesh.uv_index(start)];
         data.positions.emplace_back(uv.x, uv.y, 0.0);
         std::uint32_t faces = 0;
-        // Clockwise to the seam that starts the fan, if there is one; then counter-clockwise over the fan.
+        // Clockwise to the seam that starts the fan, if there is one, then counter-clockwise over the fan.
         HalfedgeId first = start;
         while (!is_seam(mesh, first)) {
             first = mesh.cw_outgoing(first);
@@ -100,7 +100,7 @@ ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
         const std::span at_vertex(fans.data() + begin, end - begin);
         const bool all = stays(mesh, rule, at_vertex);
         for (std::size_t i = 0; i < at_vertex.size(); ++i) {
-            // Where several fans share a UV, charts touch in a point, which has to stay one: it stays where it is.
+            // If several fans share a UV, charts touch in a point. It must remain one point, so it is fixed.
             const auto touches = [&](std::size_t j) {
                 return j < at_vertex.size() && at_vertex[j].uv == at_vertex[i].uv;
             };

@@ -11,31 +11,30 @@
 
 namespace tetrakis {
 
-/// The UV layer as a control mesh of its own: same faces, so the same half-edge numbers, but cut open along UV seams;
-/// its positions are (u, v, 0). Refining it as a surface refines the UVs: an edge is a seam where the UV numbers of its
-/// two sides differ, seams are boundaries, and creases off the seams and all corners of the mesh carry over.
-/// What the face-varying rule keeps is a corner of it; where several charts, or parts of one, touch in a single UV of a
-/// vertex, it stays, as in OpenSubdiv; linear_all is not in the mesh: its caller interpolates linearly instead.
-/// Its corners have the angles of the mesh's, measured ones included; of a sector that seams cut each part has its
-/// share.
+/// The UV layer as a control mesh: the same faces and half-edge numbers, but cut open along UV seams; its positions are
+/// (u, v, 0). Refining it as a surface refines the UVs. An edge is a seam if the UV numbers of its two sides differ.
+/// Seams become boundaries; creases away from seams and all corners of the mesh are copied. Where the face-varying rule
+/// fixes UVs, the vertex is a corner. A UV of a vertex at which several charts, or parts of one, touch is fixed, too,
+/// as in OpenSubdiv. The rule linear_all is not in the mesh: the caller interpolates linearly instead. Corner angles
+/// are those of the mesh, measured ones included; if seams cut a sector, each part has its share.
 /// @param mesh   must have UVs
-/// @param rules  of the mesh; those of the charts are chart_rules()
+/// @param rules  rules of the mesh; refine the result by chart_rules()
 ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules = {});
 
 namespace detail {
 
 struct FaceUvs {
-    std::vector<Vec2d> uvs;               ///< by vertex; those of one vertex all different
-    std::vector<std::uint32_t> face_uvs;  ///< per face corner
+    std::vector<Vec2d> uvs;               ///< UVs by vertex; all UVs of one vertex differ
+    std::vector<std::uint32_t> face_uvs;  ///< per face corner: its number in `uvs`
 };
 
-/// Numbers the UVs of face corners: those of one vertex that are the same, bit for bit, are one.
+/// Numbers the UVs of face corners. UVs of one vertex that are equal, bit for bit, get one number.
 FaceUvs number_uvs(std::span<const std::uint32_t> face_vertices, std::span<const Vec2d> values);
 
-/// By which uv_mesh() is refined: what the mesh measures has been measured.
+/// The rules for refining uv_mesh(): angles that the mesh measures have been measured already.
 RuleOptions chart_rules(RuleOptions rules);
-/// The mesh without creases and corners inside, where it has tags and the scheme has no rule for these: so UVs ignore
-/// what positions do.
+/// If the mesh has tags for which the scheme has no rule: the mesh without its interior creases and corners. So UVs
+/// ignore the tags that positions ignore.
 std::optional<ControlMesh> without_ignored_tags(const ControlMesh& mesh, const SchemeInfo& scheme,
                                                 const RuleOptions& rules);
 

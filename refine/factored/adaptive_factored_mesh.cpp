@@ -55,7 +55,7 @@ struct AdaptiveFactoredMesh::State {
 
     int half_steps(int depth) const { return depth + (dual ? 2 : 1); }
 
-    /// Whether the point lies where the cells of dual schemes end, beyond the surface.
+    /// Whether a point of the cell mesh lies on its boundary, which is outside of a dual scheme's surface.
     bool beyond(PointId p) const {
         const Site& s = forest->point_site(p);
         const bool on_edge = s.at.y == 0, on_prev = s.at.x == 0;
@@ -63,23 +63,23 @@ struct AdaptiveFactoredMesh::State {
         return (on_edge && !cells.twin(s.root).valid()) || (on_prev && !cells.twin(cells.prev(s.root)).valid());
     }
 
-    /// The triangle of a leaf as points; nothing where it is none.
+    /// The corners of a leaf's triangle; nothing if the leaf has none.
     std::optional<std::array<PointId, 3>> triangle(LeafId id) const {
         const BisectionLeaf& leaf = forest->leaf(id);
         const auto& [a, b, apex] = leaf.vertex;
         if (!dual) return leaf.vertex;
         const bool a_beyond = beyond(a), b_beyond = beyond(b);
         if (!a_beyond && !b_beyond && !beyond(apex)) return leaf.vertex;
-        // At even depth base edges cross the boundary edges of the scheme's mesh, which are not yet cut: the inner
-        // halves of the two leaves there are one triangle.
+        // At even depth, base edges cross the boundary edges of the scheme's mesh, which are not cut yet. Two leaves
+        // meet there, and their inner halves form one triangle.
         const LeafId across = leaf.neighbour[0];
         if (leaf.depth % 2 != 0 || a_beyond || !across.valid() || forest->depth(across) != leaf.depth)
             return std::nullopt;
         return std::array{a, forest->leaf(across).vertex[2], apex};
     }
 
-    /// Adds the leaves beyond the surface that have to be split with these, because the surface of dual schemes grows:
-    /// those across a leg with the ones that are split with them, and, for corners of the boundary, the same of these.
+    /// Adds the leaves outside of the surface that must be split with these, because the surface of a dual scheme
+    /// grows: leaves across a leg, their base neighbours, and (for corners of the boundary) the same again for these.
     std::vector<LeafId> with_leaves_beyond(std::span<const LeafId> marked) const {
         std::vector<LeafId> result(marked.begin(), marked.end());
         std::size_t begin = 0;
@@ -103,9 +103,9 @@ struct AdaptiveFactoredMesh::State {
         return {site.root, {site.at.x << shift, site.at.y << shift}, static_cast<std::uint8_t>(level)};
     }
 
-    /// All cells of a dual scheme's vertices that a point of the cell mesh touches.
+    /// Adds all cells of a dual scheme's vertices that a point of the cell mesh touches.
     void add_cells_around(const Site& site, std::vector<VertexCell>& out) const {
-        // In the frame of the root, of whose corner h % 4 the site is seen; two units are a cell.
+        // In the frame of root h / 4: the origin of the site's frame is its corner h % 4. A cell is two units wide.
         const std::uint32_t h = site.root.value, size = 1u << site.level;
         std::uint32_t x = site.at.x, y = site.at.y;
         for (std::uint32_t turn = 0; turn < h % 4; ++turn) x = 2 * size - std::exchange(y, x);
@@ -166,14 +166,14 @@ void AdaptiveFactoredMesh::refine(std::span<const Leaf> leaves) {
     std::vector<LeafId> ids;
     ids.reserve(leaves.size());
     for (const Leaf& leaf : leaves) {
-        // A leaf's first child has its slot.
+        // The first child has its parent's slot, so the half-steps are compared as well.
         if (!state_->forest->is_leaf(leaf.id) ||
             state_->half_steps(state_->forest->depth(leaf.id)) != int{leaf.half_steps})
             throw Error(ErrorCode::invalid_input,
                         "a leaf to be refined is none any more; take leaves from mesh() anew");
         ids.push_back(leaf.id);
     }
-    // A leaf with its triangle, site, and the cells around its points; closures seldom split more than was asked for.
+    // Bytes of a leaf with its triangle, site and cells; closure seldom splits more leaves than were marked.
     constexpr std::uint64_t k_per_leaf = 600;
     detail::check_memory(
         "the next half-step needs", k_per_leaf * (state_->forest->leaf_count() + 2 * std::uint64_t{leaves.size()}),
@@ -246,7 +246,7 @@ AdaptiveFactoredMesh::Output AdaptiveFactoredMesh::mesh() const {
         if (!data.face_material.empty()) out.mesh.face_material.push_back(data.face_material[face]);
         if (!data.face_group.empty()) out.mesh.face_group.push_back(data.face_group[face]);
     }
-    // Points beyond the surface go; the others keep their order.
+    // Points outside of the surface are removed; the others keep their order.
     std::vector<Site> sites = exported.sites;
     const std::vector<std::uint32_t> used = detail::number_used(out.mesh.face_vertices, sites.size());
     detail::keep_used(used, sites);

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
 
-/// Repeated averaging: the centres of faces become points, then the midpoints of edges, and then the points change
-/// between the vertices and the quads of the split mesh, whose centres rest.
+/// Repeated averaging: first the centres of faces become points, then midpoints are inserted on edges. After that the
+/// points alternate between the vertices and the quads of the split mesh; the others rest as centres.
 class FactoredAveraging final : public FactoredFaces {
   public:
     FactoredAveraging(const ControlMesh& control, const RuleOptions& rules)
@@ -49,7 +49,7 @@ class FactoredAveraging final : public FactoredFaces {
     }
 
     void check_half_steps(int count) const override {
-        // What a boundary leaves when it recedes does not follow from counts, and need not grow.
+        // How much a receding boundary leaves does not follow from counts, and the mesh need not grow.
         const bool recedes = rules_.averaging_boundary == AveragingBoundary::recede && open_;
         FactoredFaces::check_half_steps(recedes ? std::min(count, 1) : count);
     }
@@ -70,20 +70,20 @@ class FactoredAveraging final : public FactoredFaces {
         return {done == 2 ? growth : 1, done >= 2 ? k_per_finer : k_per_halfedge};
     }
 
-    /// What the averagings of a level share.
+    /// Data for all averagings of a level.
     struct Run {
         AveragingLevel level;
-        AveragingLevel::End end;                        ///< its rows are the points themselves
-        std::vector<char> made;                         ///< the quads or vertices that have points
-        std::vector<std::uint32_t> at_vertex, at_quad;  ///< numbers
-        std::vector<Vec3d> split{};                     ///< before the first averaging, for sharp rules
+        AveragingLevel::End end;                        ///< its stencil rows name the points themselves
+        std::vector<char> made;                         ///< which quads or vertices have points
+        std::vector<std::uint32_t> at_vertex, at_quad;  ///< their point numbers
+        std::vector<Vec3d> split{};                     ///< positions before the first averaging, for sharp rules
     };
 
     void average(int averaging) {
         if (averaging == 0) start();
         run_->made = run_->level.made(averaging, run_->made);
         set_points(averaging, run_->made, false);
-        // From here on copies go their own ways.
+        // From now on copies have positions of their own.
         if (averaging == 0)
             for (std::size_t v = 0; v < run_->at_vertex.size(); ++v)
                 if (run_->level.is_copy(static_cast<int>(v))) run_->at_vertex[v] = k_no_number;
@@ -93,7 +93,7 @@ class FactoredAveraging final : public FactoredFaces {
             set_points(averaging + 1, run_->level.made(averaging + 1, run_->made), true);
     }
 
-    /// All that can fail, before anything changes.
+    /// Does everything that can fail before anything changes.
     void start() {
         check_halfedge_count(positions_.size(), 1, k_next);
         try {
@@ -112,7 +112,7 @@ class FactoredAveraging final : public FactoredFaces {
         }
     }
 
-    /// The points of an averaging, or where they will be, for those that rest: only where they are in the mesh.
+    /// Sets the points of an averaging; with `rest`, the centres where its points will be, if the mesh has them.
     void set_points(int averaging, const std::vector<char>& made, bool rest) {
         const bool to_quads = averaging % 2 == 0;
         const bool sharp = !rest && !to_quads && run_->level.has_sharp_rules();
@@ -132,7 +132,7 @@ class FactoredAveraging final : public FactoredFaces {
         }
     }
 
-    /// Two averagings: Catmull-Clark's rules, from the mesh as the averagings found it.
+    /// For two averagings: Catmull-Clark's rules, from the positions before the first one.
     template <class Mean>
     Vec3d blended(int v, Mean&& mean) const {
         const AveragingLevel& level = run_->level;
@@ -150,7 +150,7 @@ class FactoredAveraging final : public FactoredFaces {
         const VertexBlend blend = uniform_vertex_blend(ring.sharpness, mesh.vertex_sharpness(v));
         if (blend.corner != 0) point += blend.corner * run_->split[run_->at_vertex[v]];
         if (blend.crease.weight != 0) {
-            // 3/4 and twice 1/8, through the midpoints.
+            // 3/4 of the vertex and 1/8 of each neighbour, by way of the midpoints.
             point += blend.crease.weight * 0.5 * run_->split[run_->at_vertex[v]];
             for (const int i : {blend.crease.a, blend.crease.b}) {
                 const int h = i < ring.faces() ? ring.halfedge[i] : mesh.prev(ring.halfedge[i - 1]);
@@ -180,7 +180,7 @@ class FactoredAveraging final : public FactoredFaces {
         own_ = FactoredFaces::active_mesh();
     }
 
-    /// Between averagings.
+    /// The triangles between two averagings.
     std::vector<std::array<std::uint32_t, 3>> averaged_triangles(bool with_copies) const {
         std::vector<std::array<std::uint32_t, 3>> result;
         const AveragingLevel& level = run_->level;
@@ -205,7 +205,7 @@ class FactoredAveraging final : public FactoredFaces {
             if (!centres[v]) continue;
             const RuleMesh::Ring ring = split.ring(v);
             for (int i = 0; i < ring.faces(); ++i) {
-                // From quad to quad, across an edge: the block there is cut from centre to centre.
+                // From quad to quad across an edge: the block there is cut from centre to centre.
                 const int w = ring.at(i + 1);
                 const int next = split.face(ring.halfedge[(i + 1) % ring.faces()]);
                 result.push_back(

@@ -48,7 +48,7 @@ class FactoredDual final : public FactoredFaces {
 
     // Second half-step.
     void insert_corners() {
-        check_halfedge_count(positions_.size(), 1, k_next);  // they are kept
+        check_halfedge_count(positions_.size(), 1, k_next);  // old points are kept
         const auto first = static_cast<std::uint32_t>(positions_.size());
         const auto row = [&](const Vec3d& p) {
             add(p);
@@ -57,7 +57,7 @@ class FactoredDual final : public FactoredFaces {
         const RuleStep step = split_vertices(
             mesh_, nullptr, [&](int h) { return row(corner(h)); },
             [&](int h, int near) {
-                // 3/4 and 1/4 of the ends.
+                // 3/4 of the near end and 1/4 of the far one.
                 return row(0.5 * (positions_[vertex_[near]] + positions_[midpoint_[mesh_.edge(h)]]));
             },
             [&](int v) { return row(positions_[vertex_[v]]); });
@@ -71,7 +71,7 @@ class FactoredDual final : public FactoredFaces {
         rest_centres();
     }
 
-    /// The new point at the origin of h, through the centre of its face.
+    /// The new point at the origin of h, by way of its face's centre.
     Vec3d corner(int h) {
         const int f = mesh_.face(h), k = mesh_.face_size(f);
         if (static_cast<int>(masks_.size()) <= k) masks_.resize(k + 1);
@@ -85,8 +85,8 @@ class FactoredDual final : public FactoredFaces {
         return point;
     }
 
-    /// Centres of the next mesh's faces, in the order of split_vertices(): old centres, midpoints, old vertices. A
-    /// crease's second side gets a centre of its own, and so do a vertex' further sectors.
+    /// Centres of the next mesh's faces, in the order of split_vertices(): old centres, midpoints, old vertices. The
+    /// second side of a crease has its own centre, and so has each further sector of a vertex.
     std::vector<std::uint32_t> next_centres(const RuleMesh& next) {
         std::vector<std::uint32_t> result;
         const auto use = [&](std::uint32_t old, bool again) { result.push_back(again ? add(positions_[old]) : old); };

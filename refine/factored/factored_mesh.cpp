@@ -78,7 +78,7 @@ std::vector<std::array<std::uint32_t, 3>> FactoredFaces::triangles() const {
         } else if (whole_ || t == RuleMesh::none || mesh_.sharp(h)) {
             result.push_back({u, w, c});
         } else {
-            // The block across the edge is still cut from centre to centre.
+            // The block across the edge still has its diagonal from centre to centre.
             result.push_back({u, centre_[mesh_.face(t)], c});
         }
     }

@@ -10,19 +10,19 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Catmull-Clark and 4-8. Points: those of the level's vertices, then its faces' (first half-step), then its edges'
-/// (second).
+/// Catmull-Clark and 4-8. Points are numbered: first the level's vertices, then a point in each face (first half-step),
+/// then one on each edge (second).
 class FactoredPrimal final : public FactoredFaces {
   public:
     FactoredPrimal(const ControlMesh& mesh, FactoredScheme scheme)
         : FactoredFaces(mesh),
           control_(mesh),
           four_eight_(scheme == FactoredScheme::four_eight),
-          // Chaikin creasing is Catmull-Clark's.
+          // Of the two, only Catmull-Clark has Chaikin creases.
           chaikin_(!four_eight_ && mesh.crease_method() == CreaseMethod::chaikin),
           source_(mesh.face_count()) {
         std::iota(source_.begin(), source_.end(), 0u);
-        // Else from the tetrakis mesh: centres are there, nothing has moved.
+        // 4-8 on other faces starts from the tetrakis mesh: centres are inserted, but no vertex moves.
         if (four_eight_ && !mesh_.all_faces_have(4)) insert_centres();
         set_states(true);
     }
@@ -41,7 +41,7 @@ class FactoredPrimal final : public FactoredFaces {
         std::vector<std::array<std::uint32_t, 3>> result;
         if (source_.size() == control_.face_count()) return result;  // at the control faces
         result.reserve(2 * source_.size());
-        // A quad is cut from the old vertex to the old face's centre, opposite of it.
+        // A quad is cut from the old vertex to the centre of the old face, which is the opposite corner.
         for (int f = 0; f < mesh_.face_count(); ++f) {
             const std::span<const int> v = mesh_.corners(f);
             result.push_back({vertex_[v[0]], vertex_[v[1]], vertex_[v[2]]});
@@ -62,11 +62,11 @@ class FactoredPrimal final : public FactoredFaces {
 
   private:
     Room room(int done) const override {
-        // Points now, before and as output; connectivity of the level and of the next one; triangles as output.
+        // Positions (now, before, output), connectivity of this level and the next one, and output triangles.
         constexpr std::uint64_t k_first = 96, k_second = 264;
         return {k_growth, done == 0 ? k_first : k_second};
     }
-    /// Between the two half-steps.
+    /// Whether the mesh is between the two half-steps of a level.
     bool centred() const { return done_ == 1; }
 
     PolygonMesh with_names(PolygonMesh mesh) const {
@@ -82,7 +82,7 @@ class FactoredPrimal final : public FactoredFaces {
         if (!data.face_group.empty()) to.face_group.push_back(data.face_group[root]);
         return true;
     }
-    /// Between half-steps there is one for each half-edge.
+    /// Between the half-steps a triangle belongs to a half-edge.
     int face_of_triangle(std::size_t triangle) const override {
         return centred() ? mesh_.face(static_cast<int>(triangle)) : static_cast<int>(triangle / 2);
     }
@@ -91,7 +91,7 @@ class FactoredPrimal final : public FactoredFaces {
     static void each(int count, const Body& body) {
         for_each_index(static_cast<std::uint32_t>(count), [&](std::uint32_t i) { body(static_cast<int>(i)); });
     }
-    /// The vertex as it was, and the sums of its neighbours as they were and of the centres around it.
+    /// A vertex before it moved, the sum of its neighbours before they moved, and the sum of the centres around it.
     struct Around {
         Vec3d vertex, neighbours{0}, centres{0};
     };
@@ -117,7 +117,7 @@ class FactoredPrimal final : public FactoredFaces {
     Vec3d corner(int v, const HalfSharpness& halves) const {
         const RuleMesh::Ring ring = mesh_.ring(v);
         const Around at = around(v, ring);
-        // 4-8's vertex rule along the sides of the faces; crease vertices wait for the half-step that cuts creases.
+        // 4-8's vertex rule along the sides of the faces; crease vertices move in the half-step that cuts creases.
         if (four_eight_) return follows_crease(v) ? at.vertex : 0.5 * at.vertex + (0.5 / ring.edges()) * at.neighbours;
         // Catmull-Clark's corner rule from old neighbours and new centres.
         const float s = mesh_.vertex_sharpness(v);
@@ -151,13 +151,13 @@ class FactoredPrimal final : public FactoredFaces {
         each(mesh_.edge_count(), [&](int e) { next[midpoint_[e]] = edge_point(mesh_.edge_halfedge(e), halves); });
         positions_ = std::move(next);
         previous_ = {};
-        // The split mesh is the next level's, with a quad for each half-edge.
+        // The split mesh, with a quad for each half-edge, is the mesh of the next level.
         std::vector<std::uint32_t> source;
         for (int h = 0; h < mesh_.halfedge_count(); ++h) source.push_back(source_[mesh_.face(h)]);
         source_ = std::move(source);
         take_split(halves);
     }
-    /// The edge rule: Catmull-Clark's of the ends as they were, 4-8's as they are, and the centres on either side.
+    /// The edge rule: from the centres on both sides, and the ends before they moved (for 4-8 as they are).
     Vec3d edge_point(int h, const HalfSharpness& halves) const {
         const std::uint32_t u = vertex_[mesh_.origin(h)], w = vertex_[mesh_.target(h)];
         const Vec3d sharp_ends = previous_[u] + previous_[w];

@@ -44,7 +44,7 @@ class BisectionFamily final : public detail::TriangleForestFamily<BisectionFamil
     }
     std::vector<LeafId> diamond(LeafId leaf) const override {
         if (!forest_.can_merge(leaf)) return {};
-        // Its leaves share their apex; legs lead around it.
+        // The leaves of a diamond share their apex; neighbours 1 and 2, across the legs, lead around it.
         std::vector<LeafId> leaves{leaf};
         const auto& neighbour = forest_.leaf(leaf).neighbour;
         for (std::size_t k : {1, 2})
@@ -65,7 +65,7 @@ class BisectionFamily final : public detail::TriangleForestFamily<BisectionFamil
     }
 
   private:
-    // The leaves that a refinement splits: base by base from each marked one.
+    // Lists the leaves that a refinement splits: from each marked leaf, the chain of neighbours across base edges.
     void list_split(std::span<const LeafId> marked, FamilyUpdate& update) const {
         for (LeafId leaf : marked)
             for (LeafId before; leaf.valid(); before = std::exchange(leaf, forest_.leaf(leaf).neighbour[0])) {

@@ -15,21 +15,21 @@ namespace tetrakis {
 class VertexForest;
 struct Sqrt3Triangle;
 
-/// What an error rests on.
+/// The evidence for an error.
 enum class ErrorBasis : std::uint8_t {
-    bound,    ///< a proven bound, where its estimator proves any; else not said
+    bound,    ///< a proven bound, if the estimator proves any; else unspecified
     samples,  ///< distances of sampled points
 };
 
-/// Decides where to refine: gives the leaves of a hierarchy errors, in the unit of the control mesh, to be compared
-/// with the tolerance. An error depends on the leaf and its part of the output mesh alone.
+/// Decides where to refine: computes errors of a hierarchy's leaves, in the unit of the control mesh, for comparison
+/// with the tolerance. An error depends only on the leaf and its part of the output mesh.
 ///
-/// Families differ in what a leaf is. An estimator of its own may leave out those that it is not for: the functions
-/// that are not overridden refuse. HierarchyEstimator (eval) takes them all.
+/// Families have different kinds of leaves. An estimator may support some of them only: the functions that it does not
+/// override throw. HierarchyEstimator (eval) supports all families.
 class ErrorEstimator {
   public:
     virtual ~ErrorEstimator() = default;
-    /// Whether it can look at leaves of a hierarchy over this mesh with such trees.
+    /// Whether the estimator can measure leaves of a hierarchy over this mesh with such trees.
     virtual bool is_for(const ControlMesh& mesh, const HierarchyTree& tree) const {
         (void)mesh, (void)tree;
         return true;
@@ -38,13 +38,13 @@ class ErrorEstimator {
     /// @param triangles  triangles of the hierarchy (CellTriangle; quad family: depth-0 ones in their extended frame)
     /// @param errors     receives triangles.size() errors
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
-    /// The same with the basis of each error: `bound`, unless an estimator overrides this.
+    /// The same with the basis of each error: `bound`, unless an estimator overrides this function.
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
                           std::span<ErrorBasis> basis) const {
         estimate(triangles, errors);
         std::ranges::fill(basis, ErrorBasis::bound);
     }
-    /// Triangles of the sqrt(3) scheme; from one thread, all that are wanted at a time together.
+    /// Errors of triangles of the sqrt(3) scheme. Called from one thread, with all triangles at once.
     /// @throws Error  unsupported: not overridden
     virtual void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const {
         (void)triangles, (void)errors;
@@ -56,8 +56,8 @@ class ErrorEstimator {
         estimate_sqrt3(triangles, errors);
         std::ranges::fill(basis, ErrorBasis::bound);
     }
-    /// Leaves of vertex quadtrees, as vertices of the forest's mesh; from one thread, all that are wanted at a time
-    /// together.
+    /// Errors of leaves of vertex quadtrees, each a vertex of the forest's mesh. Called from one thread, with all
+    /// leaves at once.
     /// @throws Error  unsupported: not overridden
     virtual void estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,
                                    std::span<double> errors) const {

@@ -33,24 +33,23 @@ std::unique_ptr<HierarchyFamily> bisection_family(const ControlMesh& mesh, std::
 std::unique_ptr<HierarchyFamily> triangle_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
 
 /// The family of dual schemes: vertex quadtrees; see Hierarchy. Keeps a reference to the mesh.
-/// @param source  points over the cells of those roots, written as sites (cell_site())
+/// @param source  points over the cells of `roots`, addressed by sites (cell_site())
 std::unique_ptr<HierarchyFamily> vertex_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source,
                                                VertexRoots roots);
 
 /// The family of the sqrt(3) scheme: triangles split at their centres and flipped; see Hierarchy. Keeps a reference to
 /// the mesh.
-/// @param source  points over sites as sqrt3_levels() gives them
+/// @param source  points over the sites of sqrt3_levels()
 /// @throws Error  as Sqrt3Forest
 std::unique_ptr<HierarchyFamily> sqrt3_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
-/// Levels that its paths have room for: 32, less on a mesh whose level 32 would have more than 2^64 half-edges.
+/// Largest level that its paths have bits for: 32, or less on a mesh whose level 32 has more than 2^64 half-edges.
 int sqrt3_tree_levels(const ControlMesh& mesh);
 
-/// What families share.
+/// Base classes of the families.
 namespace detail {
 
-/// The part of a family that is the same for every forest: it holds the forest. A family has, beside what
-/// it overrides, describe(leaf, view), which fills all of a view but the handle's generation. For many leaves it is not
-/// called by way of a table.
+/// The part of a family that is the same for every forest. It holds the forest. `Family` must have describe(leaf,
+/// view), which fills all of a view but the handle's generation; views() calls it without a virtual call for each leaf.
 template <class Family, class Forest>
 class ForestFamily : public HierarchyFamily {
   public:
@@ -86,14 +85,14 @@ class ForestFamily : public HierarchyFamily {
                  const HierarchyTree& tree)
         : HierarchyFamily(mesh, std::move(source), tree), forest_(std::move(forest)) {}
 
-    // Of forests that are quadtrees (TreeForest): the node of a leaf, and where a node lies.
+    // For forests that are quadtrees (TreeForest): the node of a leaf, and the frame of a node.
     HierarchyNode node_in_tree(LeafId leaf) const {
         return tree_.node(forest_.root(leaf), forest_.path(leaf), forest_.level(leaf));
     }
     TreeFrame frame(const HierarchyNode& node) const {
         return forest_.frame(node.root, tree_.low_path(node), node.depth);
     }
-    /// Of a refinement that has made groups of four children.
+    /// Lists the parents of the new leaves of a refinement that created them in groups of four.
     void list_parents(FamilyUpdate& update) const {
         for (std::size_t i = 0; i < update.created.size(); i += 4)
             update.removed.emplace_back(forest_.parent(update.created[i]), tree_.parent(node(update.created[i])));
@@ -105,9 +104,9 @@ class ForestFamily : public HierarchyFamily {
     const Family& self() const { return static_cast<const Family&>(*this); }
 };
 
-/// The same of families whose leaves are made of triangles, over forests that keep their points' sites. They have
-/// add_triangles(leaf, list), which adds those whose errors count, triangle(node), and for views face(root),
-/// level(depth) and corners(node).
+/// The same for families whose leaves consist of triangles, over forests that store their points' sites. `Family` must
+/// have add_triangles(leaf, list), which adds the triangles whose errors count; triangle(node); and for views
+/// face(root), level(depth) and corners(node).
 template <class Family, class Forest, class Triangle>
 class TriangleForestFamily : public ForestFamily<Family, Forest> {
   public:
@@ -145,7 +144,7 @@ class TriangleForestFamily : public ForestFamily<Family, Forest> {
         HierarchyMesh result;
         resize_large(result.mesh.face_offsets, count + std::size_t{1});
         for_each_index(count + 1, [&](std::uint32_t t) { result.mesh.face_offsets[t] = 3 * t; });
-        // Appended: to resize them first would go over all of them twice.
+        // Appended: resizing first would write all of them twice.
         reserve_large(result.mesh.face_vertices, 3 * std::size_t{count});
         for (const auto& triangle : exported.triangles)
             result.mesh.face_vertices.insert(result.mesh.face_vertices.end(), triangle.begin(), triangle.end());
@@ -160,13 +159,13 @@ class TriangleForestFamily : public ForestFamily<Family, Forest> {
   protected:
     using ForestFamily<Family, Forest>::ForestFamily;
 
-    /// The largest of the errors of each item's triangles.
-    /// @param add  (item, list): adds its triangles to the list
+    /// For each item, the largest error of its triangles.
+    /// @param add  add(item, list) appends the item's triangles to the list
     template <class Item, class Add>
     static void largest_errors(std::span<const Item> items, const ErrorEstimator& estimator, std::span<double> errors,
                                const Add& add) {
         const auto count = static_cast<std::uint32_t>(items.size());
-        // estimate_sqrt3() is to see all of them.
+        // estimate_sqrt3() must get all triangles in one call.
         const std::uint32_t block = std::is_same_v<Triangle, CellTriangle> ? 1024 : std::max(count, 1u);
         for_each_block(count, block, [&](std::uint32_t begin, std::uint32_t end) {
             std::vector<Triangle> triangles;
@@ -180,7 +179,7 @@ class TriangleForestFamily : public ForestFamily<Family, Forest> {
             estimator.estimate(triangles, values, basis);
             std::size_t t = 0;
             for (std::uint32_t i = begin; i < end; ++i)
-                // Not std::max: an error that is no number has to get through.
+                // Not std::max: a NaN error must not be lost.
                 for (errors[i] = 0; t < ends[i - begin]; ++t)
                     if (!(values[t] <= errors[i]) && !std::isnan(errors[i])) errors[i] = values[t];
         });

@@ -16,7 +16,7 @@ namespace tetrakis {
 namespace {
 
 constexpr int k_side_bits = 2;
-constexpr int k_finest_lattice = 19;  // of leaves, which are at level 37 at most (Sqrt3Lattice::max_level())
+constexpr int k_finest_lattice = 19;  // of leaves, whose level is 37 at most (Sqrt3Lattice::max_level())
 
 class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3Forest, Sqrt3Triangle> {
   public:
@@ -45,8 +45,8 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
     }
 
     HierarchyNode node(LeafId leaf) const override { return node_of(forest_.triangle(leaf)); }
-    /// By the control face that they lie in (on an edge of two: whose number they have), then by their middles along a
-    /// Z-order curve (Morton 1966) through the finest lattice there. Leaves do not overlap, so no two have one middle.
+    /// Leaves by the control face that they lie in (on an edge of two, the face whose number they have), then by their
+    /// centres on a Z-order curve (Morton 1966) through the finest lattice. Leaves do not overlap, so centres differ.
     std::vector<LeafId> leaves_on_curve() const override {
         std::vector<std::tuple<std::uint32_t, std::uint64_t, LeafId>> places;
         detail::reserve_large(places, forest_.leaf_count());
@@ -86,8 +86,8 @@ class Sqrt3Family final : public detail::TriangleForestFamily<Sqrt3Family, Sqrt3
         return {at(0), at(1), at(2)};
     }
     void add_triangles(LeafId leaf, std::vector<Sqrt3Triangle>& list) const { list.push_back(forest_.triangle(leaf)); }
-    // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
-    // whole and the half one beyond.
+    // A whole triangle has half triangles as parents on both of its sides. Merging the splits on one side leaves that
+    // side's triangle whole, and on the other side a half triangle.
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
         Sqrt3Lattice lattice = forest_.lattice();

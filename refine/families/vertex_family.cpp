@@ -19,8 +19,8 @@ VertexCell ancestor(const VertexCell& cell, int level) {
     return {cell.root, {cell.at.x >> up, cell.at.y >> up}, static_cast<std::uint8_t>(level)};
 }
 
-/// Refines a forest of roots until cells of one level are leaves, and all that touch them are leaves of that level.
-/// @param leaves  receives them, in the order of `cells`
+/// Refines a forest of roots until the cells, all of one level, and all cells that touch them are leaves of that level.
+/// @param leaves  receives the leaves of `cells`, in their order
 void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std::vector<LeafId>& leaves) {
     std::vector<VertexCell> touching;
     for (const VertexCell& cell : cells)
@@ -92,7 +92,7 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
                      std::span<double> errors) const override {
         estimator.estimate_vertices(forest_, leaves, errors);
     }
-    // Level by level, over the cells of one that are wanted and those around them.
+    // Level by level: a temporary forest holds the wanted cells of one level and their neighbours.
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
         std::vector<std::size_t> order(nodes.size());
@@ -147,8 +147,8 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
         view.side_count = 4;
         view.corner[0] = cell_site(cell);
     }
-    /// The leaves that share a point with new ones: its face is another one, or there was none.
-    /// @param siblings  the new leaves are groups of four
+    /// Lists the older leaves that share a point with new ones: the face at such a point is new or has changed.
+    /// @param siblings  whether the new leaves are groups of four siblings
     void list_reshaped(FamilyUpdate& update, bool siblings) {
         std::vector<LeafId>& list = update.reshaped;
         list.clear();
@@ -165,7 +165,7 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
             const VertexCell cell = forest_.cell(leaf);
             const int right = static_cast<int>(cell.at.x & 1), child = (cell.at.y & 1) != 0 ? 3 - right : right;
             for (int k = 0; k < 4; ++k) {
-                // A sibling's own corner is its parent's; what lies at the others also lies across the sides there.
+                // A sibling's own corner is its parent's. Leaves at its other corners lie across its sides, too.
                 if (!siblings || k == child) forest_.add_leaves_around(leaf, k, around);
                 if (siblings && k != child && k != (child + 3) % 4) continue;
                 const std::array<LeafId, 2> across = forest_.neighbours(leaf, k);
@@ -173,7 +173,7 @@ class VertexFamily final : public detail::ForestFamily<VertexFamily, VertexFores
             }
             add_around();
         }
-        // What has changed on one side of a crease are faces of the vertex on all sides.
+        // A face that changed on one side of a crease belongs to the crease vertex, which has a leaf on each side.
         for (std::size_t i = 0, count = list.size(); i < count; ++i) {
             forest_.add_other_sides(list[i], around);
             add_around();

@@ -33,7 +33,7 @@ std::vector<double> corner_angles(const ControlMesh& mesh, const RuleOptions& ru
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) angles[h] = mesh.corner_angle(HalfedgeId(h));
     }
     if (rules.measure_corner_angles) {
-        // Sectors at corners that have no angle have the sum of their faces'.
+        // In a sector at a corner, half-edges without an angle get the sum of the angles of the sector's faces.
         const RuleMesh sectors = rule_mesh(mesh);
         for (int v = 0; v < sectors.vertex_count(); ++v) {
             if (sectors.first(v) == RuleMesh::none || sectors.rule(v) != VertexRule::corner) continue;

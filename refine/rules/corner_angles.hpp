@@ -7,11 +7,11 @@
 
 namespace tetrakis::detail {
 
-/// RuleMesh::corner_angle() of a control mesh: of its tags, and where the rules measure them of all other sectors at
-/// its corners. Empty: no corner has one.
+/// The angles that RuleMesh::corner_angle() gives: from the tags of the control mesh and, if `rules` ask for it,
+/// measured in the other sectors at its corners. Empty if no corner has an angle.
 std::vector<double> corner_angles(const ControlMesh& mesh, const RuleOptions& rules);
 
-/// For what knows the plain rules of Catmull-Clark and Loop alone.
+/// For code that knows only the plain rules of Catmull-Clark and Loop, which ignore corner angles.
 /// @throws Error unsupported: the mesh has corner angles
 void refuse_corner_angles(const ControlMesh& mesh);
 

@@ -6,11 +6,11 @@
 
 namespace tetrakis::detail {
 
-/// The normal of a vertex that has no tangents, from the faces around it: the mean of their normals at its corners; of
-/// the whole faces, where those are flat or cancel each other; of one face, where these do as well.
+/// Normal of a vertex without tangents, from the faces around it: the mean of their normals at its corners. If those
+/// vanish or cancel, the mean of the normals of the whole faces; if these cancel too, one face's normal.
 class FaceNormals {
   public:
-    /// The unit normal at a corner between the next and the previous one; zero where they are in line with it.
+    /// The unit normal at a corner between its next and previous point; zero if the three points lie on a line.
     static Vec3d at_corner(const Vec3d& corner, const Vec3d& next, const Vec3d& previous) {
         const Vec3d ahead = next - corner, behind = previous - corner, cross = glm::cross(ahead, behind);
         // A crease that runs straight through its vertex has no corner there.
@@ -19,7 +19,7 @@ class FaceNormals {
         return turns ? unit_or_zero(cross) : Vec3d(0);
     }
 
-    /// @param points  of a face, of which the vertex is number `corner`
+    /// @param points  points of a face; the vertex is point number `corner`
     void add(std::span<const Vec3d> points, std::size_t corner) {
         const std::size_t size = points.size();
         corners_ += at_corner(points[corner], points[(corner + 1) % size], points[(corner + size - 1) % size]);
@@ -27,7 +27,7 @@ class FaceNormals {
         for (std::size_t i = 1; i + 1 < size; ++i) area += glm::cross(points[i] - points[0], points[i + 1] - points[0]);
         const Vec3d normal = unit_or_zero(area);
         faces_ += normal;
-        // Whatever the order of the faces.
+        // The choice must not depend on the order of the faces.
         if (one_ == Vec3d(0) || (normal != Vec3d(0) && is_before(one_, normal))) one_ = normal;
     }
     Vec3d normal() const {

@@ -8,15 +8,15 @@
 
 namespace tetrakis {
 
-/// Numbers per vertex besides its position: colours, weights, temperatures.
+/// Numbers that a vertex has besides its position: colours, weights, temperatures.
 struct VertexAttribute {
     std::string name;
     int width = 1;              ///< numbers per vertex
     std::vector<float> values;  ///< vertex by vertex
 };
 
-/// An indexed polygon mesh with shared vertices: what uniform refinement gives. V vertices, F faces, H face corners;
-/// empty optional arrays mean "none".
+/// An indexed polygon mesh with shared vertices: the result of uniform refinement. It has V vertices, F faces and H
+/// face corners; an empty optional array means that the mesh has no such data.
 struct PolygonMesh {
     std::vector<Vec3d> positions;              ///< V points
     std::vector<Vec3d> normals;                ///< V unit normals, 0 where faces cancel out; or empty
@@ -28,8 +28,8 @@ struct PolygonMesh {
     std::vector<std::string> materials;
     std::vector<std::uint32_t> face_group;  ///< F numbers into `groups`, or empty
     std::vector<std::string> groups;
-    std::vector<VertexAttribute> attributes;  ///< V times the width values each
-    std::vector<std::string> warnings;        ///< met on the way here, one sentence each
+    std::vector<VertexAttribute> attributes;  ///< V times `width` values each
+    std::vector<std::string> warnings;        ///< warnings of the steps that made this mesh, one sentence each
 
     std::uint32_t face_count() const {
         return face_offsets.empty() ? 0 : static_cast<std::uint32_t>(face_offsets.size() - 1);

@@ -62,7 +62,7 @@ LimitPoint limit_point(const RuleLimits& limits, int i, const RuleMesh& mesh, st
 }
 
 RuleLimits rule_limits(LimitSearch& search, const RuleMesh& mesh, std::span<const int> vertices, bool may_miss) {
-    // By blocks: rows on their own take several times what they take in the tables.
+    // In blocks: rows that are not in a table yet take several times the memory that they take in it.
     constexpr std::size_t block = std::size_t{1} << 13;
     RuleLimits limits;
     std::vector<int> some;

@@ -13,7 +13,7 @@
 
 namespace tetrakis::detail {
 
-/// There is no limit mask for a vertex; who can do without limits may leave them out.
+/// A vertex has no limit mask. A caller that can do without limits may catch this and leave them out.
 class NoLimit : public Error {
   public:
     NoLimit(const std::string& reason, const std::filesystem::path& file)
@@ -27,33 +27,33 @@ class NoLimit : public Error {
 /// Limits of vertices of a mesh under a scheme, as combinations of its points.
 struct RuleLimits {
     StencilTable positions;  ///< one row per vertex
-    /// Tangents, t1 x t2 outwards: those of vertex v are rows [begin[v], begin[v + 1]), one for each side of a crease;
-    /// none where the scheme has no mask for them or the vertex is a corner.
+    /// Tangents with t1 x t2 outwards. Vertex v has rows [begin[v], begin[v + 1]), one for each side of a crease; it
+    /// has none at a corner, or if the scheme has no tangent mask for it.
     StencilTable tangent1, tangent2;
     std::vector<int> begin{0};
-    /// Vertices that have none, such as those beyond the end of the surface where boundaries recede: their position is
-    /// their own point.
+    /// Vertices without a limit, such as vertices outside of the surface where boundaries recede. Their row is the
+    /// vertex's own point.
     std::vector<int> missing;
 };
 
-/// Of some vertices, one row, or range of tangents, for each in their order; a row does not depend on the others. By
-/// the scheme's closed masks, else by the left eigenvectors of its local matrix, on the mesh itself where the
-/// surroundings of a vertex are those of the mask, else as many steps further down as it takes (of a part of the mesh).
+/// Limit and tangent rows of the given vertices, in their order; no row depends on the other vertices. Rows come from
+/// the scheme's closed masks, else from left eigenvectors of its local subdivision matrix. If a mask does not fit the
+/// mesh around a vertex yet, a part of the mesh is first refined by as many steps as the mask needs.
 ///
-/// The limit of a vertex of a dual scheme is that of the face that it becomes: on a regular mesh the spline at the
-/// vertex's own parameters.
-/// @param may_miss  whether vertices may have no limit (RuleLimits::missing); else they throw
-/// @throws std::invalid_argument  a vertex for which there is no mask: one of valence 2 inside a dual scheme's mesh,
-///                                one where a crease of honeycomb refinement ends
+/// For a dual scheme, the limit of a vertex is the limit of the face that the vertex becomes; on a regular mesh that is
+/// the spline at the vertex's own parameters.
+/// @param may_miss  whether vertices may have no limit (see RuleLimits::missing); else such a vertex throws
+/// @throws std::invalid_argument  a vertex has no mask: one of valence 2 inside a dual scheme's mesh, or one where a
+///                                crease of honeycomb refinement ends
 RuleLimits rule_limits(LimitSearch& search, const RuleMesh& mesh, std::span<const int> vertices, bool may_miss = false);
 
 /// The normal of a vertex without tangents (FaceNormals).
 Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v);
 
-/// The i-th of the limits' points, which is of vertex `v` of the mesh.
+/// The limit point of vertex `v` of the mesh, which is vertex number `i` of the limits.
 LimitPoint limit_point(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v);
-/// The unit normal of the i-th of the limits' vertices, which is `v` of the mesh: of its tangents, the mean of the
-/// sides of a crease; where these say nothing, that of face_normal_at().
+/// The unit normal of vertex `v` of the mesh, which is vertex number `i` of the limits: from its tangents, at a crease
+/// the mean of both sides; face_normal_at() if they give no direction.
 Vec3d limit_normal(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v);
 
 }  // namespace tetrakis::detail

@@ -74,11 +74,11 @@ std::vector<std::uint32_t> RuleLevels::control_face_of_corners() const {
     return of;
 }
 
-/// The points of a dual scheme lie in faces, its faces anywhere.
+/// In a dual scheme a point lies in one control face, but a face may lie across several.
 void CornerFaces::follow(const RuleMesh& level, const RuleStep& step) {
     const RuleMesh& finer = step.mesh;
     std::vector<int> corners, next;
-    // The corner that a point is the child of, at its origin; those on boundaries and creases are none's.
+    // Per point of the finer mesh: the half-edge of its parent corner. Points on boundaries and creases have none.
     std::vector<int> corner_of(static_cast<std::size_t>(finer.vertex_count()), RuleMesh::none);
     for (std::size_t h = 0; h < step.child_halfedge.size(); ++h)
         if (const int child = step.child_halfedge[h]; child != RuleMesh::none)
@@ -92,8 +92,8 @@ void CornerFaces::follow(const RuleMesh& level, const RuleStep& step) {
             corners.push_back(corner_of[v] != RuleMesh::none ? point_face[corner_of[v]] : RuleMesh::none);
         if (std::all_of(corners.begin(), corners.end(), [](int c) { return c == RuleMesh::none; }))
             corners[0] = control_face[step.parent_face[f]];
-        // Points on boundaries and creases belong to what is beside them on this side, corners of these to the first
-        // face of their sector: they are left over after the first round.
+        // Points on boundaries and creases take the face of the corner before or after them in their face. Corners that
+        // still have none after the first round take the first face of their sector.
         for (bool first_round = true; std::count(corners.begin(), corners.end(), RuleMesh::none) != 0;
              first_round = false) {
             next = corners;
@@ -142,16 +142,16 @@ namespace tetrakis {
 
 namespace {
 
-/// Half-edges of the next level per half-edge, at most.
+/// The largest number of half-edges of the next level per half-edge.
 std::uint64_t growth(const SchemeInfo& scheme) { return scheme.refinement == Refinement::sqrt3 ? 9 : 4; }
 
-// Per half-edge of a level: connectivity, with what is needed to build it, and the stencils of its points (measured for
-// Loop and Catmull-Clark; the long rules of Butterfly, Kobbelt and many averaging steps take up to twice as much).
-// With texture coordinates, charts have levels of their own.
+// Bytes per half-edge of a level: its connectivity, the memory to build that, and the stencils of its points (measured
+// for Loop and Catmull-Clark; the long rules of Butterfly, Kobbelt and many averaging steps take up to twice as much).
+// With texture coordinates, charts have levels too.
 constexpr std::uint64_t k_bytes_per_halfedge = 160, k_bytes_with_charts = 240;
 constexpr std::uint64_t k_bytes_per_term = sizeof(int) + sizeof(double);
 
-/// Bytes of the terms of those rows where rings are large, for each level.
+/// Bytes per level for the terms of rows around large faces and around vertices of high valence.
 std::uint64_t bytes_of_large_rings(const ControlMesh& mesh, const SchemeInfo& scheme) {
     constexpr std::uint64_t k_large = 32;
     std::uint64_t bytes = 0;
@@ -244,7 +244,7 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
         limits_.begin.assign(vertex_count() + std::size_t{1}, 0);
         return;
     }
-    // The shortest rows that there are: limits and two tangents of seven terms, or of a fan of honeycomb's ten.
+    // The shortest rows possible: a limit and two tangents of seven terms each, or a fan of ten terms for honeycomb.
     const std::uint64_t terms = scheme.is_linear() ? 1 : scheme.family == MeshFamily::hexagons ? 10 : 3 * 7;
     check_memory("the limits of " + std::to_string(vertex_count()) + " vertices",
                  bytes_with({}) + vertex_count() * terms * k_bytes_per_term);
@@ -276,7 +276,7 @@ std::uint64_t bytes_of(std::uint64_t rows, std::uint64_t terms) {
 }
 std::uint64_t bytes_of(const StencilTable& table) { return bytes_of(table.begins().size(), table.points().size()); }
 
-/// Terms of coarse.then(fine), and of its first rows: from these it guesses how much to reserve.
+/// Terms of coarse.then(fine): of all rows, and of the first ones, from which push_rows() estimates its reserve.
 struct TermCount {
     std::uint64_t all = 0, first = 0;
 };
@@ -318,8 +318,8 @@ StencilTable RuleRefiner::composed(const StencilTable& coarse, const StencilTabl
     if (options_.context.max_memory_bytes != 0) {
         const auto rows = static_cast<std::uint64_t>(fine.row_count());
         const TermCount terms = count_terms(coarse, fine, control_vertices_);
-        // StencilTable::push_rows() reserves nine eighths of what the first rows say; a table that outgrows that has
-        // its weights twice for a while.
+        // StencilTable::push_rows() reserves nine eighths of the size estimated from the first rows. A table that grows
+        // beyond that holds its weights twice for a while.
         const bool grows = terms.all > terms.first * rows / detail::k_rows_per_block * 9 / 8;
         check_memory("the stencils of " + std::to_string(rows) + " vertices, " + std::to_string(terms.all) +
                          " weights of control vertices,",
@@ -335,7 +335,7 @@ StencilTable RuleRefiner::stencils(std::span<const char> wanted) const {
     StencilTable all;
     for (int v = 0; v < static_cast<int>(control_vertices_); ++v) all.push({{v, 1}});
     const bool some = std::ranges::count(wanted, 0) != 0;
-    // Rows are left out of the last table, not of the product, which would be there twice then.
+    // Rows are left out of the last table, not of the product: a copy of the product would need its memory twice.
     for (const StencilTable* table : tables)
         all = some && table == tables.back() ? composed(all, rows_of(*table, wanted)) : composed(all, *table);
     return some && tables.empty() ? rows_of(all, wanted) : all;

@@ -20,7 +20,7 @@ namespace tetrakis {
 
 namespace detail {
 
-/// Blocks of a step's rows on all threads.
+/// Runs blocks of a refinement step's rows on all threads.
 class ParallelBlocks final : public BlockRunner {
   public:
     void run(int count, const std::function<void(int)>& block) const override {
@@ -30,7 +30,7 @@ class ParallelBlocks final : public BlockRunner {
     bool is_parallel() const override { return !one_thread(); }
 };
 
-/// Writes every row's combination: row by row, in the order of its terms.
+/// Evaluates all rows of the table on the points `in`. The terms of a row are added in their order.
 template <class T>
 void apply(const StencilTable& table, const T* in, T* out) {
     for_each_index(static_cast<std::uint32_t>(table.row_count()), [&](std::uint32_t r) {
@@ -42,38 +42,38 @@ void apply(const StencilTable& table, const T* in, T* out) {
     });
 }
 
-/// The control faces that a dual scheme's points and faces lie in.
+/// Which control faces the points and faces of a dual scheme's levels belong to.
 struct CornerFaces {
     std::vector<int> control_face;  ///< by face
-    /// By half-edge, from level 1 on: of the corner there, on its side of creases; one for all corners at the end of a
-    /// crease.
+    /// By half-edge, from level 1 on: the control face of the corner at its origin. At a crease, corners on each side
+    /// have that side's face; where a crease ends, all corners around the point have the same face.
     std::vector<int> point_face;
 
-    /// From a level to the next one.
+    /// Replaces the control faces of a level by those of the next level.
     void follow(const RuleMesh& level, const RuleStep& step);
 };
 
-/// A control mesh refined step by step by the rules of a scheme; what depends on connectivity and tags is kept.
+/// A control mesh refined step by step by the rules of a scheme. It keeps the stencils of all steps and the last mesh.
 class RuleLevels {
   public:
-    /// @param smoothing  rounds before the first step; see RefineOptions
+    /// @param smoothing  rounds of smoothing before the first step; see RefineOptions
     RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing);
     RuleLevels(const RuleLevels&) = delete;
     RuleLevels& operator=(const RuleLevels&) = delete;
 
-    /// One step more. Returns RuleStep::child_halfedge.
+    /// Makes one more step. Returns its RuleStep::child_halfedge.
     /// @throws Error  invalid_input: the scheme cannot take the mesh
     std::vector<int> advance();
 
     int level() const { return level_; }
     const RuleMesh& last() const { return last_; }
-    /// The control face that a face lies in. Dual schemes: most of its corners, or the first such face of several.
+    /// The control face of a face. Dual schemes: of most of its corners, or the lowest such face of several.
     int control_face(int face) const { return faces_.control_face[static_cast<std::size_t>(face)]; }
-    /// The control faces that the corners at the half-edges' origins come from.
+    /// For each half-edge, the control face that the corner at its origin belongs to.
     std::vector<std::uint32_t> control_face_of_corners() const;
-    /// The rounds of smoothing and the steps so far, each from one level to the next.
+    /// The rounds of smoothing, then the steps made so far. Each table maps points of one level to points of the next.
     std::span<const StencilTable> steps() const { return steps_; }
-    /// The last level's points from the control mesh's.
+    /// Computes the points of the last level from the control points.
     void net(std::span<const Vec3d> control, std::span<Vec3d> out) const;
 
   private:
@@ -84,36 +84,36 @@ class RuleLevels {
     int level_ = 0;
     RuleMesh last_;
     std::vector<StencilTable> steps_;
-    CornerFaces faces_;  ///< other schemes: of faces alone
+    CornerFaces faces_;  ///< schemes that are not dual use `control_face` only
 };
 
-/// Of the first levels of those asked for.
-/// @param beside  bytes that something else will take then
+/// Checks that the first `levels` of the `asked` levels can be counted and fit into the memory limit.
+/// @param beside  bytes that other data will take at the same time
 /// @throws Error  unsupported, memory_limit, as RuleRefiner; before anything is allocated
 void check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, int asked,
                        const RunContext& context, std::uint64_t beside = 0);
 
 }  // namespace detail
 
-/// The control mesh as the rules of any scheme take it, same numbers of vertices, half-edges and faces, with its corner
-/// angles and, where the rules measure them, those of the other sectors at corners.
-/// @param sharp_for_ever  semi-sharp tags are infinitely sharp ones
+/// The control mesh in the form that the rules of any scheme take. Vertices, half-edges and faces keep their numbers.
+/// The result has the mesh's corner angles and, if `rules` ask for it, angles measured in the other sectors at corners.
+/// @param sharp_for_ever  whether semi-sharp tags become infinitely sharp
 RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules = {}, bool sharp_for_ever = false);
-/// As a scheme takes it (splits_vertices()).
+/// The same for one scheme; semi-sharp tags become infinitely sharp if splits_vertices().
 RuleMesh rule_mesh(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
-/// The first step over such a mesh: some schemes begin in another way where there are other faces than quads, and then
-/// take parts of the mesh as they take the whole.
+/// The step that refines this mesh at level 0. Some schemes have a special first step for meshes that have other faces
+/// than quads. Parts of such a mesh must be refined by the step of the whole mesh.
 RuleStep (*first_rule_step(const SchemeInfo& scheme, const RuleMesh& mesh))(const RuleMesh&, const RuleOptions&);
 
-/// Refines by any scheme of the table, by its rules: the general path, for every scheme, choice and kind of mesh. All
-/// that depends on connectivity and tags is done once and kept as stencils; refine() then applies them to any control
-/// points. The function refine() has much faster ways for most of them.
+/// Refines by the rules of any scheme in the table: the general path for every scheme, option and kind of mesh. The
+/// constructor turns connectivity and tags into stencils; refine() then applies these to any control points. The
+/// function tetrakis::refine() is much faster for most schemes.
 ///
-/// Faces and vertices are in the order of the schemes' rules (RuleStep). Holes and isolated vertices are left in.
+/// Faces and vertices are in the order of the schemes' rules (RuleStep). Holes and isolated vertices are kept.
 class RuleRefiner {
   public:
     /// @param levels        >= 0: steps of the scheme (a sqrt3 or 4-8 step is two of its simple steps)
-    /// @param first_levels  where someone has them already
+    /// @param first_levels  the first levels, if the caller has made them already; else null
     /// @throws Error  invalid_input: a mesh that the scheme cannot take (the message says why); unsupported: more
     ///                elements than 31 bits can count, or a limit that the scheme has no mask for; memory_limit (with
     ///                the numbers, before they are allocated); cancelled
@@ -126,31 +126,31 @@ class RuleRefiner {
     std::uint32_t face_count() const { return static_cast<std::uint32_t>(last().face_count()); }
     /// Connectivity and tags of the last level.
     const RuleMesh& last() const { return levels_->last(); }
-    /// The control face that a face belongs to: that in which it lies, of a dual scheme that in which most of its
-    /// corners do, the first one of several.
+    /// The control face that a face lies in. Dual schemes: the control face of most of its corners, or the lowest such
+    /// face of several.
     std::uint32_t control_face(std::uint32_t face) const {
         return static_cast<std::uint32_t>(levels_->control_face(static_cast<int>(face)));
     }
 
-    /// With a limit: vertices beyond the end of the surface, where boundaries recede (AveragingBoundary); what refine()
-    /// says of them is of the control net. Ascending.
+    /// With limits: vertices outside of the surface where boundaries recede (AveragingBoundary), ascending. refine()
+    /// gives the position and normal of such a vertex on the last level's mesh.
     std::span<const int> vertices_beyond() const { return limits_.missing; }
 
-    /// Points of the last level (limits where the options say so). The same bytes for any number of threads.
-    /// @param normals  empty, or unit limit normals, where the options ask for these: where a vertex has no tangents
-    ///                 (corners, schemes without tangent masks there) the mean normal of the faces around it; the mean
-    ///                 of both sides on a crease
+    /// Points of the last level, or limits if the options ask for them. The same bytes for any number of threads.
+    /// @param normals  empty, or receives unit limit normals, if the options ask for them: on a crease the mean of both
+    ///                 sides; where a vertex has no tangents (at corners, or without a tangent mask), the mean normal
+    ///                 of the faces around it
     void refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals = {}) const;
 
-    /// What refine() does, as one row per vertex of weights of control vertices.
-    /// @param wanted  by vertex, 0: leave its row out; empty: all rows
+    /// The stencils that refine() applies: one row per vertex, of weights of control vertices.
+    /// @param wanted  one value per vertex, 0 leaves out the vertex's row; empty: all rows
     /// @throws Error  memory_limit (with the numbers, before the table is allocated)
     StencilTable stencils(std::span<const char> wanted = {}) const;
 
   private:
-    /// coarse.then(fine), where it finds room.
+    /// Returns coarse.then(fine), after a check of its memory.
     StencilTable composed(const StencilTable& coarse, const StencilTable& fine) const;
-    /// What levels and limits take, with a table of stencils from the control vertices.
+    /// Bytes of the levels and limits, and of a table of stencils from the control vertices.
     std::uint64_t bytes_with(const StencilTable& table) const;
     void check_memory(const std::string& what, std::uint64_t bytes) const;
 

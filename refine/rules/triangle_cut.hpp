@@ -6,7 +6,7 @@
 
 namespace tetrakis::detail {
 
-/// Replaces the items, of faces or of their corners, by those at some places. Where there are none it does nothing.
+/// Replaces the items (of faces or face corners) by the items with the given numbers. An empty list stays empty.
 template <class T>
 void pick(const std::vector<std::uint32_t>& places, std::vector<T>& items) {
     if (items.empty()) return;
@@ -18,10 +18,10 @@ void pick(const std::vector<std::uint32_t>& places, std::vector<T>& items) {
 
 /// Polygons cut into triangles, in their order.
 struct TriangleCut {
-    std::vector<std::uint32_t> corners;  ///< three per triangle: places among the polygons' corners
+    std::vector<std::uint32_t> corners;  ///< three per triangle: numbers of face corners of the polygons
     std::vector<std::uint32_t> faces;    ///< per triangle: its polygon
 
-    /// 0, 3, 6, ... to the number of corners.
+    /// Face offsets of the triangles: 0, 3, 6, ... up to the number of corners.
     std::vector<std::uint32_t> offsets() const {
         std::vector<std::uint32_t> result(faces.size() + 1);
         for (std::uint32_t t = 0; t < result.size(); ++t) result[t] = 3 * t;
@@ -29,7 +29,7 @@ struct TriangleCut {
     }
 };
 
-/// Cuts quads along the diagonal in the 4-8 pattern, larger faces into fans.
+/// Cuts quads along their diagonal in the 4-8 pattern, larger faces into fans.
 /// @param face_offsets       F + 1
 /// @param diagonal_at_first  per face, see DualFaces
 inline TriangleCut cut_polygons(std::span<const std::uint32_t> face_offsets,
