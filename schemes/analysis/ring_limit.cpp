@@ -18,7 +18,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Where the ring's points are in a row of weights.
+/// Indices of the ring's points in a row of weights.
 struct RingLayout {
     bool quads;
     int edges, faces;
@@ -29,7 +29,7 @@ struct RingLayout {
     int size() const { return 1 + edges + (quads ? faces : 0); }
     int edge(int i) const { return quads ? 1 + 2 * i : 1 + i; }
     int face(int i) const { return 2 + 2 * i; }
-    /// Of a label of the fan that starts at an edge of the ring.
+    /// Index of the point with a label of the fan that starts at edge `first_edge` of the ring.
     int point(FanLabel label, int first_edge) const {
         if (label.a == 0) return 0;
         const int i = first_edge + label.sector;
@@ -53,12 +53,12 @@ ClosedMasks closed_masks(SchemeKind scheme, const FanShape& shape) {
     return find_scheme(name(scheme))->closed_masks(shape, {});
 }
 
-/// By the smooth rules, from an edge on.
+/// Limit by the smooth rules; labels and the sector start at edge `first`.
 RingLimit smooth_limit(SchemeKind scheme, const RingLayout& at, int first) {
     const int n = at.faces;
     ClosedMasks masks = closed_masks(scheme, {.faces = n});
     if (n == 2) {
-        // At an angle of pi the closed forms vanish; differences of opposite points take their place.
+        // Valence 2 has no closed forms of tangents: differences of opposite points take their place.
         masks.tangent1 = {{{0, 1, 0}, 1}, {{1, 1, 0}, -1}};
         if (at.quads) masks.tangent2 = {{{0, 1, 1}, 1}, {{1, 1, 1}, -1}};
     }
@@ -69,7 +69,7 @@ RingLimit smooth_limit(SchemeKind scheme, const RingLayout& at, int first) {
 /// An interior vertex, no corner, with one sharp edge.
 RingLimit dart_limit(SchemeKind scheme, const RingLayout& at, int sharp) {
     const int n = at.faces;
-    // Antisymmetric modes vanish on the crease edge, so the smooth rules' sine mode is theirs as well.
+    // Antisymmetric modes vanish on the crease edge, so a dart has the same sine mode as the smooth rules.
     RingLimit limit = smooth_limit(scheme, at, sharp);
     SchemeInfo one_ring = *find_scheme(name(scheme));
     one_ring.rings = 1;
@@ -78,7 +78,7 @@ RingLimit dart_limit(SchemeKind scheme, const RingLayout& at, int sharp) {
     RingLimit::Sector& s = limit.sectors[0];
     if (analysis.tangent1.empty())
         throw std::invalid_argument("so many edges around the end of a crease have no limit mask");
-    // The mode grows towards the crease edge.
+    // The sign is chosen so that the mode grows towards the crease edge.
     double along = 0;
     for (std::size_t i = 0; i < labels.size(); ++i)
         if (labels[i].a == 1 && labels[i].b == 0)
@@ -103,7 +103,7 @@ RingLimit::Sector sharp_sector(SchemeKind scheme, const RingLayout& at, bool cor
     return {first, K, at.weights(masks.tangent1, first), at.weights(masks.tangent2, first)};
 }
 
-/// A corner tag on a vertex with no sharp edge or one: a fixed point in the middle of one sector all around.
+/// Tangents at a tagged corner with at most one sharp edge: a fixed point with one sector all around it.
 RingLimit::Sector isolated_corner_sector(const RingLayout& at) {
     const int n = at.edges;
     ClosedMasks masks = ring_closed_masks(n, {});
@@ -137,7 +137,7 @@ const RingLimit& ring_limit(SchemeKind scheme, const RingShape& shape) {
     if (shape.faces < 1) throw std::invalid_argument("a ring has at least one face");
     if (!shape.sharp.empty() && static_cast<int>(shape.sharp.size()) != shape.edge_count())
         throw std::invalid_argument("a ring has one sharpness flag per edge");
-    // One for each thread: nobody waits.
+    // One cache per thread needs no lock.
     thread_local std::array<std::map<RingShape, RingLimit>, 2> cache;
     std::map<RingShape, RingLimit>& known = cache[static_cast<std::size_t>(scheme)];
     const auto at = known.find(shape);
@@ -146,8 +146,8 @@ const RingLimit& ring_limit(SchemeKind scheme, const RingShape& shape) {
 
 glm::dvec3 limit_normal(SchemeKind scheme, const RingShape& shape, const RingLimit& limit,
                         std::span<const glm::dvec3> ring) {
-    // A cross product this much shorter than its factors is rounding, not direction, and so is it where what they add
-    // up cancels.
+    // A cross product this much shorter than the product of its factors' sums of magnitudes is rounding error, not a
+    // direction.
     constexpr double k_parallel = 1e-12;
     const auto apply = [&](const std::vector<double>& weights, double& size) {
         // Differences from the centre: the weights sum to zero, and a far origin must not cost digits.

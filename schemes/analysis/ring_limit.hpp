@@ -11,14 +11,14 @@
 
 namespace tetrakis {
 
-/// What surrounds a vertex, as far as its rules go: K faces (quads for Catmull-Clark, triangles for Loop) and the edges
-/// e_0, e_1, ... counter-clockwise as seen from outside. Stationary: each edge is smooth or sharp for ever.
+/// The tagged one-ring of a vertex: K faces (quads for Catmull-Clark, triangles for Loop) and the edges e_0, e_1, ...
+/// counter-clockwise as seen from outside. The tags are stationary: each edge is smooth or sharp on all levels.
 struct RingShape {
     int faces = 0;          ///< K >= 1
     bool boundary = false;  ///< K + 1 edges, the first and last of them on the boundary; else K edges
     bool corner = false;    ///< the vertex itself is (infinitely) sharp
     std::vector<std::uint8_t>
-        sharp{};  ///< per edge; at a boundary the ends count as sharp whatever they say. May be empty
+        sharp{};  ///< per edge: 0 if smooth; boundary edges always count as sharp. May be empty: all 0
 
     int edge_count() const { return faces + (boundary ? 1 : 0); }
     friend auto operator<=>(const RingShape&, const RingShape&) = default;
@@ -45,16 +45,16 @@ struct RingLimit {
 
 /// Limit data of a vertex, computed once per shape and thread; the reference stays valid until the thread ends.
 ///
-/// Smooth vertices, creases and boundaries have closed forms, those of the scheme's plain rules; darts take the left
-/// eigenvectors of their ring matrix. A crease or boundary: tangent1 along it, tangent2 across (the sine mode of the
-/// sector).
+/// Smooth vertices, creases and boundaries have the closed forms of the scheme's plain rules; darts take the left
+/// eigenvectors of their ring matrix. At a crease or boundary, tangent1 is along it and tangent2 across (the sine mode
+/// of the sector).
 ///
-/// No tangent plane, and what the tangents are then, by choice:
-/// * a sector beside a crease or boundary with more than 3 quads or 5 triangles: the surface has none there (plain
-///   rules; its across modes are slower than the one along). Along and first across, as for fewer faces;
-/// * a sector of K quads (K > 1) or triangles (K > 2) at a corner: the ring's edges weighed by cos and sin (i pi / K),
-///   i.e. the plane that fits them. With fewer faces the two sharp edges span the tangent plane;
-/// * an interior vertex of valence 2: its two differences across (Loop: one of them is zero, the ring has no other).
+/// Cases without a tangent plane, and the tangents that are chosen there:
+/// * a sector of more than 3 quads or 5 triangles beside a crease or boundary (plain rules: modes across it decay more
+///   slowly than the mode along it). The tangents are the mode along and the first mode across, as for fewer faces;
+/// * a sector of K quads (K > 1) or triangles (K > 2) at a corner: the sums of the ring's edges, weighted by cos and
+///   sin (i pi / K), which span a fitted plane. With fewer faces the two sharp edges span the tangent plane;
+/// * an interior vertex of valence 2: the differences of opposite points of its ring (Loop: tangent2 is zero).
 ///
 /// @throws std::invalid_argument  faces < 1, or `sharp` has the wrong size
 const RingLimit& ring_limit(SchemeKind scheme, const RingShape& shape);
