@@ -117,7 +117,7 @@ class ButterflyRules {
         row.add(mesh_.target(h), weight);
         row.add(detail::opposite(mesh_, h), -weight);
     }
-    /// Adds the far point beyond the origin of `h`, on the line of its edge (n / 2 edges round).
+    /// Adds the far point beyond the origin of `h`: the opposite ring vertex, or 2 p_0 - p_1 if there is none.
     void add_beyond(StencilRow& row, int h, double weight) const {
         const End e = end(h);
         const int n = e.sector.edges();
