@@ -22,9 +22,9 @@ namespace {
 
 using Mask = ClosedMasks::Mask;
 
-// Steps below the mesh that are tried once nothing is semi-sharp: a fan of up to four rings is regular after three.
+// Steps that are tried after the last semi-sharp tag is gone: a fan of up to four rings is regular after three.
 constexpr int k_most_steps = 5;
-// Rounding errors of numeric eigenvectors, whose largest weights are of order one.
+// Smaller weights of numeric eigenvectors are rounding errors: the largest weights are of order one.
 constexpr double k_no_weight = 1e-12;
 
 using Rows = LimitRows;
@@ -34,8 +34,8 @@ StencilRow gathered(StencilRow row) {
     return row;
 }
 
-/// What a limit is asked for: a vertex (by a half-edge that leaves it), a face of a dual mesh (by one of its
-/// half-edges) or a dual mesh's crease edge.
+/// Site of a limit: a vertex (named by a half-edge that leaves it), a face of a dual mesh (by one of its half-edges)
+/// or a crease edge of a dual mesh.
 struct FanSite {
     enum class Kind { vertex, face, crease } kind;
     int halfedge;
@@ -59,13 +59,13 @@ ClosedMasks limit_masks(const SchemeInfo& scheme, const FanShape& shape, const R
             };
             masks = {mask(found.limit), mask(found.tangent1), mask(found.tangent2)};
         } catch (const std::invalid_argument&) {
-            // The shape has no matrix. It may have a formula for its limit all the same.
+            // The shape has no local matrix. Its limit may still have a formula.
         }
     }
     double sum = 0;
     for (const auto& [label, weight] : masks.limit) sum += weight;
     for (auto& [label, weight] : masks.limit) weight /= sum;
-    // The modes of two edges around an inner vertex span no plane.
+    // At an interior vertex of valence 2 the modes span no plane.
     const bool folded = lattice != FanLattice::dual && !shape.boundary && shape.faces == 2;
     if (masks.tangent1.empty() || masks.tangent2.empty() || folded) return {.limit = std::move(masks.limit)};
     const FanLabels middle(lattice, shape, 0);
@@ -88,7 +88,7 @@ class LimitSearch::Finder {
           dual_(lattice_ == FanLattice::dual),
           hexagons_(scheme.family == MeshFamily::hexagons),
           ignores_creases_(ignores_creases(scheme, options)) {
-        // The plain rules of these look no further than one ring, whatever is beyond it, but for angles of corners.
+        // Under the plain rules, limits of these schemes depend on the one-ring alone, except near corners with angles.
         const bool plain = options.edge_beside_crease == EdgeBesideCrease::plain && !options.hoppe_crease;
         one_ring_ = plain && scheme.one_ring_limits;
     }
@@ -134,9 +134,9 @@ class LimitSearch::Finder {
     }
 
   private:
-    /// Combinations of a fan's points by their numbers; t1 x t2 outwards, both empty where there are none.
+    /// Masks as rows over a fan's points. tangent1 x tangent2 is outwards; both are empty for shapes without tangents.
     struct FanMasks {
-        FanSearch search;  ///< of the rings that have weights
+        FanSearch search;  ///< for the rings that have weights
         StencilRow limit{}, tangent1{}, tangent2{};
     };
 
@@ -186,7 +186,7 @@ class LimitSearch::Finder {
                std::any_of(ring.sharpness.begin(), ring.sharpness.end(), is_semi_sharp);
     }
 
-    /// The sides of a crease: the limit of the first one.
+    /// Rows of a crease from those of its two sides: the limit of `left`, and the tangents of both.
     static std::optional<Rows> both(std::optional<Rows> left, std::optional<Rows> right) {
         if (!left || !right) return std::nullopt;
         for (auto& tangents : right->tangents) left->tangents.push_back(std::move(tangents));
@@ -207,7 +207,7 @@ class LimitSearch::Finder {
         const auto tagged_corner = [&] {
             return by_masks(mesh, {.faces = ring.faces(), .boundary = true, .corner = true}, ring.halfedge);
         };
-        // A dual vertex, and creases that are not looked at, are seen after a step.
+        // Dual vertices other than corners, and all vertices if the scheme ignores creases, are found after one step.
         if (dual_) {
             if (semi_sharp(mesh, v, ring) || mesh.rule(v) != VertexRule::corner) return std::nullopt;
             if (!ignores_creases_) return Rows{{{v, 1}}, {}};
@@ -244,12 +244,12 @@ class LimitSearch::Finder {
         std::optional<Rows> left = by_masks(mesh, {.faces = one, .boundary = true}, from(sharp[0], one));
         std::optional<Rows> right =
             by_masks(mesh, {.faces = ring.faces() - one, .boundary = true}, from(sharp[1], ring.faces() - one));
-        // Both sides give the same point of the crease; but Hoppe's crease is regular only if both of them are.
+        // Both sides give the same limit, except on Hoppe's crease, which is regular only if both sides are.
         if (options_.hoppe_crease && one == 3 && left && right) left->limit = right->limit;
         return both(std::move(left), std::move(right));
     }
 
-    /// Its creases are cubic B-splines whatever is beside them.
+    /// Rows of a honeycomb vertex. Creases are cubic B-splines that do not depend on the faces beside them.
     std::optional<Rows> on_honeycomb(const RuleMesh& mesh, int v) {
         const RuleMesh::Ring ring = mesh.ring(v);
         if (semi_sharp(mesh, v, ring)) return std::nullopt;
@@ -261,15 +261,15 @@ class LimitSearch::Finder {
             for (const int e : mesh.sharp_neighbours(v)) row.add(e, k_crease_limit_mask.neighbour);
             return Rows{gathered(std::move(row)), {}};
         }
-        // The left eigenvector of the vertex, its edges' ends, the other corners of its hexagons, and three more beyond
-        // each of its neighbours. What all edges have together is the same for any number of them.
+        // Left eigenvector: weights of the vertex, its neighbours, the other corners of its hexagons, and three corners
+        // of the hexagon beyond each neighbour. The total weight over all edges does not depend on their number.
         constexpr double k_vertex = 552.0 / 1426, k_edge[] = {541, 128, 72, 128, 2, 1, 2};
         const double edge = 1 / (1426.0 * ring.edges());
         row.add(v, k_vertex);
         for (const int h : ring.halfedge) {
             const int e = mesh.target(h);
             const int beyond = mesh.twin(mesh.next(h));
-            // Hexagons around it, neighbours with three edges, and hexagons beyond them, as after a few steps.
+            // The mask needs hexagons, and neighbours of valence 3. After a few steps the mesh is so.
             if (rule != VertexRule::smooth || mesh.rule(e) != VertexRule::smooth || mesh.ring(e).edges() != 3 ||
                 mesh.face_size(mesh.face(h)) != 6 || mesh.face_size(mesh.face(beyond)) != 6)
                 return std::nullopt;
@@ -303,7 +303,7 @@ class LimitSearch::Finder {
         return rows;
     }
 
-    /// Whether a corner among the vertices has an angle, and so rules of its own for the edges there.
+    /// Whether one of the vertices is a corner with an angle. The edges at such a corner have rules of their own.
     bool bends(const RuleMesh& mesh, std::span<const int> vertices) const {
         if (!scheme_.takes_corner_angles || !may_have_angles(mesh, options_)) return false;
         return std::any_of(vertices.begin(), vertices.end(), [&](int v) {
@@ -314,7 +314,7 @@ class LimitSearch::Finder {
         });
     }
 
-    /// The vertices of the fan, where the mesh is there as the masks take it.
+    /// The mesh's vertices at the fan's labels; empty if the mesh there is not the one that the masks are made for.
     std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanSearch& search,
                                          std::span<const int> start) const {
         const FanLabels& labels = search.labels;
@@ -328,11 +328,11 @@ class LimitSearch::Finder {
         try {
             fan = search.find(mesh, start);
         } catch (const std::logic_error&) {
-            return std::nullopt;  // it meets another extraordinary point or the boundary
+            return std::nullopt;  // the fan meets another extraordinary point or the boundary
         }
         if (dual_face && labels.rings() == 0) return fan;
         if (one_ring_) return bends(mesh, fan) ? std::nullopt : std::optional(std::move(fan));
-        // Everything around the middle must be regular.
+        // All vertices of the fan except its middle must be regular.
         for (int i = 0; i < labels.size(); ++i) {
             const FanLabel l = labels.all()[i];
             const bool middle = !dual && l.a == 0 && l.b == 0;
@@ -344,7 +344,7 @@ class LimitSearch::Finder {
             if (semi_sharp(mesh, fan[i], ring)) return std::nullopt;
             if (sharp) {
                 if (mesh.rule(fan[i]) != VertexRule::crease) return std::nullopt;
-                // As many faces on each side of the crease.
+                // A regular crease vertex has the same number of faces on each side.
                 const int faces = lattice_ == FanLattice::triangles ? 3 : 2;
                 if (ring.faces() != (ring.closed ? 2 : 1) * faces) return std::nullopt;
                 const auto first = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
@@ -352,7 +352,7 @@ class LimitSearch::Finder {
             } else if (!ring.closed || ring.edges() != (size == 3 ? 6 : 4) || mesh.rule(fan[i]) != VertexRule::smooth) {
                 return std::nullopt;
             }
-            // All but the middle face of a dual fan, which is never beside its outer ring alone.
+            // All faces at these vertices must be regular, except the middle face of a dual fan.
             for (const int h : ring.halfedge)
                 if (mesh.face_size(mesh.face(h)) != size && !(dual_face && mesh.face(h) == mesh.face(start[0])))
                     return std::nullopt;
@@ -370,13 +370,13 @@ class LimitSearch::Finder {
         if (site.kind == crease) {
             const int along = step.child_crease.empty() ? RuleMesh::none : step.child_crease[h];
             if (along != RuleMesh::none) return at(crease, along);
-            // It has gone smooth: its middle is that of the face that the edge becomes.
+            // The crease has become smooth. The edge becomes a face, which has the same middle.
             const int side = step.child_halfedge[h];
             return at(face, side == RuleMesh::none ? side : step.mesh.twin(side));
         }
         if (site.kind == face || !dual_) return at(site.kind, step.child_halfedge[h]);
-        // The face that a vertex of a dual scheme becomes; beside a crease, the crease's edge of one of the two; at a
-        // corner its own point.
+        // A vertex of a dual scheme becomes a face. A vertex on a crease becomes one face per side, and the crease edge
+        // of one of them is taken. A corner keeps a point of its own.
         const RuleMesh& fine = step.mesh;
         const int v = mesh.origin(h);
         const RuleMesh::Ring ring = mesh.ring(v);
@@ -411,8 +411,8 @@ class LimitSearch::Finder {
 };
 
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
-    // The rings that a step's rules reach, and those by which they are chosen (honeycomb's are the same everywhere).
-    // The step after it needs as many rings of the finer mesh, for which some more are taken.
+    // A step uses the rings that its rules reach, and two more by which a rule is chosen (honeycomb's rules are the
+    // same everywhere). The factor 2: the next step needs as many rings of the finer mesh.
     const int chosen_by = scheme.family == MeshFamily::hexagons ? 0 : 2;
     return 2 * (rule_rings(scheme, options) + chosen_by);
 }

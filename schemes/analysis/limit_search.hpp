@@ -16,26 +16,26 @@ namespace tetrakis::detail {
 /// and t1 x t2 points outwards. Empty: there is no limit mask; there is no tangent plane.
 ClosedMasks limit_masks(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 
-/// A limit as combinations of a mesh's points; tangents t1 x t2 outwards, a pair for each side of a crease.
+/// Limit and tangents as combinations of a mesh's points: one tangent pair per side of a crease, t1 x t2 outwards.
 struct LimitRows {
     StencilRow limit;
     std::vector<std::array<StencilRow, 2>> tangents;
 };
 
-/// Finds limits of single vertices under a scheme, whatever is around them: by its masks on the mesh itself where the
-/// surroundings of a vertex are those of a mask, else as many steps further down as it takes (of a part of the mesh).
-/// Keeps the masks that it has found.
+/// Finds limits of single vertices under a scheme. Where the surroundings of a vertex are those of one of the scheme's
+/// masks, the mask is applied to the mesh itself. Elsewhere a part of the mesh is refined until a mask fits.
+/// An object keeps the masks that it has computed.
 class LimitSearch {
   public:
-    /// @param options  their runner lives longer
+    /// @param options  `options.runner` must outlive this object
     LimitSearch(const SchemeInfo& scheme, const RuleOptions& options);
     ~LimitSearch();
     const SchemeInfo& scheme() const { return scheme_; }
 
-    /// Rows of the vertices, empty where there is no mask. All have faces.
+    /// Rows of the vertices, empty where no mask is found. Each vertex must have a face.
     std::vector<std::optional<LimitRows>> find(const RuleMesh& mesh, std::span<const int> vertices);
 
-    /// The row of the middle of a dual mesh's face, by one of its half-edges.
+    /// Rows of the middle of a dual mesh's face, which is named by one of its half-edges.
     std::optional<LimitRows> at_face(const RuleMesh& mesh, int halfedge);
 
   private:
@@ -44,7 +44,7 @@ class LimitSearch {
     std::unique_ptr<Finder> finder_;
 };
 
-/// Rings of faces around a vertex that its limit depends on at most, where its sharpness runs out in time.
+/// Upper bound of the rings of faces around a vertex on which its limit depends, if LimitSearch finds a mask for it.
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options);
 
 }  // namespace tetrakis::detail

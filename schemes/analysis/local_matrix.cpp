@@ -11,9 +11,9 @@ namespace tetrakis {
 
 namespace {
 
-/// How many more rings than those of the matrix keep the rim of the fan out of reach.
+/// Rings around those of the matrix, so that the rules of its rows do not reach the rim of the fan.
 int margin(const SchemeInfo& scheme, const RuleOptions& options) {
-    constexpr int k_margin = 3;  // for all but many averaging steps, each two of which reach one ring further
+    constexpr int k_margin = 3;  // many averaging steps need more: two of them reach one ring of the finer mesh further
     return k_margin + averaging_steps(scheme, options) / 4;
 }
 
@@ -35,7 +35,7 @@ void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lat
     if (shape.faces < (shape.boundary ? 1 : 2)) throw std::invalid_argument("a vertex has at least two edges");
 }
 
-/// The regular mesh, with much more around the middle than the rules there look at.
+/// The regular mesh; its rim is far outside the support of the rules around the middle.
 SectorFan regular_fan(const SchemeInfo& scheme, const RuleOptions& options) {
     const FanLattice lattice = fan_lattice(scheme, options);
     const int rings = fan_rings(scheme, {.faces = 4}, options) + margin(scheme, options);
@@ -55,9 +55,8 @@ LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& of, const Rul
         throw std::invalid_argument(std::string(scheme.name) +
                                     " uses up the boundary in each step, so that nothing there maps to itself; leave "
                                     "out the boundary, or replicate it");
-    // The lattice beside a dual boundary edge is the same whatever the valence.
     const int rings = fan_rings(scheme, shape, options);
-    // A ring of hexagons does not feel its rim.
+    // The rules in a ring of hexagons do not depend on its rim.
     const SectorFan fan(lattice, shape, shape.hexagons ? rings : rings + margin(scheme, options));
     const RuleStep step = scheme.step(fan.mesh, options);
     LocalMatrix matrix{FanLabels(lattice, shape, rings), {}};
@@ -88,7 +87,7 @@ int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options) {
     if (scheme.family == MeshFamily::hexagons) return scheme.reproduction;
     const SectorFan fan = regular_fan(scheme, options);
     const RuleStep step = scheme.step(fan.mesh, options);
-    // Only as far out as the rim is not felt.
+    // Only rings whose new points do not depend on the rim.
     const FanLabels near(fan.labels.lattice(), fan.labels.shape(), 2);
     const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), near);
     constexpr int k_most = 6;
@@ -111,14 +110,15 @@ int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options) {
 double support_radius(const SchemeInfo& scheme, const RuleOptions& options) {
     const bool hexagons = scheme.family == MeshFamily::hexagons;
     const bool dual = !hexagons && fan_lattice(scheme, options) == FanLattice::dual;
-    // Hexagons enough around a corner of the middle one, after two steps.
+    // Two steps make enough hexagons around a corner of the middle one.
     RuleMesh mesh = hexagons ? SectorFan(FanLattice::dual, {.faces = 6, .hexagons = true}, 1).mesh
                              : regular_fan(scheme, options).mesh;
     for (int i = 0; i < 2 && hexagons; ++i) mesh = scheme.step(mesh, options).mesh;
     constexpr int middle = 0;
     const RuleStep step = scheme.step(mesh, options);
-    // How far that step carries the point in the middle, in the finer mesh's rings of faces: around the vertex, which
-    // keeps its number, or the face that it becomes, from whose middle its corners are half a ring.
+    // How far that step spreads the middle point, in rings of faces of the finer mesh. Ring 0 is the vertex, which
+    // keeps its number, or for dual schemes the corners of the face that it becomes, half a ring away from the face's
+    // middle.
     std::vector<int> ring(static_cast<std::size_t>(step.mesh.vertex_count()), -1), now;
     if (dual)
         for (const int h : mesh.ring(middle).halfedge) now.push_back(step.mesh.origin(step.child_halfedge[h]));
@@ -142,7 +142,7 @@ double support_radius(const SchemeInfo& scheme, const RuleOptions& options) {
         if (std::binary_search(points.begin(), points.end(), middle))
             most = std::max(most, ring[static_cast<std::size_t>(v)]);
     }
-    // r, then r / scale, and so on, in fine rings of the first step.
+    // Each step adds its own reach r, in rings of its finer mesh: r / scale + r / scale^2 + ... = r / (scale - 1).
     return (most + (dual ? 0.5 : 0.0)) / (scale(scheme) - 1);
 }
 

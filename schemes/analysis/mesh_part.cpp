@@ -44,7 +44,7 @@ void MeshPartFinder::look(const RuleMesh& mesh, std::span<const int> seeds, int 
     const auto keep_around = [&](int v) { mesh.for_each_leaving(v, [&](int h) { keep(mesh.face(h)); }); };
     for (const int v : seeds)
         if (mesh.first(v) != RuleMesh::none) see(v);
-    std::size_t inside = 0;  // vertices that have all their faces
+    std::size_t inside = 0;  // the number of first vertices all of whose faces are found
     for (int ring = 0; ring < rings; ++ring)
         for (const std::size_t end = vertices_.size(); inside < end; ++inside) keep_around(vertices_[inside]);
     for (bool again = true; again;) {

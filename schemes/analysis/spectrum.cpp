@@ -22,12 +22,12 @@ using detail::left_eigenvector;
 // Eigenvalues closer than this count as one.
 constexpr double k_same = 1e-6;
 
-/// Number of eigenvalues that are the same as this one.
+/// Number of eigenvalues that are nearer than k_same to `value`.
 int count_same(const std::vector<Complex>& values, Complex value) {
     return static_cast<int>(std::ranges::count_if(values, [&](Complex z) { return std::abs(z - value) < k_same; }));
 }
 
-/// The largest eigenvalue besides one that is 1.
+/// The eigenvalue of largest magnitude; with `skip_one`, one that equals 1 is left out.
 Complex largest(const std::vector<Complex>& values, bool skip_one) {
     Complex best = 0;
     for (const Complex& z : values) {
@@ -35,7 +35,7 @@ Complex largest(const std::vector<Complex>& values, bool skip_one) {
             skip_one = false;
             continue;
         }
-        // Of two of the same size the real positive one.
+        // Of eigenvalues of the same magnitude, the one with the largest real part.
         if (std::abs(z) > std::abs(best) + k_same || (std::abs(z) > std::abs(best) - k_same && z.real() > best.real()))
             best = z;
     }
@@ -46,7 +46,7 @@ void add(SpectralAnalysis& analysis, const std::vector<Complex>& values, int fre
     for (const Complex& z : values) analysis.eigenvalues.push_back({z, frequency, multiplicity});
 }
 
-/// Scales a tangent to a largest weight of one; the sign is that of its first large weight.
+/// Scales a tangent so that its largest weight has magnitude one; the signs stay.
 void normalise(std::vector<double>& weights) {
     double most = 0;
     for (const double w : weights) most = std::max(most, std::abs(w));
@@ -54,32 +54,32 @@ void normalise(std::vector<double>& weights) {
     for (double& w : weights) w /= most;
 }
 
-/// Takes the one nearest to a value out of a list.
+/// Removes the value that is nearest to `taken`.
 void take_out(std::vector<double>& values, double taken) {
     const auto at = std::min_element(values.begin(), values.end(),
                                      [&](double a, double b) { return std::abs(a - taken) < std::abs(b - taken); });
     if (at != values.end()) values.erase(at);
 }
 
-/// @param bends  of a boundary: the eigenvalues, besides 1 and the tangent's, of what varies along it alone
+/// @param bends  magnitudes of the eigenvalues, without 1 and lambda1, of modes that vary along a boundary alone
 void finish(SpectralAnalysis& analysis, bool interior, const std::vector<double>& bends) {
     auto& values = analysis.eigenvalues;
     std::stable_sort(values.begin(), values.end(), [](const Eigenvalue& a, const Eigenvalue& b) {
         return std::abs(a.value) > std::abs(b.value) + 1e-12;
     });
-    // What is left when 1 and the tangents' two are taken out.
+    // Magnitudes of all eigenvalues but 1 and the tangents' two.
     std::vector<double> rest;
     for (const Eigenvalue& e : values)
         for (int i = 0; i < e.multiplicity; ++i) rest.push_back(std::abs(e.value));
-    // A tangent without an eigenvalue takes none out.
+    // A tangent without a real positive eigenvalue removes none.
     for (const double taken : {1.0, analysis.lambda1, analysis.lambda2})
         if (taken > 0) take_out(rest, taken);
     const auto most = [](const std::vector<double>& of) {
         return of.empty() ? 0 : *std::max_element(of.begin(), of.end());
     };
     analysis.third = most(rest);
-    // The normal goes with Jacobians of pairs of modes. That of two which vary along the boundary alone is zero, so
-    // these need be smaller than the first tangent only.
+    // The limit normal depends on Jacobians of pairs of modes. The Jacobian of two modes that vary along the boundary
+    // alone is zero, so such modes need only be smaller than lambda1.
     for (const double bend : bends) take_out(rest, bend);
     const double smaller = std::min(analysis.lambda1, analysis.lambda2);
     analysis.proper = smaller > k_same && std::max(analysis.lambda1, analysis.lambda2) < 1 - k_same &&
@@ -91,11 +91,11 @@ void finish(SpectralAnalysis& analysis, bool interior, const std::vector<double>
                                                             : CurvatureClass::bounded;
 }
 
-/// What some symmetries of the matrix, each of which is its own inverse, take to itself or change the sign of.
+/// The vectors that each given symmetry of the matrix, an involution of the points, multiplies by its sign, 1 or -1.
 class SymmetricPart {
   public:
     struct Symmetry {
-        std::vector<int> image;  ///< of each point
+        std::vector<int> image;  ///< per point: the point it is mapped to
         double sign;
     };
     SymmetricPart(int size, const std::vector<Symmetry>& symmetries) : row_(size, -1), sign_(size, 0), orbit_(size, 1) {
@@ -118,7 +118,7 @@ class SymmetricPart {
             ++row_count_;
         }
     }
-    /// Those points alone for which keep(point) is true, and it is so for all that symmetries make of it.
+    /// The part on the points with keep(point), which must be the same for all points of an orbit.
     template <class Keep>
     SymmetricPart only(Keep&& keep) const {
         SymmetricPart result = *this;
@@ -134,19 +134,19 @@ class SymmetricPart {
         }
         return result;
     }
-    /// Of a matrix of the points.
+    /// The block of a matrix of all points that acts on this part.
     DenseMatrix block(const StencilTable& weights) const {
         DenseMatrix m(row_count_);
         int done = 0;
         for (int i = 0; i < weights.row_count(); ++i) {
-            if (row_[i] != done) continue;  // another point of the orbit has been there
+            if (row_[i] != done) continue;  // not in this part, or not the first point of its orbit
             for (const auto& [j, weight] : weights.row(i).terms)
                 if (row_[j] >= 0) m(done, row_[j]) += sign_[j] * weight;
             ++done;
         }
         return m;
     }
-    /// The mask of all points that a block's left eigenvector is.
+    /// A block's left eigenvector as a mask on all points.
     std::vector<double> spread(const std::vector<Complex>& y) const {
         std::vector<double> weights(row_.size(), 0.0);
         for (std::size_t i = 0; i < weights.size(); ++i)
@@ -156,9 +156,9 @@ class SymmetricPart {
 
   private:
     int row_count_ = 0;
-    std::vector<int> row_;      ///< of a block, per point; -1: none
-    std::vector<double> sign_;  ///< against the first point of its orbit
-    std::vector<int> orbit_;    ///< its size
+    std::vector<int> row_;      ///< per point its row of a block; -1: none
+    std::vector<double> sign_;  ///< per point its sign relative to the first point of its orbit
+    std::vector<int> orbit_;    ///< per point the size of its orbit
 };
 
 std::vector<int> mirror_images(const FanLabels& labels) {
@@ -169,9 +169,9 @@ std::vector<int> mirror_images(const FanLabels& labels) {
 
 double real_or_zero(Complex z) { return std::abs(z.imag()) < k_same ? z.real() : 0; }
 
-/// The largest mode of a part of some weights, and its left eigenvector where that is determined.
+/// The largest eigenvalue of a matrix on a symmetric part; its left eigenvector if it is simple, real and positive.
 struct Mode {
-    std::vector<Complex> values;  ///< of the whole part
+    std::vector<Complex> values;  ///< all eigenvalues of the part
     double value;
     std::vector<double> mask{};
 
@@ -184,11 +184,11 @@ struct Mode {
     }
 };
 
-/// Two sectors: what changes its sign from one to the other is one mode for both tangents, which the mirror image tells
-/// apart: the same on both sides of the line along the two edges (tangent 1), or of opposite sign (tangent 2).
+/// Two sectors: both tangents are in Fourier mode 1, whose sign changes from one sector to the other. The mirror image
+/// in the line along the two edges tells them apart: tangent 1 is even, tangent 2 is odd.
 void analyse_two_sectors(SpectralAnalysis& analysis) {
     const int size = analysis.matrix.size();
-    std::vector<int> turned(size, 0);  // the centre stays, and each place has a point in either sector
+    std::vector<int> turned(size, 0);  // the centre, 0, stays; points 2 k - 1 and 2 k of the two sectors are exchanged
     for (int i = 1; i < size; ++i) turned[i] = i % 2 != 0 ? i + 1 : i - 1;
     for (const double sign : {1.0, -1.0}) {
         const SymmetricPart part(size, {{turned, -1}, {mirror_images(analysis.matrix.labels), sign}});
@@ -198,7 +198,7 @@ void analyse_two_sectors(SpectralAnalysis& analysis) {
     }
 }
 
-/// Rotation-symmetric: one block per Fourier mode. A block's rows are the places of sector 0.
+/// Analysis of a rotation-symmetric fan: one block per Fourier mode. A block's rows are the points of sector 0.
 void analyse_rotation(SpectralAnalysis& analysis) {
     const LocalMatrix& s = analysis.matrix;
     const int n = s.labels.shape().faces, centre = s.labels.lattice() == FanLattice::dual ? 0 : 1;
@@ -207,7 +207,7 @@ void analyse_rotation(SpectralAnalysis& analysis) {
 
     std::vector<Complex> wave(n);
     for (int t = 0; t < n; ++t) wave[t] = std::polar(1.0, 2 * std::numbers::pi * t / n);
-    // Mode 0 has the centre, too.
+    // The block of mode 0 has a row for the centre as well.
     const auto block = [&](int j) {
         const int first = j == 0 ? centre : 0;
         DenseMatrix m(first + places);
@@ -238,7 +238,7 @@ void analyse_rotation(SpectralAnalysis& analysis) {
         analysis.lambda1 = analysis.lambda2 = real_or_zero(lambda);
         if (count_same(values, lambda) != 1 || analysis.lambda1 <= 0) continue;
         std::vector<Complex> y = left_eigenvector(mode, lambda);
-        // The first place is on the ray itself (dual: on the face's diagonal): make its weight real.
+        // The first point is on the ray itself (dual: on the face's diagonal): make its weight real and positive.
         int lead = 0;
         while (std::abs(y[lead]) < 1e-6) ++lead;
         const Complex turn = std::conj(y[lead]) / std::abs(y[lead]);
@@ -260,7 +260,7 @@ bool on_boundary(const FanLabels& labels, int i) {
     return label.a == 0 || (label.b == 0 && (label.sector == 0 || label.sector == labels.shape().faces));
 }
 
-/// Whether the boundary's points come from the boundary's points alone.
+/// Whether the boundary's new points are combinations of the boundary's points alone.
 bool depends_on_itself(const LocalMatrix& s) {
     for (int i = 0; i < s.size(); ++i) {
         if (!on_boundary(s.labels, i)) continue;
@@ -270,12 +270,12 @@ bool depends_on_itself(const LocalMatrix& s) {
     return true;
 }
 
-/// Beside a dual scheme's boundary edge, where what is the same from row to row inwards stays so: it then maps to
-/// itself, as do the differences from row to row.
+/// A matrix beside a dual scheme's boundary edge in block form. Points whose values are constant in each column, from
+/// the boundary inwards, stay so; the matrix acts on them, and on the differences along the columns, separately.
 struct Rows {
-    StencilTable differences;  ///< as those of the matrix; of a point less the one before it in its column
-    StencilTable columns;      ///< as those of the matrix; of the boundary's points, for the whole column
-    std::vector<int> before;   ///< per label; -1 on the boundary
+    StencilTable differences;  ///< the matrix of differences: each point less the one before it in its column
+    StencilTable columns;      ///< the matrix of boundary points, each of which stands for its whole column
+    std::vector<int> before;   ///< per label the point before it in its column; -1 on the boundary
 };
 
 std::optional<Rows> rows_inwards(const LocalMatrix& s) {
@@ -288,7 +288,7 @@ std::optional<Rows> rows_inwards(const LocalMatrix& s) {
         StencilRow difference, column;
         for (int j = 0; j < s.size(); ++j) {
             const double weight = s.at(i, j) - (before < 0 ? 0 : s.at(before, j));
-            // The point j is the sum of the differences up to it, and of the boundary's point.
+            // Point j is the boundary's point of its column plus the differences up to j.
             int k = j;
             for (; rows.before[k] >= 0; k = rows.before[k])
                 if (before >= 0) difference.add(k, weight);
@@ -302,7 +302,7 @@ std::optional<Rows> rows_inwards(const LocalMatrix& s) {
     return rows;
 }
 
-/// Mirror-symmetric: the even and the odd part. The result is what finish() takes as bends.
+/// Analysis of a mirror-symmetric fan by its even and odd parts. @return  `bends` for finish()
 std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
     const LocalMatrix& s = analysis.matrix;
     const int size = s.size();
@@ -316,17 +316,17 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
     const double total = std::accumulate(analysis.limit.begin(), analysis.limit.end(), 0.0);
     for (double& w : analysis.limit) w /= total;
 
-    // A boundary runs from one side of the mirror to the other, a dart's crease along it. Where the boundary depends on
-    // itself alone, the mode along it is the largest odd one of its own rules, whatever the inside does.
+    // A boundary crosses the mirror axis, so the mode along it is odd; a dart's crease is the axis. If the boundary
+    // depends on itself alone, the mode along it is the largest odd one of the boundary's own rules.
     const bool apart = boundary && depends_on_itself(s);
     const Mode o(apart ? odd.only([&](int i) { return on_boundary(s.labels, i); }) : odd, s.rows);
-    // What varies along the boundary alone is no tangent across it, even where its eigenvalue is as large (u^2 beside
-    // v^2, where the surface ends as an even function): that is the largest one of the differences across.
+    // A mode that varies along the boundary alone is no tangent across it, even if its eigenvalue is as large (u^2
+    // beside v^2, for a surface that is even across its boundary). The tangent is the largest mode of the differences.
     std::vector<double> bends;
     if (const std::optional<Rows> inwards = rows_inwards(s)) {
         const auto is_outermost = [&](int i) { return inwards->before[i] < 0; };
         e = Mode(even.only([&](int i) { return !is_outermost(i); }), inwards->differences);
-        // It is of differences: each counts against the point before it, too, which has a lower number.
+        // The mask is on differences: each weight is subtracted from the point before, which has a lower number.
         for (std::size_t i = 0; i < e.mask.size(); ++i)
             if (!is_outermost(static_cast<int>(i))) e.mask[inwards->before[i]] -= e.mask[i];
         for (const SymmetricPart* part : {&even, &odd})
@@ -364,7 +364,7 @@ SpectralAnalysis analyse(const SchemeInfo& scheme, const FanShape& shape, const 
     else
         bends = analyse_mirror(analysis);
     finish(analysis, !shape.boundary, bends);
-    // Two of the faces at the vertex; what those between do is not in the matrix.
+    // The matrix has two of the faces at the vertex, and not those between them.
     if (analysis.matrix.labels.lattice() == FanLattice::pentagons) analysis.proper = false;
     normalise(analysis.tangent1);
     normalise(analysis.tangent2);

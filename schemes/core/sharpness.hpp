@@ -27,10 +27,10 @@ VertexRule vertex_rule(std::span<const float> edge_sharpness, float vertex_sharp
 /// Sharpness one level further down, for vertices and (uniform creasing) edges: infinity stays, else max(s - 1, 0).
 float child_sharpness(float sharpness);
 
-/// Chaikin creasing: sharpness of the half of an edge that stays at one of its ends, 3/4 of the edge's own and 1/4 of
-/// the mean of the other semi-sharp edges there, less one. Infinite edges neither change nor weigh in. Source: DeRose,
-/// Kass, Truong 1998, section 3, in the order of single-precision operations that OpenSubdiv 3.5 documents by its
-/// results.
+/// Chaikin creasing: sharpness of the half of an edge at one of its end vertices, max(3/4 s + 1/4 m - 1, 0). m is the
+/// mean sharpness of the other semi-sharp edges there, or s if there are none. Infinite sharpness stays, and is not in
+/// m. Source: DeRose, Kass, Truong 1998, section 3, in the order of single-precision operations that the results of
+/// OpenSubdiv 3.5 show.
 /// @param sharpness     the edge's own
 /// @param edges_at_end  sharpness of all edges at that end vertex, the edge itself included, counter-clockwise from the
 ///                      vertex' first edge (the order only rounds)
@@ -56,11 +56,11 @@ struct VertexBlend {
 VertexBlend vertex_blend(std::span<const float> edge_sharpness, float vertex_sharpness,
                          std::span<const float> child_edge_sharpness, float child_vertex_sharpness);
 
-/// Weight of the crease mask (the midpoint) in the rule of the vertex on an edge; one less it is the smooth mask's.
-/// It is the sharpness itself where a half goes smooth. Chaikin creasing can smooth a half of an edge with a sharpness
-/// between 1 and 4/3; the weight is then above one, as it is in OpenSubdiv 3.5 (tested against it).
-/// @param sharpness          the edge's
-/// @param child_a, child_b   its halves'; when both are sharp the edge is still a full crease
+/// Weight w of the crease mask (the midpoint) in the rule of the vertex on an edge; the smooth mask has weight 1 - w.
+/// If a half of the edge becomes smooth, w is the sharpness. Chaikin creasing can smooth a half of an edge with a
+/// sharpness between 1 and 4/3; then w > 1, as in OpenSubdiv 3.5 (tested against it).
+/// @param sharpness          of the edge
+/// @param child_a, child_b   of its halves; when both are sharp the edge is still a full crease, w = 1
 double edge_crease_weight(float sharpness, float child_a, float child_b);
 
 }  // namespace tetrakis

@@ -25,7 +25,7 @@ void check_tolerance(double tolerance) {
     if (!(tolerance > 0)) throw std::invalid_argument("the tolerance must be positive");
 }
 
-/// Squares of what is larger are infinite, and bounds made of these no numbers.
+/// Much larger coordinates have infinite squares, and the bounds computed from these are not numbers.
 void check_coordinates(std::span<const glm::dvec3> control) {
     constexpr double k_largest = 1e60;
     for (const glm::dvec3& p : control)
@@ -49,8 +49,8 @@ double largest_second_difference(const CurvePoints& p, bool closed) {
     return most;
 }
 
-/// Of the points from `first` to `last` (both kept) as few as leave every one within `slack` of its chord, by halves.
-/// Returns the largest distance left.
+/// Appends points from `first` to before `last` to `out`, by halving this span until all points of a part are within
+/// `slack` of its chord. Returns the largest distance of a point that is left out.
 double thin(const CurvePoints& p, std::size_t first, std::size_t last, double slack, CurvePoints& out) {
     const glm::dvec3& a = p[first % p.size()];
     const glm::dvec3& b = p[last % p.size()];
@@ -70,7 +70,7 @@ CurvePolyline thinned(const CurvePoints& p, bool closed, double bound, double to
     CurvePolyline line;
     const double slack = std::max(0.0, tolerance - bound);
     double left = 0;
-    // Whole spans of the control polygon are the largest chords: so no two ends of a closed curve meet.
+    // A chord covers at most a span of the control polygon: one around a whole closed curve would have equal ends.
     const std::size_t total = closed ? p.size() : p.size() - 1, step = std::max<std::size_t>(1, total / start_spans);
     for (std::size_t i = 0; i < total; i += step)
         left = std::max(left, thin(p, i, std::min(i + step, total), slack, line.points));
@@ -92,14 +92,14 @@ std::vector<double> knot_values(int k) {
     return n;
 }
 
-/// The open control polygon of the same curve with nothing special at its ends.
+/// The open control polygon that gives the same curve with CurveEnds::plain.
 CurvePoints with_plain_ends(std::span<const glm::dvec3> control, int degree, CurveEnds ends) {
     if (ends == CurveEnds::clamped) return clamped_bspline(control, degree);
     CurvePoints points(control.begin(), control.end());
     if (ends == CurveEnds::plain || degree == 1) return points;
     if (degree != 3) throw std::invalid_argument("fixed ends have rules for degrees 1 and 3 only; clamp the curve");
     need_points(control, 2, "a curve with fixed ends");
-    // The point before the end is its neighbour's reflection: this is kept by refinement and holds the end still.
+    // The new point before an end mirrors the end's neighbour: refinement keeps this symmetry, so the end stays.
     points.insert(points.begin(), 2.0 * control[0] - control[1]);
     points.push_back(2.0 * control.back() - control[control.size() - 2]);
     return points;
@@ -136,7 +136,7 @@ CurvePoints bspline_step(std::span<const glm::dvec3> control, int degree, CurveT
         need_points(control, 1, "a closed B-spline");
     } else if (ends == CurveEnds::fixed) {
         CurvePoints fine = bspline_step(with_plain_ends(control, degree, ends), degree, topology);
-        // What the points beyond the ends have led to: edge points beyond them, and the ends with rounding errors.
+        // Removes the points made beyond the ends, and the rounding errors of the ends.
         if (degree == 3) fine = {fine.begin() + 1, fine.end() - 1};
         fine.front() = control.front();
         fine.back() = control.back();
@@ -181,11 +181,11 @@ CurvePoints four_point_step(std::span<const glm::dvec3> p, CurveTopology topolog
     need_points(p, least, "the four-point rule");
     const std::size_t n = p.size(), spans = closed ? n : n - 1;
     const auto end_point = [&](std::size_t i, std::ptrdiff_t s) {
-        // The span from i in direction s, at the end of the polygon.
+        // The new point of the span from point i in direction s, at an end of the polygon.
         const auto at = [&](std::ptrdiff_t k) { return p[i + s * k]; };
         if (ends == FourPointEnds::cubic) return (5.0 * at(0) + 15.0 * at(1) - 5.0 * at(2) + at(3)) / 16.0;
         if (ends == FourPointEnds::quadratic) return (3.0 * at(0) + 6.0 * at(1) - at(2)) / 8.0;
-        if (n == 2) return 0.5 * (at(0) + at(1));  // both ends at once
+        if (n == 2) return 0.5 * (at(0) + at(1));  // the only span has no third point
         return (7.0 * at(0) + 10.0 * at(1) - at(2)) / 16.0;
     };
     CurvePoints fine;
@@ -215,7 +215,7 @@ CurvePolyline adaptive_bezier(std::span<const glm::dvec3> control, double tolera
         CurvePoints points;
         int level;
     };
-    // Depth first, the first half on top; a part at the deepest level is taken as it is.
+    // Depth first, with the first half on top; parts at the deepest level are not halved.
     constexpr int k_most_level = 20;
     std::vector<Part> stack{{CurvePoints(control.begin(), control.end()), 0}};
     while (!stack.empty()) {
@@ -246,8 +246,8 @@ CurvePolyline adaptive_bspline(std::span<const glm::dvec3> control, int degree, 
     CurvePoints points = closed ? CurvePoints(control.begin(), control.end()) : with_plain_ends(control, degree, ends);
     need_points(points, closed ? 1 : degree + 1, "a B-spline of this degree");
     const std::size_t spans = closed ? points.size() : points.size() - degree;
-    // The second derivative between knots is a mean of second differences of the control points; a polygon through the
-    // knots of a line has no error at all.
+    // The second derivative between knots is a mean of second differences of the control points. For degree 1 the
+    // polygon through the knots is the curve.
     const auto bound = [&] { return degree == 1 ? 0.0 : largest_second_difference(points, closed) / 8; };
     while (bound() > tolerance / 4 && static_cast<int>(points.size()) < k_most_curve_points)
         points = bspline_step(points, degree, topology);
@@ -270,7 +270,7 @@ CurvePolyline adaptive_four_point(std::span<const glm::dvec3> control, CurveTopo
     while (bound() > tolerance / 4 && static_cast<int>(points.size()) < k_most_curve_points)
         points = four_point_step(points, topology, ends);
     const double error = bound();
-    // Each level has dropped a span of its own at each end: two more are beyond where all of them end.
+    // Further levels would drop 1 + 1/2 + 1/4 + ... = 2 more spans of this level at each end.
     if (plain) points = CurvePoints(points.begin() + 2, points.end() - 2);
     return thinned(points, closed, error, tolerance, spans);
 }

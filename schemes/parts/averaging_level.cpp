@@ -16,9 +16,9 @@ namespace {
 struct Layered {
     RuleMesh mesh;
     std::vector<int> source;                ///< vertex of the original mesh that each vertex is a copy of
-    std::vector<std::array<int, 2>> outer;  ///< of a boundary half-edge of the original: the half-edges of its quad
-                                            ///< from its origin and from its target
-    std::vector<int> tip;                   ///< of a corner vertex of the original: the half-edge of its quad from it
+    std::vector<std::array<int, 2>> outer;  ///< per boundary half-edge of the original: the half-edges of its copies'
+                                            ///< quad that leave its origin and its target
+    std::vector<int> tip;                   ///< per corner of the original: the half-edge of its quad that leaves it
 };
 
 bool is_tip(const RuleMesh& mesh, int v) {
@@ -39,7 +39,7 @@ Layered smooth_inside(const RuleMesh& mesh) {
     return result;
 }
 
-/// One more layer. The first layer's quads are remembered.
+/// Adds a layer of copies. `outer` and `tip` are those of the first layer.
 void add_layer(Layered& layered) {
     const RuleMesh& mesh = layered.mesh;
     RuleMesh::Builder faces = smooth_faces(mesh);
@@ -49,7 +49,7 @@ void add_layer(Layered& layered) {
         source.push_back(layered.source[v]);
         return count++;
     };
-    // Copies of each boundary vertex, seen from its boundary edge ahead and behind, and at a corner the one between.
+    // Copies of each boundary vertex: for the boundary edge ahead, for the one behind, and at a corner one between.
     std::vector<std::array<int, 3>> copies(mesh.vertex_count(), {-1, -1, -1});
     for (int v = 0; v < mesh.vertex_count(); ++v) {
         if (mesh.first(v) == RuleMesh::none || !mesh.on_boundary(v)) continue;
@@ -81,7 +81,7 @@ void add_layer(Layered& layered) {
     layered.tip = std::move(tip);
 }
 
-/// How many layers of copies the points beside the boundary reach over.
+/// The number of layers of copies on which the points beside the boundary depend.
 int layers_needed(int averagings) { return (averagings + 3) / 4; }
 
 /// The boundary edge between two vertices.
@@ -94,7 +94,7 @@ int boundary_edge(const RuleMesh& mesh, int u, int v) {
 
 AveragingLevel::AveragingLevel(const RuleMesh& mesh, const RuleOptions& options)
     : averagings_(options.averaging_steps),
-      // Without averaging nothing reaches beyond the mesh.
+      // Without averaging no point depends on copies.
       recedes_(options.averaging_boundary == AveragingBoundary::recede && averagings_ != 0) {
     if (averagings_ < 0 || averagings_ > k_most_averaging_steps)
         throw std::invalid_argument("the number of averaging steps must be from 0 to 64");
@@ -109,7 +109,7 @@ AveragingLevel::AveragingLevel(const RuleMesh& mesh, const RuleOptions& options)
     outer_ = std::move(layered.outer);
     tip_ = std::move(layered.tip);
 
-    // Numbers of vertices, edges and faces in the layered mesh start with those of the mesh; edges by half-edge.
+    // Vertices, edges and faces of the mesh are the first in the layered mesh, with the same numbers.
     place_.reserve(split_.vertex_count());
     const int V = mesh_.vertex_count(), E = mesh_.edge_count();
     const auto between = [&](int h) {
@@ -190,7 +190,7 @@ AveragingLevel::End AveragingLevel::receding(const std::vector<char>& made,
                                              const std::function<StencilRow(int)>& row) const {
     End end;
     RuleStep& step = end.step;
-    // Faces: the quads, or vertices, of the split mesh that one more averaging would give a point.
+    // The new faces are the quads, or vertices, of the split mesh to which one more averaging would give a point.
     const std::vector<char> whole = this->made(averagings_, made);
     const bool primal = averagings_ % 2 == 0;
     std::vector<ShortList<int, 8>> polygons;

@@ -17,7 +17,7 @@ namespace {
 using Eigen::MatrixXcd;
 using Eigen::VectorXcd;
 
-// Real matrices, too, are complex ones here: a second kind of solver would take a third of the compile time.
+// Real matrices are solved as complex ones: a second kind of solver would take a third of the compile time.
 MatrixXcd to_eigen(const DenseMatrix& m) {
     MatrixXcd out(m.size(), m.size());
     for (int i = 0; i < m.size(); ++i)
@@ -28,16 +28,16 @@ MatrixXcd to_eigen(const DenseMatrix& m) {
 // Relative distance within which eigenvalues may be joined; smaller magnitudes count as zero.
 constexpr double k_cluster = 1e-4;
 
-/// Whether two eigenvalues are near each other, yet not the same.
+/// Whether two eigenvalues differ by more than rounding, but by little enough to be joined.
 bool apart_a_little(Complex a, Complex b) {
     constexpr double k_rounding = 1e-13;
     const double distance = std::abs(a - b), size = std::max(std::abs(a), std::abs(b));
     return size > k_cluster && distance > k_rounding && distance < k_cluster * size;
 }
 
-/// How far off rounding may have put each eigenvalue, to first order: the backward error over the cosine between its
-/// left and right eigenvectors. That of what a defective eigenvalue of multiplicity k has become is of the size of its
-/// distance from the others, the k-th root of the rounding error; that of others is near the rounding error itself.
+/// First-order rounding error of each eigenvalue: the backward error over the cosine between its left and right
+/// eigenvectors. Rounding splits a defective eigenvalue of multiplicity k into k values; their errors are of the size
+/// of their distances, the k-th root of the rounding error. Other errors are near the rounding error itself.
 std::vector<double> uncertainties(const MatrixXcd& m, const MatrixXcd& right) {
     constexpr double k_backward_error = 10 * std::numeric_limits<double>::epsilon();
     const MatrixXcd left = right.partialPivLu().inverse();
@@ -49,8 +49,8 @@ std::vector<double> uncertainties(const MatrixXcd& m, const MatrixXcd& right) {
     return result;
 }
 
-/// Eigenvalues that rounding alone may hold apart become their mean, which a perturbation moves no more than a simple
-/// one.
+/// Replaces eigenvalues that rounding alone may have separated by their mean. A perturbation moves the mean no more
+/// than a simple eigenvalue.
 void join(std::vector<Complex>& values, const std::vector<double>& uncertain) {
     const std::size_t n = values.size();
     std::vector<bool> done(n, false);
@@ -90,7 +90,7 @@ class Components {
     Eigen::Index& index(Eigen::Index row) { return index_[static_cast<std::size_t>(row)]; }
     Eigen::Index& low(Eigen::Index row) { return low_[static_cast<std::size_t>(row)]; }
 
-    // As deep as the longest path: at most a few thousand rows.
+    // The recursion is as deep as the longest path: at most a few thousand rows.
     void visit(Eigen::Index row) {
         index(row) = low(row) = count_++;
         open_.push_back(row);
@@ -127,9 +127,9 @@ std::vector<Complex> eigenvalues_of_block(const MatrixXcd& m) {
     return values;
 }
 
-// Off an eigenvalue by some units of rounding, so that the factor is regular.
+// Distance of the shift from the eigenvalue, some units of rounding, so that the shifted matrix is regular.
 constexpr double k_beside = 1e-14;
-// An even number: the start's sign stays.
+// An even number, so that the start vector's sign stays.
 constexpr int k_solves = 4;
 
 }  // namespace
@@ -141,7 +141,7 @@ std::vector<Complex> eigenvalues(const DenseMatrix& dense) {
         const std::vector<Complex> some = eigenvalues_of_block(m(component, component));
         values.insert(values.end(), some.begin(), some.end());
     }
-    // Rounding leaves real ones with a little of an imaginary part.
+    // Rounding gives real eigenvalues a small imaginary part.
     constexpr double k_rounding = 1e-12;
     for (Complex& z : values)
         if (std::abs(z.imag()) < k_rounding) z = z.real();
@@ -149,7 +149,7 @@ std::vector<Complex> eigenvalues(const DenseMatrix& dense) {
 }
 
 std::vector<Complex> left_eigenvector(const DenseMatrix& m, Complex lambda) {
-    // The start has a part in every eigenvector: it is neither even nor odd.
+    // The start vector is neither even nor odd, so that it has a component along every eigenvector.
     VectorXcd x(m.size());
     for (Eigen::Index i = 0; i < x.size(); ++i)
         x(i) = x.size() > 1 ? 1 + static_cast<double>(i) / static_cast<double>(x.size() - 1) : 1.0;

@@ -21,13 +21,13 @@ class DenseMatrix {
     std::vector<Complex> values_;
 };
 
-/// All eigenvalues, each as often as it counts, in no order. Those that rounding alone may hold apart, as it does with
-/// defective ones (by the root of the rounding error), come out as their mean. O(size^2), and O(size^3) of the largest
-/// component.
+/// All eigenvalues with their multiplicity, in no order. Values that rounding alone may have separated become their
+/// mean: it separates a defective eigenvalue by a root of the rounding error. Cost: O(size^2), and O(k^3) for k rows
+/// in the largest strongly connected component.
 std::vector<Complex> eigenvalues(const DenseMatrix& m);
 
-/// y with y^T M = lambda y^T for a simple eigenvalue, to rounding, its largest entry of size one: by inverse iteration
-/// a little beside it. O(size^3).
+/// Left eigenvector y of a simple eigenvalue, y^T M = lambda y^T up to rounding; its largest entry has magnitude one.
+/// It is computed by inverse iteration, with a shift close to lambda. O(size^3).
 std::vector<Complex> left_eigenvector(const DenseMatrix& m, Complex lambda);
 
 }  // namespace tetrakis::detail

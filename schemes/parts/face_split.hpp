@@ -21,7 +21,7 @@ class HalfSharpness {
         }
     }
 
-    /// Of the half of h's edge that stays at the origin of h, or at its target.
+    /// Sharpness of the half of the edge of `h` that is at the origin of `h`, or at its target.
     float at_origin(int h) const {
         return at_origin_.empty() ? child_sharpness(mesh_.sharpness(h)) : at_origin_[static_cast<std::size_t>(h)];
     }
@@ -29,7 +29,7 @@ class HalfSharpness {
         const int t = mesh_.twin(h);
         return t == RuleMesh::none ? child_sharpness(mesh_.sharpness(h)) : at_origin(t);
     }
-    /// Of the edges around a vertex.
+    /// Sharpness, one level down, of the edges around the middle vertex of `ring`.
     ShortList<float, 8> around(const RuleMesh::Ring& ring) const {
         ShortList<float, 8> result;
         for (int i = 0; i < ring.edges(); ++i)
@@ -41,7 +41,7 @@ class HalfSharpness {
 
   private:
     const RuleMesh& mesh_;
-    std::vector<float> at_origin_;  ///< by half-edge; uniform: empty
+    std::vector<float> at_origin_;  ///< per half-edge; empty for uniform creasing
 };
 
 /// Vertex sharpness one level down for a mesh with more vertices.
@@ -52,7 +52,7 @@ inline std::vector<float> child_vertex_sharpness(const RuleMesh& mesh, int fine_
     return result;
 }
 
-/// Each triangle in four. New points: the old vertices, then one per edge.
+/// Splits each triangle in four. New points: the old vertices, then one per edge.
 /// @param vertex_row, edge_row  (vertex) and (half-edge of the edge) to StencilRow; called by many threads at once
 template <class VertexRow, class EdgeRow>
 RuleStep split_triangles(const RuleMesh& mesh, const HalfSharpness& halves, const BlockRunner* runner,
@@ -71,7 +71,7 @@ RuleStep split_triangles(const RuleMesh& mesh, const HalfSharpness& halves, cons
             const int at = h + i, before = mesh.prev(at);
             step.child_halfedge[at] = faces.halfedge_count();
             faces.corner(mesh.origin(at), halves.at_origin(at));
-            faces.corner(V + mesh.edge(at), 0, f);  // two triangles may share two edges, and their points
+            faces.corner(V + mesh.edge(at), 0, f);  // tag f: triangles that share two edges share these points, too
             faces.corner(V + mesh.edge(before), halves.at_target(before));
             faces.end_face();
         }
@@ -90,7 +90,7 @@ inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
     return result;
 }
 
-/// The mesh of that split of polygons: quads, one per half-edge.
+/// The mesh of split_polygons() below: quads, one per half-edge.
 inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves) {
     const int V = mesh.vertex_count(), E = mesh.edge_count();
     RuleMesh::Builder faces;
@@ -110,7 +110,7 @@ inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves
     return RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
 }
 
-/// Each k-gon in k quads. New points: the old vertices, then one per edge, then one per face.
+/// Splits each k-gon in k quads. New points: the old vertices, then one per edge, then one per face.
 template <class VertexRow, class EdgeRow, class FaceRow>
 RuleStep split_polygons(const RuleMesh& mesh, const HalfSharpness& halves, const BlockRunner* runner,
                         VertexRow&& vertex_row, EdgeRow&& edge_row, FaceRow&& face_row) {
@@ -144,7 +144,7 @@ inline StencilRow ring_row(int v, const RuleMesh::Ring& ring, const RingMask& ma
 /// The corner of a triangle opposite its half-edge.
 inline int opposite(const RuleMesh& mesh, int h) { return mesh.origin(mesh.prev(h)); }
 
-/// The blends of rules under uniform creasing, where sharpness goes down by one.
+/// vertex_blend() and edge_crease_weight() under uniform creasing, where sharpness falls by one per level.
 inline VertexBlend uniform_vertex_blend(const ShortList<float, 8>& edges, float vertex) {
     ShortList<float, 8> children;
     for (const float s : edges) children.push_back(child_sharpness(s));
@@ -155,8 +155,8 @@ inline double uniform_crease_weight(float sharpness) {
     return edge_crease_weight(sharpness, child, child);
 }
 
-/// Value of a semi-sharp rule: the rows of the smooth rule (of the ring), of the crease along ring edges a and b, and
-/// of the corner.
+/// Row of a vertex by vertex_blend(): a combination of the smooth rule's row, smooth_row(ring), of the crease mask
+/// along two ring edges, and of the vertex itself.
 template <class SmoothRow>
 StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const HalfSharpness& halves, SmoothRow&& smooth_row) {
     const RuleMesh::Ring ring = mesh.ring(v);
@@ -173,7 +173,7 @@ StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const HalfSharpness& 
     if (blend.smooth != 0) row.add(smooth_row(ring), blend.smooth);
     return row;
 }
-/// The same of an edge, by the weight of its crease rule.
+/// Row of the point on an edge: weight `crease` for its crease rule, and 1 - `crease` for its smooth rule.
 template <class SmoothRow>
 StencilRow blended_edge_row(double crease, const StencilRow& crease_row, SmoothRow&& smooth_row) {
     StencilRow row;
@@ -182,7 +182,7 @@ StencilRow blended_edge_row(double crease, const StencilRow& crease_row, SmoothR
     return row;
 }
 
-/// The cubic B-spline's rule of a vertex on a crease or boundary, a corner itself; empty for smooth vertices and darts.
+/// Row of a vertex by the sharp rules: the cubic B-spline's on a crease or boundary; a corner stays. Else it is empty.
 inline StencilRow crease_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) {
     const VertexRule rule = vertex_rule(ring.sharpness, mesh.vertex_sharpness(v));
     if (ring.faces() == 0 || rule == VertexRule::corner) return vertex_itself(v);

@@ -27,7 +27,7 @@ inline StencilRow four_point_edge(const RuleMesh& mesh, int h) {
     return row;
 }
 
-/// Along a row of points: its tangent at a vertex, from which the row runs along two rays.
+/// Tangent at a vertex along a row of points, which leaves the vertex along the rays `ahead` and `behind`.
 inline ClosedMasks::Mask four_point_tangent(int ahead, int behind) {
     return {{{ahead, 2, 0}, -1}, {{ahead, 1, 0}, 8}, {{behind, 1, 0}, -8}, {{behind, 2, 0}, 1}};
 }

@@ -18,7 +18,7 @@ FanLabels::FanLabels(FanLattice lattice, const FanShape& shape, int rings)
     const int n = shape.faces;
     if (!dual) labels_.push_back({});
     if (lattice == FanLattice::pentagons) {
-        // The two faces in the order of their corners; beyond them a face of six corners between.
+        // Ring 1: the two pentagons, in the order of their corners. Ring 2: the hexagon between them.
         constexpr std::pair<int, int> beside[] = {{1, 0}, {2, 0}, {2, 1}, {0, 1}};
         for (const auto& [a, b] : beside)
             for (int s = 0; s < 2 && rings >= 1; ++s) labels_.push_back({s, a, b});
@@ -106,7 +106,7 @@ void dual_faces(const FanLabels& labels, Face&& face) {
     for (int s = 0; s < n && !labels.shape().hexagons; ++s) {
         const int before = (s + n - 1) % n;
         for (int a = 1; a <= R; ++a) {
-            // Beyond the side from corner s - 1 to corner s, then the quads of the corner itself.
+            // The quad beyond the side from corner s - 1 to corner s, then the quads beyond corner s.
             face({{before, 0, a - 1}, {before, 0, a}, {s, a, 0}, {s, a - 1, 0}});
             for (int b = 1; b <= R; ++b) face({{s, a - 1, b - 1}, {s, a, b - 1}, {s, a, b}, {s, a - 1, b}});
         }
@@ -141,9 +141,9 @@ RuleMesh fan_mesh(const FanLabels& labels) {
         for (std::size_t i = 0; i < corners.size(); ++i) {
             const int v = labels.find(corners[i]);
             const FanLabel from = labels.all()[v], to = labels.canonical(corners[(i + 1) % corners.size()]);
-            // The centre counts as a place on every ray; its own sector is 0.
+            // The centre is on every ray; its label has sector 0.
             const bool on_first_ray = from.sector == 0 && to.sector == 0 && from.b == 0 && to.b == 0;
-            // Two triangles that share two edges: their third ones have the same ends and yet are two edges.
+            // Two triangles that share two edges: their third edges have the same ends, but are different edges.
             const bool in_both = two_triangles && from.a == 1 && from.b == 0 && to.a == 1 && to.b == 0;
             faces.corner(v, shape.dart && on_first_ray ? k_infinite : 0.0f, in_both ? corners[0].sector : 0);
             angles.push_back(v == 0 ? shape.angle : 0);
@@ -188,7 +188,7 @@ SectorFan::SectorFan(FanLattice lattice, const FanShape& shape, int rings)
 glm::dvec2 fan_place(const FanLabels& labels, FanLabel l) {
     const bool dual = labels.lattice() == FanLattice::dual, boundary = labels.shape().boundary;
     if (dual && boundary) return {l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, l.b};
-    // A single face does not fill the half plane.
+    // A single face does not fill the half plane: its angle is at most 2 pi / 3.
     constexpr double pi = std::numbers::pi;
     const double turn = std::min((boundary ? 1 : 2) * pi / labels.shape().faces, 2 * pi / 3);
     const auto ray = [&](int s) { return glm::dvec2(std::cos(s * turn), std::sin(s * turn)); };
@@ -199,13 +199,13 @@ glm::dvec2 fan_place(const FanLabels& labels, FanLabel l) {
 
 namespace {
 
-/// Of the half-edges that leave a vertex on the boundary, the last one counter-clockwise.
+/// The last half-edge, counter-clockwise, that leaves the boundary vertex at the origin of `h`.
 int last_leaving(const RuleMesh& mesh, int h) {
     while (mesh.twin(mesh.prev(h)) != RuleMesh::none) h = mesh.twin(mesh.prev(h));
     return h;
 }
 
-// The two pentagons along a boundary know the points between them only where there are two rings.
+// The mesh of a pentagon fan has the hexagon between the two pentagons, whose points are the labels of ring 2.
 int least_rings(FanLattice lattice) {
     return lattice == FanLattice::pentagons ? 2 : lattice == FanLattice::dual ? 0 : 1;
 }
@@ -258,7 +258,7 @@ int crease_end_halfedge(const RuleMesh& fine, int along) {
 }
 
 std::vector<int> child_start(const SectorFan& fan, const RuleStep& step) {
-    // Old vertices keep their numbers there.
+    // In honeycomb's steps old vertices keep their numbers.
     if (fan.labels.lattice() == FanLattice::pentagons) return {step.mesh.first(fan.mesh.origin(fan.start[0]))};
     if (fan.labels.shape().boundary && !step.child_crease.empty()) {
         const int along = step.child_crease[fan.start[0]];

@@ -13,9 +13,9 @@ namespace tetrakis::detail {
 /// corner at its origin), then two per sharp edge (at the origin and at the target of its edge_halfedge()), then one
 /// per corner vertex (three or more sharp edges, or tagged and on a crease).
 ///
-/// A boundary is as if each of its edges were a degenerate quad with itself (its "edge replication"), of which only the
-/// two points near the edge are kept; a crease is a boundary for each of its sides, and both have the same points
-/// there. That is so for ever, however sharp the crease is: semi-sharp edges and vertices count as infinitely sharp.
+/// A boundary edge has a degenerate quad between the edge and itself ("edge replication"), of which only the two points
+/// near the edge are made. A crease is a boundary for each of its sides, which share these points. Creases never lose
+/// their sharpness: semi-sharp edges and vertices count as infinitely sharp.
 /// @param corner_row, crease_row, tip_row  (half-edge), (sharp half-edge: the point at its origin), (corner vertex)
 template <class CornerRow, class CreaseRow, class TipRow>
 RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerRow&& corner_row, CreaseRow&& crease_row,
@@ -25,7 +25,7 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
     const int H = mesh.halfedge_count();
     step.stencils.push_rows(runner, H, corner_row);
     int count = H;
-    std::vector<int> crease_point(mesh.edge_count(), -1);  // the first of its two
+    std::vector<int> crease_point(mesh.edge_count(), -1);  // per sharp edge, the first of its two points
     for (int e = 0; e < mesh.edge_count(); ++e) {
         const int h = mesh.edge_halfedge(e);
         if (!mesh.sharp(h)) continue;
@@ -78,7 +78,7 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
             return on_crease(i < ring.faces() ? ring.halfedge[i] : mesh.prev(ring.halfedge[i - 1]), v);
         };
         if (sharp_count < 2) {
-            if (sharp_count == 0 && ring.faces() < 3) continue;  // the two quads beside it share their edge
+            if (sharp_count == 0 && ring.faces() < 3) continue;  // no face here: the two quads share an edge
             const int start = sharp_count == 1 ? sharp[0] : 0;
             if (sharp_count == 1) faces.corner(crease_at(start));
             for (int i = 0; i < ring.faces(); ++i) faces.corner(ring.halfedge[(start + i) % ring.faces()]);
@@ -114,8 +114,8 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
     return step;
 }
 
-/// What the faces of split_vertices() lie around, in their order: calls face(face), edge(half-edge), once for each side
-/// of a sharp edge, and vertex(vertex, i), i = 0, 1, ... for its sectors between sharp edges.
+/// Calls a function per face of split_vertices(), in their order, with the old element that it comes from: face(face),
+/// edge(half-edge), for each side of a sharp edge, and vertex(vertex, i) for its sectors i between sharp edges.
 template <class Face, class Edge, class Vertex>
 void for_each_split_face(const RuleMesh& mesh, Face&& face, Edge&& edge, Vertex&& vertex) {
     for (int f = 0; f < mesh.face_count(); ++f) face(f);

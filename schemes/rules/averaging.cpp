@@ -10,7 +10,7 @@ namespace tetrakis {
 
 namespace {
 
-/// Of the bilinear split, at a place of the level.
+/// Row of the bilinear split's point at AveragingLevel::place() `place`.
 StencilRow bilinear_row(const RuleMesh& mesh, int place) {
     const int edge = place - mesh.vertex_count(), face = edge - mesh.edge_count();
     if (face >= 0) return detail::face_mean(mesh, face);
@@ -18,7 +18,7 @@ StencilRow bilinear_row(const RuleMesh& mesh, int place) {
     return detail::edge_midpoint(mesh, mesh.edge_halfedge(edge));
 }
 
-/// Catmull-Clark's blend at a place of the level, of its sharp rules and of the averages.
+/// Row of a new point at AveragingLevel::place() `place`: Catmull-Clark's sharp rules blended with the `average`.
 StencilRow blended_row(const RuleMesh& mesh, int place, const StencilRow& average) {
     const int edge = place - mesh.vertex_count(), face = edge - mesh.edge_count();
     if (face >= 0) return detail::face_mean(mesh, face);
@@ -28,16 +28,15 @@ StencilRow blended_row(const RuleMesh& mesh, int place, const StencilRow& averag
     return detail::blended_edge_row(halves.crease_weight(mesh.edge_halfedge(edge)), bilinear_row(mesh, place), smooth);
 }
 
-/// Repeated averaging (Zorin, Schroeder 2001; Warren, Weimer; Stam 2001): every k-gon in k quads, then m times each
-/// quad's centroid becomes a vertex. m = 0 bilinear, 1 Doo-Sabin with Catmull and Clark's weights, 2 nearly
+/// Repeated averaging (Zorin, Schroeder 2001; Warren, Weimer; Stam 2001): every k-gon is split in k quads, then m times
+/// each quad's centroid becomes a vertex. m = 0 bilinear, 1 Doo-Sabin with Catmull and Clark's weights, 2 nearly
 /// Catmull-Clark, 3 biquartic; on quads the tensor product B-spline of degree m + 1. Even m: primal, odd m: dual.
 ///
-/// Boundary, AveragingBoundary::replicate: m = 2 takes the cubic B-spline; the others see copies of the boundary
-/// vertices around the mesh, as many layers as they reach (m <= 4 one; a tagged corner with one face sees a quad of
-/// copies of itself as well). AveragingBoundary::recede: only what needs no missing point is made, so the control
-/// mesh's outer ring (two from m = 5 on) is used up and the surface ends inside. Creases have no rule here: tags inside
-/// the mesh are ignored.
-/// @throws std::invalid_argument  steps < 0, or nothing of the mesh is left
+/// AveragingBoundary::replicate: m = 2 has Catmull-Clark's rules at boundaries and creases. For other m > 0, layers of
+/// copies of the boundary vertices surround the mesh, (m + 3) / 4 of them; a tagged boundary vertex has a quad of its
+/// own copies as well. AveragingBoundary::recede: only points that need no missing point are made. So each step takes
+/// m / 4 rings off the boundary, and the surface ends inside. If m > 0 has no crease rules, tags inside are ignored.
+/// @throws std::invalid_argument  the number of steps is not from 0 to 64, or nothing of the mesh is left
 RuleStep averaging_step(const RuleMesh& mesh, const RuleOptions& options) {
     const detail::AveragingLevel level(mesh, options);
     std::vector<char> made = level.made();
@@ -80,7 +79,7 @@ ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& opt
         return CatmullClark::ring_closed_masks(n, {.vertex = 4.0 / 9, .edge = 4.0 / (9 * n), .face = 1.0 / (9 * n)});
     }
     if (m != 3) return masks;
-    // At an end, in one direction: children (15, 1) / 16 and (11, 5) / 16 of p_0, p_1; the fixed point is (11, 1) / 12.
+    // At an end, in one direction: p_0, p_1 have the children (15, 1) / 16 and (11, 5) / 16, so the limit (11, 1) / 12.
     if (shape.corner) {
         for (const FanLabel edge : {FanLabel{0, 1, 0}, FanLabel{1, 1, 0}}) add(edge, 11.0 / 144);
         add({}, 121.0 / 144);

@@ -44,7 +44,7 @@ namespace detail {
 
 namespace {
 
-/// A scheme by the weights of a corner, of the number of a face's corners.
+/// A scheme by its corner weights, a function of the number of a face's corners.
 template <auto weights>
 constexpr SchemeInfo dual_scheme(const char* name, const char* title, const char* generation, SurfacePieces pieces,
                                  const char* notes) {
@@ -83,7 +83,7 @@ extern constinit const SchemeInfo midedge_simplest_scheme = dual_scheme<Midedge:
 
 namespace {
 
-/// @param eigenvalue  of mode m, 0 <= m < k / 2; that of mode k / 2 is the corner's weight, since midpoints lose it
+/// @param eigenvalue  of mode m, 0 < m < k / 2; mode k / 2 vanishes in the midpoints, so its eigenvalue is `corner`
 template <class Eigenvalue>
 FactoredCornerMask from_modes(int k, double corner, Eigenvalue&& eigenvalue) {
     FactoredCornerMask mask{.corner = corner, .centre = 0, .midpoint = std::vector<double>(k, (1 - corner) / k)};
@@ -91,7 +91,7 @@ FactoredCornerMask from_modes(int k, double corner, Eigenvalue&& eigenvalue) {
         const double mode = (eigenvalue(m) - corner) / std::cos(pi * m / k);
         if (mode == 0) continue;
         for (int i = 0; i < k; ++i) {
-            // Whole turns are taken out first: m (2 i + 1) pi / k would lose digits.
+            // Whole turns are removed first, as the cosine of m (2 i + 1) pi / k would lose digits.
             const int turn = static_cast<int>(static_cast<long long>(m) * (2 * i + 1) % (2 * k));
             mask.midpoint[i] += 2 * mode * std::cos(pi * turn / k) / k;
         }

@@ -6,11 +6,11 @@ namespace tetrakis {
 
 namespace {
 
-/// A bisection of blocks of two triangles, which lie across the edges of a mesh of any polygons and faces' centres: an
-/// edge's two ends and the centroids of its faces. New points as for `bilinear`: vertices, edges, faces; a vertex takes
-/// 1/2 of the mean of its faces' centroids, a face its centroid and the mean of its corners, an edge the mean of its
-/// ends and of both centroids.
-/// @param corner  corner(vertex): where the bisection finds it, as a row
+/// One bisection of blocks of two triangles. A mesh of any polygons has one block per edge, whose corners are the ends
+/// of the edge and the centroids of its faces. New points are numbered as for `bilinear`: vertices, edges, faces. A
+/// vertex takes 1/2 of the mean of its faces' centroids, a face takes 1/2 of the mean of its corners, and both keep
+/// 1/2. An edge's point is the mean of its block's corners.
+/// @param corner  corner(vertex): its point before the bisection, as a row
 template <class Corner>
 RuleStep bisected_step(const RuleMesh& mesh, const BlockRunner* runner, Corner&& corner) {
     return detail::split_polygons(
@@ -38,22 +38,22 @@ RuleStep bisected_step(const RuleMesh& mesh, const BlockRunner* runner, Corner&&
         });
 }
 
-/// From any polygons to quads: the one bisection of the tetrakis mesh.
+/// The step from any polygons to quads: one bisection of the tetrakis mesh.
 RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options) {
     return bisected_step(mesh, options.runner, detail::vertex_itself);
 }
 
-/// The 4-8 scheme of Velho, Zorin 2001, on quads as blocks of two triangles: two bisection steps at once, each quad in
-/// four. One bisection: a block's new point is the mean of its four corners; an old vertex keeps 1/2 and takes 1/2 of
-/// the mean of its neighbours along the blocks' sides. Boundary and crease edges wait in the first bisection and follow
-/// the cubic B-spline in the second; a corner stays. Regular: the box spline of e1, e2, e1 + e2, e1 - e2, twice each;
-/// C4.
+/// The 4-8 scheme of Velho, Zorin 2001, on quads as blocks of two triangles: two bisections at once split each quad in
+/// four. In one bisection, a block's new point is the mean of its four corners; an old vertex keeps 1/2 and takes 1/2
+/// of the mean of its neighbours along the blocks' sides. The first bisection does not change boundary and crease
+/// edges; in the second they follow the cubic B-spline. A corner stays. Regular: the C4 box spline of e1, e2, e1 + e2,
+/// e1 - e2, twice each.
 ///
-/// The rules at extraordinary vertices and boundaries are the direct generalisation; their eigenstructure is checked by
-/// spectral analysis, not against the paper. A mesh with other faces than quads takes four_eight_first_step() first.
+/// The rules at extraordinary vertices and boundaries are the direct generalisation. Their eigenstructure is checked by
+/// spectral analysis, not against the paper. On a mesh with other faces than quads it is four_eight_first_step().
 RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions& options) {
     if (!mesh.all_faces_have(4)) return four_eight_first_step(mesh, options);
-    // Old vertices after the first bisection, in which creases wait; the blocks' points are the centroids of quads.
+    // Old vertices after the first bisection, which keeps creases; the blocks' points are the centroids of quads.
     StencilTable corners;
     corners.push_rows(options.runner, mesh.vertex_count(), [&](int v) {
         const RuleMesh::Ring ring = mesh.ring(v);

@@ -70,7 +70,7 @@ class Rules {
         return row;
     }
 
-    /// w times the point beyond the origin of a smooth half-edge, on its row.
+    /// Adds w times the point beyond the origin of smooth half-edge `h`, on its row.
     void add_beyond(StencilRow& row, int h) const {
         const int v = mesh_.origin(h);
         const RuleMesh::Ring ring = mesh_.sector(h);
@@ -98,8 +98,8 @@ class Rules {
         }
     }
 
-    /// The row of edge points that crosses the face's opposite edges g and k: continued into the next faces, or beyond
-    /// a sharp edge by 2 p_0 - p_1. Counts extraordinary ends of the edges on it.
+    /// The face point by the row of edge points that crosses the face's opposite edges g and k. The row is continued
+    /// into the next faces, or beyond a sharp edge by 2 p_0 - p_1. `met` counts extraordinary ends of the row's edges.
     StencilRow across(int g, int k, int& met) const {
         StencilRow row;
         met = 0;

@@ -28,8 +28,8 @@ namespace {
 
 using std::numbers::pi;
 
-// Most triangles beside a crease with which the plain rule still has a tangent plane; up to there the brief form of the
-// C1 rule is the plain rule.
+// Most triangles beside a crease with which the plain rule still has a tangent plane. For so many or fewer, the brief
+// form of the C1 rule is the plain rule.
 constexpr int k_plain_triangles = 5;
 
 bool is_regular_crease(const RuleMesh& mesh, int v) {
@@ -101,7 +101,7 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
         const double beta = options.loop_weights == LoopWeights::warren ? Loop::beta_warren(n) : Loop::beta(n);
         return ring_closed_masks(n, Loop::limit_mask(n, beta));
     }
-    // Two triangles at a corner: the edge between them goes by 3/8, into the plane of the two sharp ones.
+    // Two triangles at a corner: the edge between them turns into the plane of the sharp ones, with eigenvalue 3/8.
     if (shape.corner) return corner_closed_masks(n, n <= 2 || shape.angle > 0 || options.corner_angle > 0);
     const bool plain = options.edge_beside_crease == EdgeBesideCrease::plain;
     const double theta = pi / n, c = std::cos(theta), s = std::sin(theta);

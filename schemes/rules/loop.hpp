@@ -30,14 +30,14 @@ struct Loop {
     static double mode_eigenvalue(double angle);
 };
 
-/// One step of Loop's scheme with every rule it has: smooth, crease and boundary, corner, dart, semi-sharp.
+/// One step of Loop's scheme, with rules for smooth, crease, boundary, corner, dart and semi-sharp.
 ///
-/// Options: Warren's weights; the C1 edge rule beside creases (Biermann, Levin, Zorin 2000: with K faces on the
-/// side of the crease vertex c and theta = pi / K the edge point is (3/4 - g) c + g e + 1/8 of both opposite corners,
-/// g = 1/2 - cos(theta) / 4), for theta -> 0 its brief form g = 1/4, used where the plain rule fails; Hoppe's crease
-/// rule; sectors of corners with an angle alpha (RuleMesh::corner_angle() or the option): theta = alpha / K, and for
-/// alpha > pi the flatness step, which pulls the new ring towards the affine image of the corner's own fan, so far that
-/// every other mode of the ring has at most 1/4.
+/// Options: Warren's weights; Hoppe's crease rule; the C1 edge rule beside creases (Biermann, Levin, Zorin 2000). With
+/// K faces on the side of the crease vertex c and theta = pi / K, its edge point is (3/4 - g) c + g e + 1/8 of both
+/// opposite corners, g = 1/2 - cos(theta) / 4. The brief form, g = 1/4 (theta -> 0), is used where the plain rule
+/// fails. Sectors of corners may have an angle alpha (RuleMesh::corner_angle() or the option): then theta = alpha / K.
+/// If alpha > pi, the flatness step pulls the new ring towards the affine image of the corner's own fan, so far that
+/// every other mode of the ring has an eigenvalue of at most 1/4.
 /// @throws std::invalid_argument  a face is no triangle; the corner angle is not in [0, 2 pi) or is pi
 RuleStep loop_step(const RuleMesh& mesh, const RuleOptions& options);
 
@@ -46,8 +46,8 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
 
 namespace detail {
 
-/// A step of Loop's scheme or a relative of it, which has the same rules at creases.
-/// @param beta         weight of each neighbour by the valence
+/// A step of Loop's scheme, or of one with the same rules at boundaries, creases and corners.
+/// @param beta         (valence) to the weight of each neighbour
 /// @param smooth_edge  (half-edge) to the row of a smooth edge; called by many threads at once
 RuleStep loop_like_step(const RuleMesh& mesh, const RuleOptions& options, const char* name, bool chaikin,
                         const std::function<double(int)>& beta, const std::function<StencilRow(int)>& smooth_edge);

@@ -14,7 +14,7 @@ namespace tetrakis {
 using std::numbers::pi;
 
 std::vector<double> ModifiedButterfly::extraordinary_ring(int n) {
-    // Modes 0 and 1 have eigenvalues 1/4 and 1/2; with two edges there are no others.
+    // With two edges there are only modes 0 and 1, which have eigenvalues 1/4 and 1/2.
     if (n == 2) return {3.0 / 8, -1.0 / 8};
     if (n == 3) return {5.0 / 12, -1.0 / 12, -1.0 / 12};
     if (n == 4) return {3.0 / 8, 0, -1.0 / 8, 0};
@@ -107,7 +107,7 @@ class ButterflyRules {
         return row;
     }
 
-    /// Adds the corner beyond the half-edge's edge, seen from its face.
+    /// Adds the corner opposite the edge of `h` in the face beyond it; beyond a sharp edge, a reflection.
     void add_opposite(StencilRow& row, int h, double weight) const {
         if (!mesh_.sharp(h)) {
             row.add(detail::opposite(mesh_, mesh_.twin(h)), weight);
@@ -117,7 +117,7 @@ class ButterflyRules {
         row.add(mesh_.target(h), weight);
         row.add(detail::opposite(mesh_, h), -weight);
     }
-    /// Adds the point beyond the half-edge's origin on its line, three edges round.
+    /// Adds the far point beyond the origin of `h`: the opposite ring vertex, or 2 p_0 - p_1 if there is none.
     void add_beyond(StencilRow& row, int h, double weight) const {
         const End e = end(h);
         const int n = e.sector.edges();
@@ -132,7 +132,7 @@ class ButterflyRules {
     StencilRow between_creases(int h) const {
         for (const int side : {h, mesh_.twin(h)}) {
             if (!mesh_.sharp(mesh_.next(side)) || !mesh_.sharp(mesh_.prev(side))) continue;
-            // This side's triangle is a corner between the two creases: look at the other side.
+            // The triangle on this side is a corner between the two creases: use the other side.
             const int other = mesh_.twin(side);
             StencilRow row{{mesh_.origin(h), 0.5}, {mesh_.target(h), 0.5}, {detail::opposite(mesh_, other), 0.25}};
             add_opposite(row, mesh_.next(other), -0.125);
@@ -153,7 +153,7 @@ class ButterflyRules {
                        {other, 3.0 / 16},
                        {far, -1.0 / 16}};
         for (const int side : {h, mesh_.twin(h)}) {
-            // Of this side's triangle, the edge that ends in the interior vertex.
+            // The point is beyond the edge that this side's triangle has at the interior vertex.
             const bool is_near = detail::opposite(mesh_, side) == near;
             add_opposite(row, side == h ? mesh_.prev(side) : mesh_.next(side), is_near ? -1.0 / 16 : -1.0 / 8);
         }

@@ -10,13 +10,13 @@ namespace tetrakis {
 /// Modified Butterfly: interpolating, triangles, old vertices never move. Sources: Zorin, Schroeder, Sweldens 1996
 /// (interior), Zorin's thesis 1997 (boundary; as re-derived and corrected, see the masks below).
 struct ModifiedButterfly {
-    /// Weights of an edge between regular interior vertices, with the tension w of the ten-point rule; w = 0 leaves out
-    /// the two far points. In order: each end, each opposite corner, each wing, each far point on the edge's line.
+    /// Weights of an edge between regular interior vertices, with the tension w of the ten-point rule. For w = 0 the
+    /// two far points have no weight. In order: each end, opposite corner, wing, and far point on the edge's line.
     struct Regular {
         double end, opposite, wing, far;
     };
     static constexpr Regular regular(double w = 0) { return {0.5 - w, 0.125 + 2 * w, -0.0625 - w, w}; }
-    /// Weight of an extraordinary interior vertex itself; the ring's are extraordinary_ring().
+    /// Weight of an extraordinary interior vertex itself; its ring has the weights extraordinary_ring().
     static constexpr double extraordinary_vertex = 3.0 / 4;
 
     /// Ring weights s_i around an extraordinary interior vertex for the edge to neighbour 0.
@@ -28,18 +28,18 @@ struct ModifiedButterfly {
     static std::vector<double> crease_ring(int faces, int i);
 };
 
-/// One step. Seven kinds of edges: crease (four-point; at its end the missing point is 2 p_0 - p_1), both ends regular
-/// interior, extraordinary, regular interior to regular crease, crease to crease (across one corner triangle; across a
-/// strip), beside an extraordinary crease vertex. Two extraordinary ends: the mean of their rules. With
-/// options.reflect_at_boundary, points missing beyond a crease are reflections of the triangle inside instead.
-/// @throws std::invalid_argument  a face is no triangle
+/// One step. There are seven kinds of edges: crease (four-point; at its end the missing point is 2 p_0 - p_1), regular
+/// interior at both ends, extraordinary interior, regular interior to regular crease, crease to crease (across one
+/// corner triangle; across a strip), and extraordinary crease vertex. Two extraordinary ends: the mean of their rules.
+/// With options.reflect_at_boundary, points beyond a crease are reflections of the triangle inside.
+/// @throws std::invalid_argument  a face is no triangle, or options.butterfly_w is not between -1/16 and 1/24
 RuleStep modified_butterfly_step(const RuleMesh& mesh, const RuleOptions& options);
-/// The original scheme of Dyn, Levin, Gregory 1990: the eight- or ten-point rule everywhere, whatever the valence;
-/// missing points by reflection. Its surface is not smooth at valence 3.
+/// The original scheme of Dyn, Levin, Gregory 1990: the eight- or ten-point rule at every valence, with reflections as
+/// missing points. Its surface is not smooth at valence 3. It throws as modified_butterfly_step().
 RuleStep butterfly_step(const RuleMesh& mesh, const RuleOptions& options);
 
-/// Limit positions are the vertices themselves. Tangents: valence != 6 the cos / sin masks of the ring, valence 6 the
-/// 19-vectors of Zorin, Schroeder, Sweldens 1996; along a boundary (1, -8, 0, 8, -1).
+/// Limit positions are the vertices themselves. Tangents: the cos / sin masks of the ring if the valence is not 6, the
+/// 19-vectors of Zorin, Schroeder, Sweldens 1996 if it is 6; along a boundary (1, -8, 0, 8, -1).
 ClosedMasks modified_butterfly_closed_masks(const FanShape& shape, const RuleOptions& options);
 ClosedMasks butterfly_closed_masks(const FanShape& shape, const RuleOptions& options);
 

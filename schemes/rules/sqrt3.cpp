@@ -25,9 +25,9 @@ RingMask Sqrt3::limit_mask(int n) {
 
 namespace {
 
-/// One of the two steps. Triangle h belongs to half-edge h, and lies across its edge where that is smooth; its first
-/// corner is then h's origin. The first step leaves sharp edges alone, the second cuts them in three; by then every
-/// triangle has at most one.
+/// One of the two steps. New triangle h belongs to half-edge h. If the edge of h is smooth, the triangle lies across
+/// it, with the origin of h as first corner. The first step keeps sharp edges; the second cuts them in three, when
+/// every triangle has one sharp edge at most.
 class SimpleStep {
   public:
     SimpleStep(const RuleMesh& mesh, const BlockRunner* runner, bool cuts)
@@ -56,8 +56,8 @@ class SimpleStep {
         for (int h = 0; h < mesh.halfedge_count(); ++h) {
             step_.parent_face.push_back(mesh.face(h));
             const int v = mesh.origin(h);
-            // Ends do not always tell edges apart: two triangles may share two edges. An edge that lies across an old
-            // one, or on it, has its tag, one inside a face the face's.
+            // Two edges may have the same ends, if two triangles share two edges, so edges get tags: on or across an
+            // old edge its number, inside a face the face's number.
             const int face = mesh.face(h);
             if (!mesh.sharp(h)) {
                 const int t = mesh.twin(h), beyond = beside(t), here = beside(h);
@@ -84,7 +84,7 @@ class SimpleStep {
     RuleStep take() { return std::move(step_); }
 
   private:
-    /// The edge of a face that is cut.
+    /// The half-edge of a face whose edge is cut, if any.
     int sharp_side(int f) const {
         for (int h = mesh_.face_begin(f); cuts_ && h < mesh_.face_begin(f) + 3; ++h)
             if (mesh_.sharp(h)) return h;
@@ -103,7 +103,7 @@ class SimpleStep {
         const int side = sharp_side(f);
         return on_edge(side, mesh_.next(side) == h ? mesh_.target(side) : mesh_.origin(side));
     }
-    /// The new edge between v and a point of h's face, from either: along the crease if the point lies on one at v.
+    /// Adds the new edge between v and a point of h's face, from `from`; the crease's if the point is on one at v.
     void add_edge(RuleMesh::Builder& faces, int from, int v, int point, int h) const {
         const int side = sharp_side(mesh_.face(h));
         const bool at_crease = side != RuleMesh::none && (mesh_.origin(side) == v || mesh_.target(side) == v);
@@ -149,14 +149,14 @@ RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions& options) {
     const RuleStep odd = SimpleStep(mesh, options.runner, false).take();
     RuleStep step = SimpleStep(odd.mesh, options.runner, true).take();
     step.stencils = odd.stencils.then(step.stencils, options.runner);
-    // Triangle g comes from the first step's half-edge g. Of the three of a smooth edge's triangle, which lies across
-    // it, the first two are on the other side.
+    // Triangle g comes from half-edge g of the first step. The first step's triangle of a smooth edge lies across that
+    // edge; of its three triangles the first two are on the other side.
     for (std::size_t g = 0; g < step.parent_face.size(); ++g) {
         const int h = static_cast<int>(g) / 3;
         step.parent_face[g] = mesh.face(g % 3 == 2 || mesh.sharp(h) ? h : mesh.twin(h));
     }
     step.child_halfedge.resize(mesh.halfedge_count());
-    // The first step turns by half a sector: its edge to the left of h's triangle is turned back onto h by the second.
+    // The first step turns edges by half a sector. The second turns the edge to the left of h's triangle back onto h.
     for (int h = 0; h < mesh.halfedge_count(); ++h) step.child_halfedge[h] = 3 * odd.mesh.twin(3 * h + 2);
     return step;
 }

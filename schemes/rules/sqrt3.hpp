@@ -18,10 +18,10 @@ struct Sqrt3 {
     static constexpr double crease_vertex = 19.0 / 27, crease_neighbour = 4.0 / 27;
 };
 
-/// Two steps at once, so that the mesh is not turned: every edge in three, every triangle in nine. Boundary and crease
-/// edges wait in the first of the two (not flipped, their vertices stay) and are cut in three in the second. A corner
-/// stays; the crease points beside it continue the crease straight: (2/3, 1/3). New points: old vertices, then the
-/// first step's (one per triangle), then the second's.
+/// Two steps at once, so that the mesh is not turned: every edge in three, every triangle in nine. The first step does
+/// not flip boundary and crease edges nor move their vertices; the second cuts these edges in three. A corner stays,
+/// and the crease points beside it continue the crease straight: (2/3, 1/3). New points: old vertices, then those of
+/// the first step (one per triangle), then those of the second.
 /// @throws std::invalid_argument  a face is no triangle
 RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions& options);
 ClosedMasks sqrt3_closed_masks(const FanShape& shape, const RuleOptions& options);

@@ -16,14 +16,14 @@ using std::numbers::pi;
 // Loop's scheme with prescribed eigenvalues at extraordinary vertices (the modified Loop scheme that the SIGGRAPH 2000
 // course notes describe, section 4.8, without coefficients; these are derived here).
 //
-// An edge at an extraordinary vertex c takes 3/8 of c and b_i of the whole ring, which makes the ring's block of
-// Fourier mode j the single number sum b_i cos(2 pi i j / n). Prescribed: 5/8 for mode 0 (with 3/8 of c the row sums
-// to one), 1/2 for modes +-1, 1/4 for +-2, 1/8 for the others; these are the regular vertex' own, and b is their
-// inverse transform. The vertex gives 3/8 to its ring, as the regular one does, so the other eigenvalue of mode 0 is
-// 1/4. With `tuning` t every eigenvalue is (1 - t) Loop's + t the prescribed one: t = 1 gives evenly sized triangles
-// and no crease at high valence, but larger ripples inside the first ring: on a parabolic ridge at valence 12 and 24
-// seven and ten times Loop's there, 0.0006 and 0.0003 of an edge's length (tools/figures, sheet tuned_loop); t = 0 is
-// Loop.
+// The point on an edge at an extraordinary vertex c has weights 3/8 of c and b_i of the whole ring. So the ring's block
+// of Fourier mode j is the single number sum b_i cos(2 pi i j / n). The prescribed values are those at a regular
+// vertex: 5/8 for mode 0 (with 3/8 of c the row sums to one), 1/2 for modes +-1, 1/4 for +-2, 1/8 for the others. b is
+// their inverse transform. The ring has weight 3/8 in the rule of c, as at a regular vertex, so the other eigenvalue of
+// mode 0 is 1/4. With `tuning` t every eigenvalue is (1 - t) Loop's + t the prescribed one; t = 0 is Loop. t = 1 gives
+// evenly sized triangles and no crease at high valence, but larger ripples inside the first ring. On a parabolic ridge
+// at valence 12 and 24 they are seven and ten times Loop's, 0.0006 and 0.0003 of an edge's length (tools/figures, sheet
+// tuned_loop).
 
 namespace {
 
@@ -35,14 +35,14 @@ double mode(int n, int j, double tuning) {
     return (1 - tuning) * Loop::mode_eigenvalue(2 * pi * j / n) + tuning * prescribed;
 }
 
-/// The ring of the half-edge's origin if the vertex has tuned rules.
+/// Whether the origin of half-edge `h` has tuned rules. @param ring  receives its ring
 bool tuned(const RuleMesh& mesh, int h, RuleMesh::Ring& ring) {
     const int v = mesh.origin(h);
     ring = mesh.ring(v);
     return ring.closed && ring.edges() != 6 && ring.edges() > 2 && mesh.rule(v) == VertexRule::smooth;
 }
 
-/// b_i, i = 0 .. n - 1, for the edge to ring vertex 0.
+/// The weights b_i, i = 0 .. n - 1, for the edge to ring vertex 0.
 std::vector<double> edge_ring(int n, double tuning) {
     std::vector<double> b(n, 0.0);
     for (int i = 0; i < n; ++i)
@@ -51,14 +51,14 @@ std::vector<double> edge_ring(int n, double tuning) {
 }
 constexpr double k_edge_vertex = 3.0 / 8;
 
-/// Weight of each neighbour in the vertex rule; with two edges Loop's, as all rules are there.
+/// Weight of each neighbour in the vertex rule; with two edges all rules are Loop's.
 double vertex_beta(int n, double tuning) {
     if (n < 3) return Loop::beta(n);
     return (1 - tuning) * Loop::beta(n) + tuning * 3.0 / (8 * n);
 }
 
-/// One step. Boundary, creases, corners, darts as Loop's; an edge between two extraordinary vertices takes the mean of
-/// their rules. @throws std::invalid_argument  a face is no triangle
+/// One step. Boundary, creases, corners, darts as for Loop; an edge between two extraordinary vertices takes the mean
+/// of their rules. @throws std::invalid_argument  as loop_step(), or the tuning is not from -1e6 to 1e6
 RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "tuned-loop");
     if (!(std::abs(options.tuning) <= 1e6)) throw std::invalid_argument("the tuning must be a number from -1e6 to 1e6");
