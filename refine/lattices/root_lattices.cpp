@@ -8,6 +8,7 @@
 #include "../../schemes/parts/face_split.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -229,17 +230,20 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
                         count = cells * roots;
     Faces faces;
     resize_large(faces.offsets, count + std::size_t{1});
-    faces.control.resize(count);
+    faces.control.resize(roots);
+    faces.each = cells;
     resize_large(faces.vertices, std::size_t{size} * count);
     faces.offsets[count] = size * count;
     const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
         std::vector<std::uint32_t> lines(2 * (segments + std::size_t{1}));
         for (std::uint32_t f = begin; f < end; ++f) {
             const std::uint32_t root = only != nullptr ? (*only)[f] : f;
-            std::fill_n(&faces.control[cells * f], cells, base_face_[root]);
+            faces.control[f] = base_face_[root];
             const auto row = [&](std::uint32_t y, std::uint32_t* numbers) {
-                for_each_on_line(at, size * root, y, 0, segments + 1,
-                                 [&](std::uint32_t x, std::uint32_t v) { numbers[x] = v; });
+                const std::uint32_t last = size == 4 ? segments : segments - y;
+                const bool inside = y > 0 && y < segments;
+                for (std::uint32_t x = 0; x <= last; x += inside ? last : 1) numbers[x] = at.at(root, x, y);
+                if (inside) std::iota(numbers + 1, numbers + last, at.inside(root, 1, y));
             };
             number_cells(segments, size == 4, row, lines.data(), &faces.vertices[std::size_t{size} * cells * f]);
         }

@@ -111,7 +111,9 @@ class RootLattices {
     /// same order.
     struct Faces {
         std::vector<std::uint32_t> offsets, vertices;
-        PodArray<std::uint32_t> control;
+        PodArray<std::uint32_t> control;  ///< one for every `each` consecutive faces
+        std::uint32_t each = 1;
+        std::uint32_t control_face(std::uint32_t face) const { return control[face / each]; }
     };
     /// @param only  the roots whose faces are wanted; null: all roots. Ignored in cells
     Faces faces(std::uint32_t segments, const RunContext& context,

@@ -365,7 +365,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
             return std::isnan(result.positions[v].x) || (!result.normals.empty() && std::isnan(result.normals[v].x));
         };
     const bool all_kept = keep_surface(
-        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, missing, result);
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control_face(f); }, missing, result);
     if (recedes && result.face_count() == 0) return std::nullopt;
     if (keep != nullptr) *keep = std::move(made);
     if (!all_kept || !rows->uses_all_points()) detail::drop_unused_points(result, keep);
