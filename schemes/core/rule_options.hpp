@@ -14,10 +14,10 @@ enum class EdgeBesideCrease {
     brief,   ///< constant weights, those of a large number of faces
 };
 enum class LoopWeights { loop, warren };
-/// What a scheme does with the missing neighbours at the end of an open mesh.
+/// How averaging schemes treat the missing neighbours along the boundary of a mesh.
 enum class AveragingBoundary {
-    replicate,  ///< copies of the boundary vertices lie around it
-    recede,     ///< the outer ring of control points is used up: the mesh shrinks by it
+    replicate,  ///< copies of the boundary vertices replace them
+    recede,     ///< points that need them are not made: each step takes about m / 4 rings off the mesh
 };
 
 inline constexpr int k_most_averaging_steps = 64;

@@ -107,7 +107,7 @@ bool splits_vertices(const SchemeInfo& scheme, const RuleOptions& options);
 int averaging_steps(const SchemeInfo& scheme, const RuleOptions& options);
 /// SchemeInfo::rule_rings with the chosen averaging steps.
 int rule_rings(const SchemeInfo& scheme, const RuleOptions& options);
-/// Whether each step uses up the outer ring of an open mesh (AveragingBoundary).
+/// Whether each step makes a mesh with a boundary smaller (AveragingBoundary::recede).
 bool boundary_recedes(const SchemeInfo& scheme, const RuleOptions& options);
 /// Whether tags inside a mesh have no effect: for averaging steps other than 0 and 2, and where the boundary recedes.
 bool ignores_creases(const SchemeInfo& scheme, const RuleOptions& options);
