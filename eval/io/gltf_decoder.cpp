@@ -1,5 +1,5 @@
 #include "mesh_codecs.hpp"
-#include "mesh_view.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>

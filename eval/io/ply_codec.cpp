@@ -1,6 +1,6 @@
 #include "../../hier/obj/obj_lines.hpp"
 #include "mesh_codecs.hpp"
-#include "mesh_view.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 
@@ -106,7 +106,7 @@ class PlyDecoder {
             mesh_.face_uvs.clear();
             mesh_.uvs.clear();
         }
-        TriangleMesh mesh = cut_faces(std::move(mesh_));
+        TriangleMesh mesh = cut_faces(mesh_);
         if (!uv_of_vertex_.empty() && mesh.triangle_uvs.empty()) {  // one UV per vertex: the same numbers
             mesh.uvs = std::move(uv_of_vertex_);
             mesh.triangle_uvs = mesh.triangles;
@@ -397,6 +397,7 @@ TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& pat
 
 void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& context) {
     const SplitVertices split(mesh, false);
+    const auto& vertices = split.vertices();
     std::uint64_t largest_face = 3;
     for (std::uint64_t f = 0; f + 1 < mesh.face_offsets.size(); ++f)
         largest_face = std::max(largest_face, mesh.face_end(f) - mesh.face_begin(f));
@@ -404,14 +405,15 @@ void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& contex
     const bool short_lists = 2 * largest_face <= 255;
     const char* count_type = short_lists ? "uchar" : "uint";
     // Readers expect signed indices; unsigned ones are written only if necessary.
-    const char* index_type = split.count <= 0x7FFF'FFFFu ? "int" : "uint";
+    const char* index_type = vertices.size() <= 0x7FFF'FFFFu ? "int" : "uint";
 
     std::string header = "ply\nformat binary_little_endian 1.0\ncomment tetrakis\n";
     for (std::size_t i = 0; i < mesh.materials.size(); ++i)
         header += fmt::format("comment material {} {}\n", i, printable_name(mesh.materials[i]));
     for (std::size_t i = 0; i < mesh.groups.size(); ++i)
         header += fmt::format("comment group {} {}\n", i, printable_name(mesh.groups[i]));
-    header += fmt::format("element vertex {}\nproperty double x\nproperty double y\nproperty double z\n", split.count);
+    header +=
+        fmt::format("element vertex {}\nproperty double x\nproperty double y\nproperty double z\n", vertices.size());
     if (mesh.has_normals()) header += "property double nx\nproperty double ny\nproperty double nz\n";
     header +=
         fmt::format("element face {}\nproperty list {} {} vertex_indices\n", mesh.face_count(), count_type, index_type);
@@ -420,9 +422,9 @@ void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& contex
     if (!mesh.face_group.empty()) header += "property int group_index\n";
     file.write(header + "end_header\n");
 
-    write_in_pieces(file, split.count, context, 0.0, 0.5, [&](std::string& out, std::uint64_t v) {
-        append_bytes(out, mesh.positions[split.original(v)]);
-        if (mesh.has_normals()) append_bytes(out, mesh.normals[split.normal(v)]);
+    write_in_pieces(file, vertices.size(), context, 0.0, 0.5, [&](std::string& out, std::uint64_t v) {
+        append_bytes(out, mesh.positions[vertices[v].position]);
+        if (mesh.has_normals()) append_bytes(out, mesh.normals[vertices[v].normal]);
     });
     const auto append_count = [&](std::string& out, std::uint64_t count) {
         if (short_lists)
@@ -433,8 +435,7 @@ void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& contex
     write_in_pieces(file, mesh.face_count(), context, 0.5, 1.0, [&](std::string& out, std::uint64_t f) {
         const std::uint64_t begin = mesh.face_begin(f), end = mesh.face_end(f);
         append_count(out, end - begin);
-        for (std::uint64_t c = begin; c < end; ++c)
-            append_bytes(out, split.corner_vertex.empty() ? mesh.corners[c] : split.corner_vertex[c]);
+        for (std::uint64_t c = begin; c < end; ++c) append_bytes(out, split.corners()[c]);
         if (mesh.has_uvs()) {
             append_count(out, 2 * (end - begin));
             for (std::uint64_t c = begin; c < end; ++c) append_bytes(out, mesh.uvs[mesh.corner_uvs[c]]);
