@@ -43,7 +43,8 @@ TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : gri
 }
 
 std::uint64_t TerrainSurface::memory_bytes() const {
-    std::uint64_t bytes = grid_.heights.capacity() * sizeof(float) + codes_.capacity() +
+    std::uint64_t bytes = grid_.heights.capacity() * sizeof(float) +
+                          errors_.capacity() * sizeof(detail::RoundedLength) +
                           (lattice_.xs.capacity() + lattice_.ys.capacity()) * sizeof(std::int32_t);
     for (const HeightLevel& level : heights_) bytes += level.cells.capacity() * sizeof(HeightRange);
     return bytes;
@@ -93,19 +94,14 @@ void TerrainSurface::set_heights() {
 }
 
 void TerrainSurface::set_errors(const RunContext& context) {
-    const HeightRange all = heights_.back().cells[0];
-    // If lines are not at samples, an error is the sum of a child's error and of a difference of heights. This factor
-    // bounds such nested sums, each rounded up by an eighth.
-    constexpr double k_sums = 16;
-    lengths_ = detail::ByteLengths(k_sums * (double{all.high} - double{all.low}), max_depth());
-    codes_.assign(lattice_.xs.size() * lattice_.ys.size(), 0);
+    errors_.assign(lattice_.xs.size() * lattice_.ys.size(), {});
     const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
     const auto set = [&](std::int32_t x, std::int32_t y) {
         const LatticeDiamond diamond({x, y});
-        int worst = 0;
+        double worst = 0;
         if (diamond.is_centre || diamond.step > 1)
             for (const auto& child : diamond.children())
-                if (lattice_.has(child)) worst = std::max(worst, int{code(child)});
+                if (lattice_.has(child)) worst = std::max(worst, errors_[index(child)].value());
         const bool all_at_samples = diamond.step > 1 && spans_samples(lattice_.xs, x, diamond.step) &&
                                     spans_samples(lattice_.ys, y, diamond.step);
         double error = diamond.step > 1 ? exact_error(diamond) : 0;
@@ -113,11 +109,9 @@ void TerrainSurface::set_errors(const RunContext& context) {
             // Squares of two steps have lines in their middles, and narrow strips more of them. This bounds the
             // distance from the finer triangles.
             const auto [a, b] = diamond.ends;
-            error = std::max(error, std::abs(height(diamond.middle) - (height(a) + height(b)) / 2)) +
-                    lengths_.length(static_cast<std::uint8_t>(worst));
+            error = std::max(error, std::abs(height(diamond.middle) - (height(a) + height(b)) / 2)) + worst;
         }
-        codes_[code_index({x, y})] = static_cast<std::uint8_t>(std::min(
-            255, std::max(int{lengths_.code(error)}, worst == 0 ? 0 : worst + detail::ByteLengths::k_nesting)));
+        errors_[index({x, y})] = detail::RoundedLength(std::max(error, k_error_ratio * worst));
     };
     const std::int32_t half = 1 << (lattice_.log_side - 1);
     for (std::int32_t s = 1; s <= half; s *= 2) {
@@ -231,7 +225,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     for (const Site& site : sites) {
         const LatticePlace p = lattice_.place(site);
         const Around around(*this, p);
-        __builtin_prefetch(codes_.data() + code_index(p));
+        __builtin_prefetch(errors_.data() + index(p));
         __builtin_prefetch(around.north);
         __builtin_prefetch(around.south);
     }
@@ -242,7 +236,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
                           d = around.south[around.east];
         const HeightRange heights{std::min(std::min(a.low, b.low), std::min(c.low, d.low)),
                                   std::max(std::max(a.high, b.high), std::max(c.high, d.high))};
-        bounds[i] = lattice_.bounds(around.within, heights, lengths_.length(code(p)));
+        bounds[i] = lattice_.bounds(around.within, heights, errors_[index(p)].value());
     }
 }
 
