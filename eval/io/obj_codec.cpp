@@ -67,16 +67,10 @@ void append_face(std::string& out, const MeshView& mesh, std::uint64_t f) {
     const auto end = std::back_inserter(out);
     out += 'f';
     for (std::uint64_t c = mesh.face_begin(f); c < mesh.face_end(f); ++c) {
-        const std::uint64_t v = std::uint64_t{mesh.corners[c]} + 1;
-        if (mesh.has_uvs() && mesh.has_normals())
-            fmt::format_to(end, FMT_COMPILE(" {}/{}/{}"), v, std::uint64_t{mesh.corner_uvs[c]} + 1,
-                           std::uint64_t{mesh.normal(c)} + 1);
-        else if (mesh.has_uvs())
-            fmt::format_to(end, FMT_COMPILE(" {}/{}"), v, std::uint64_t{mesh.corner_uvs[c]} + 1);
-        else if (mesh.has_normals())
-            fmt::format_to(end, FMT_COMPILE(" {}//{}"), v, std::uint64_t{mesh.normal(c)} + 1);
-        else
-            fmt::format_to(end, FMT_COMPILE(" {}"), v);
+        fmt::format_to(end, FMT_COMPILE(" {}"), std::uint64_t{mesh.corners[c]} + 1);
+        if (mesh.has_uvs()) fmt::format_to(end, FMT_COMPILE("/{}"), std::uint64_t{mesh.corner_uvs[c]} + 1);
+        if (!mesh.has_normals()) continue;
+        fmt::format_to(end, FMT_COMPILE("{}/{}"), mesh.has_uvs() ? "" : "/", std::uint64_t{mesh.normal(c)} + 1);
     }
     out += '\n';
 }

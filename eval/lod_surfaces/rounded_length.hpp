@@ -1,7 +1,5 @@
 #pragma once
 
-#include "../surface/local_frame.hpp"
-
 #include <bit>
 #include <cstdint>
 
@@ -12,14 +10,15 @@ namespace tetrakis::detail {
 struct RoundedLength {
     RoundedLength() = default;
     explicit RoundedLength(double length)
-        : code(static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(round_up(length)) + k_rest) >> k_dropped)) {}
+        : code(static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(static_cast<float>(length)) >> k_dropped)) {
+        if (value() < length) ++code;
+    }
     double value() const { return double{std::bit_cast<float>(std::uint32_t{code} << k_dropped)}; }
 
     std::uint16_t code = 0;
 
   private:
     static constexpr int k_dropped = 19;
-    static constexpr std::uint32_t k_rest = (1u << k_dropped) - 1;
 };
 
 }  // namespace tetrakis::detail
