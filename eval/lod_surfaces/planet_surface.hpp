@@ -27,7 +27,7 @@ class PlanetSurface final : public SampledSurface {
     /// pole, the first column east of the antimeridian. Origin and spacing of the grid are ignored.
     /// @throws Error  invalid_input: a height is missing or no number, no samples, a radius out of range,
     ///                heights as deep as the planet; cancelled
-    /// Cost: O(points * level()), by all threads; memory: the grid's and four bytes a point
+    /// Cost: O(points * level()), by all threads; memory: the grid's and two bytes a point
     explicit PlanetSurface(HeightGrid longitudes_latitudes, const PlanetOptions& options = {});
     /// Heights over the faces of a cube, towards +x, -x, +y, -y, +z, -z, as OpenGL's cube maps have them (OpenGL 4.6,
     /// table 8.19); the first and last rows and columns are on the cube's edges. Grids are square and of one size.

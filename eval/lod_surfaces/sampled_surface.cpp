@@ -20,13 +20,11 @@ namespace {
 
 using detail::LatticeDiamond;
 using detail::LatticePlace;
-using detail::RoundedLength;
 
 /// Atomic maximum: several threads may call it, and the result does not depend on their order.
-void raise(RoundedLength& length, double by) {
-    const std::uint16_t to = RoundedLength(by).code;
-    std::atomic_ref<std::uint16_t> shared(length.code);
-    std::uint16_t now = shared.load(std::memory_order_relaxed);
+void raise(std::uint8_t& code, std::uint8_t to) {
+    std::atomic_ref<std::uint8_t> shared(code);
+    std::uint8_t now = shared.load(std::memory_order_relaxed);
     while (now < to && !shared.compare_exchange_weak(now, to, std::memory_order_relaxed)) {
     }
 }
@@ -51,7 +49,7 @@ SampledSurface::SampledSurface(ControlMesh roots, int level) : roots_(std::move(
 }
 
 std::uint64_t SampledSurface::memory_bytes() const {
-    return (errors_.capacity() + radii_.capacity()) * sizeof(RoundedLength) + cells_.capacity() * sizeof(HalfedgeId) +
+    return errors_.capacity() + radii_.capacity() + cells_.capacity() * sizeof(HalfedgeId) +
            cell_of_.capacity() * sizeof(std::uint32_t);
 }
 
@@ -90,9 +88,18 @@ std::vector<Site> SampledSurface::sites_of(HalfedgeId cell) const {
 }
 
 void SampledSurface::set_bounds(const RunContext& context) {
-    unit_ = roots_.bounding_box().diagonal();
-    errors_.assign(point_count(), {});
-    radii_.assign(point_count(), {});
+    std::vector<Site> corners;
+    for (const HalfedgeId cell : cells_)
+        for (const std::int64_t at : {std::int64_t{0}, std::int64_t{1} << level_})
+            corners.push_back(site_at(cell, at, at));
+    std::vector<Vec3d> points(corners.size());
+    positions(corners, points);
+    Box3d box = roots_.bounding_box();
+    for (const Vec3d& p : points) box.add(p);
+    constexpr double k_more = 4;  // largest length, in diagonals of this box
+    lengths_ = detail::ByteLengths(k_more * box.diagonal(), max_depth());
+    errors_.assign(point_count(), 0);
+    radii_.assign(point_count(), 0);
     const auto cells = static_cast<std::uint32_t>(cells_.size());
     with_threads(context, [&] {
         for_each_reported(cells, 1, context, "errors", 0, 1, [&](std::uint32_t i) { measure_cell(cells_[i]); });
@@ -170,8 +177,8 @@ void SampledSurface::measure_cell(HalfedgeId cell) {
                         reach = std::max(reach, glm::length(point(leg) - middle));
                     }
                 }
-                raise(errors_[at], error / unit_);
-                raise(radii_[at], reach / unit_);
+                raise(errors_[at], lengths_.code(error));
+                raise(radii_[at], lengths_.code(reach));
             }
         }
 }
@@ -190,12 +197,12 @@ void SampledSurface::nest(HalfedgeId cell, std::int32_t step, bool centres) {
             const Site below = site_at(cell, child.x, child.y);
             if (!below.root.valid()) continue;
             const std::size_t i = index(below);
-            error = std::max(error, errors_[i].value());
-            reach = std::max(reach, radii_[i].value());
+            error = std::max(error, lengths_.length(errors_[i]));
+            reach = std::max(reach, lengths_.length(radii_[i]));
         }
         const std::size_t at = index(site);
-        double own = errors_[at].value();
-        way = radii_[at].value();
+        double own = lengths_.length(errors_[at]);
+        way = lengths_.length(radii_[at]);
         if (step == n) {
             // measure_cell() left out the roots, as their points are in two cells. A root's error is at most the error
             // of its halves plus their distance from the root.
@@ -203,17 +210,17 @@ void SampledSurface::nest(HalfedgeId cell, std::int32_t step, bool centres) {
                                            site_at(cell, diamond.ends[1].x, diamond.ends[1].y)};
             std::array<Vec3d, 3> p;
             positions(ends, p);
-            own = error + glm::length(p[0] - 0.5 * (p[1] + p[2])) / unit_;
+            own = error + glm::length(p[0] - 0.5 * (p[1] + p[2]));
             for (const LatticePlace& child : diamond.children()) {
                 const std::array below{site_at(cell, child.x, child.y)};
                 if (!below[0].root.valid()) continue;
                 std::array<Vec3d, 1> q;
                 positions(below, q);
-                way = std::max(way, glm::length(q[0] - p[0]) / unit_);
+                way = std::max(way, glm::length(q[0] - p[0]));
             }
         }
-        errors_[at] = RoundedLength(std::max(own, k_error_ratio * error));
-        radii_[at] = RoundedLength(way + reach);
+        errors_[at] = lengths_.code(std::max(own, k_error_ratio * error));
+        radii_[at] = lengths_.code(way + reach);
     };
     for (std::int32_t y = centres ? step : 0; y <= n; y += centres ? 2 * step : step)
         for (std::int32_t x = centres || (y / step) % 2 == 0 ? step : 0; x <= n; x += 2 * step) set(x, y);
@@ -254,7 +261,7 @@ void SampledSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
         positions(batch, std::span(centers).first(batch.size()));
         for (std::size_t i = 0; i < batch.size(); ++i) {
             const std::size_t at = index(batch[i]);
-            bounds[begin + i] = {centers[i], Vec3d(unit_ * radii_[at].value()), unit_ * errors_[at].value()};
+            bounds[begin + i] = {centers[i], Vec3d(lengths_.length(radii_[at])), lengths_.length(errors_[at])};
         }
     }
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "rounded_length.hpp"
+#include "byte_lengths.hpp"
 #include "surface.hpp"
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace tetrakis::lod {
 
 /// A surface that is known at the points of a lattice, with 2^level() steps to a side of each corner cell of the roots'
 /// faces (site.hpp). Between the points it is flat, or finest_errors() bounds its distance from the finest triangles.
-/// This class computes the bounds of all diamonds in one pass from the finest to the roots, and stores four bytes a
+/// This class computes the bounds of all diamonds in one pass from the finest to the roots, and stores two bytes a
 /// point for them. A derived class provides the points, which it may compute or store.
 class SampledSurface : public Surface {
   public:
@@ -73,9 +73,9 @@ class SampledSurface : public Surface {
     int level_ = 0;
     std::vector<HalfedgeId> cells_;
     std::vector<std::uint32_t> cell_of_;  // by half-edge
-    double unit_ = 1;                     // of the lengths below, so that a surface's size does not matter
-    // By point: of the diamond whose middle it is.
-    std::vector<detail::RoundedLength> errors_, radii_;
+    // By point: codes of the diamond whose middle it is.
+    std::vector<std::uint8_t> errors_, radii_;
+    detail::ByteLengths lengths_;
 };
 
 }  // namespace tetrakis::lod

@@ -33,7 +33,7 @@ class SubdivisionSurface final : public SampledSurface {
     /// @throws Error  invalid_input: a mesh that the scheme cannot take or whose faces are all holes, a level out
     ///                of range, a point that is displaced to no finite place; unsupported: a scheme
     ///                of another kind, a mesh for which the scheme has no bound (tessellate.hpp, certified); cancelled
-    /// Cost: some microseconds for each point of the lattice, by all threads; 28 bytes for each. While bounds are
+    /// Cost: some microseconds for each point of the lattice, by all threads; 26 bytes for each. While bounds are
     /// computed, each thread needs some 150 bytes (dual schemes: 600) for each point of one corner cell.
     SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
                        const SubdivisionSurfaceOptions& options = {});

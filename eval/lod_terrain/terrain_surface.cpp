@@ -43,8 +43,7 @@ TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : gri
 }
 
 std::uint64_t TerrainSurface::memory_bytes() const {
-    std::uint64_t bytes = grid_.heights.capacity() * sizeof(float) +
-                          errors_.capacity() * sizeof(detail::RoundedLength) +
+    std::uint64_t bytes = grid_.heights.capacity() * sizeof(float) + codes_.capacity() +
                           (lattice_.xs.capacity() + lattice_.ys.capacity()) * sizeof(std::int32_t);
     for (const HeightLevel& level : heights_) bytes += level.cells.capacity() * sizeof(HeightRange);
     return bytes;
@@ -94,14 +93,19 @@ void TerrainSurface::set_heights() {
 }
 
 void TerrainSurface::set_errors(const RunContext& context) {
-    errors_.assign(lattice_.xs.size() * lattice_.ys.size(), {});
+    const HeightRange all = heights_.back().cells[0];
+    // If lines are not at samples, an error is the sum of a child's error and of a difference of heights. This factor
+    // bounds such nested sums, each rounded up by an eighth.
+    constexpr double k_sums = 16;
+    lengths_ = detail::ByteLengths(k_sums * (double{all.high} - double{all.low}), max_depth());
+    codes_.assign(lattice_.xs.size() * lattice_.ys.size(), 0);
     const auto last_x = lattice_.last_x(), last_y = lattice_.last_y();
     const auto set = [&](std::int32_t x, std::int32_t y) {
         const LatticeDiamond diamond({x, y});
-        double worst = 0;
+        int worst = 0;
         if (diamond.is_centre || diamond.step > 1)
             for (const auto& child : diamond.children())
-                if (lattice_.has(child)) worst = std::max(worst, errors_[index(child)].value());
+                if (lattice_.has(child)) worst = std::max(worst, int{code(child)});
         const bool all_at_samples = diamond.step > 1 && spans_samples(lattice_.xs, x, diamond.step) &&
                                     spans_samples(lattice_.ys, y, diamond.step);
         double error = diamond.step > 1 ? exact_error(diamond) : 0;
@@ -109,9 +113,11 @@ void TerrainSurface::set_errors(const RunContext& context) {
             // Squares of two steps have lines in their middles, and narrow strips more of them. This bounds the
             // distance from the finer triangles.
             const auto [a, b] = diamond.ends;
-            error = std::max(error, std::abs(height(diamond.middle) - (height(a) + height(b)) / 2)) + worst;
+            error = std::max(error, std::abs(height(diamond.middle) - (height(a) + height(b)) / 2)) +
+                    lengths_.length(static_cast<std::uint8_t>(worst));
         }
-        errors_[index({x, y})] = detail::RoundedLength(std::max(error, k_error_ratio * worst));
+        codes_[code_index({x, y})] = static_cast<std::uint8_t>(std::min(
+            255, std::max(int{lengths_.code(error)}, worst == 0 ? 0 : worst + detail::ByteLengths::k_nesting)));
     };
     const std::int32_t half = 1 << (lattice_.log_side - 1);
     for (std::int32_t s = 1; s <= half; s *= 2) {
@@ -225,7 +231,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     for (const Site& site : sites) {
         const LatticePlace p = lattice_.place(site);
         const Around around(*this, p);
-        __builtin_prefetch(errors_.data() + index(p));
+        __builtin_prefetch(codes_.data() + code_index(p));
         __builtin_prefetch(around.north);
         __builtin_prefetch(around.south);
     }
@@ -236,7 +242,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
                           d = around.south[around.east];
         const HeightRange heights{std::min(std::min(a.low, b.low), std::min(c.low, d.low)),
                                   std::max(std::max(a.high, b.high), std::max(c.high, d.high))};
-        bounds[i] = lattice_.bounds(around.within, heights, errors_[index(p)].value());
+        bounds[i] = lattice_.bounds(around.within, heights, lengths_.length(code(p)));
     }
 }
 

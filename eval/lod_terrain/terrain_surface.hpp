@@ -1,8 +1,8 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
+#include "../lod_surfaces/byte_lengths.hpp"
 #include "../lod_surfaces/lattice_diamond.hpp"
-#include "../lod_surfaces/rounded_length.hpp"
 #include "../lod_surfaces/surface.hpp"
 #include "../terrain/height_grid.hpp"
 #include "terrain_lattice.hpp"
@@ -23,11 +23,11 @@ namespace tetrakis::lod {
 
 /// A height grid of any size as a surface: every sample is a vertex of its finest level. x to the east, y to the north,
 /// z up, as in terrain_mesh(); uv from (0, 0) at the first sample to (1, 1) at the last one. A diamond's error is the
-/// largest vertical distance of samples, but for nesting and rounding up by at most 1/16; for the smallest, a bound.
+/// largest vertical distance of samples, but for nesting and rounding up by at most 1/8; for the smallest, a bound.
 class TerrainSurface final : public Terrain {
   public:
     /// @throws Error  as detail::check_surface() does; cancelled
-    /// Cost: O(samples * log samples), by all threads of the context; memory: the grid's and at most four bytes a
+    /// Cost: O(samples * log samples), by all threads of the context; memory: the grid's and at most two bytes a
     /// sample, where both sides have at least a hundred.
     explicit TerrainSurface(HeightGrid grid, const RunContext& context = {});
 
@@ -60,9 +60,10 @@ class TerrainSurface final : public Terrain {
     double exact_error(const detail::LatticeDiamond& diamond) const;
     double height(LatticePlace p) const;
     Vec3d position(LatticePlace p) const { return lattice_.position(p, height(p)); }
-    std::size_t index(LatticePlace p) const {
+    std::size_t code_index(LatticePlace p) const {
         return static_cast<std::size_t>(p.y) * lattice_.xs.size() + static_cast<std::size_t>(p.x);
     }
+    std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
     detail::GroundSquare square(LatticePlace p) const {
         return {p, [this](LatticePlace corner) { return position(corner); }};
     }
@@ -72,7 +73,8 @@ class TerrainSurface final : public Terrain {
     HeightGrid grid_;
     detail::TerrainLattice lattice_;
     ControlMesh roots_;
-    std::vector<detail::RoundedLength> errors_;  ///< of the diamonds of the lattice's points
+    std::vector<std::uint8_t> codes_;  ///< errors of the diamonds of the lattice's points
+    detail::ByteLengths lengths_;
     std::vector<HeightLevel> heights_;
 };
 

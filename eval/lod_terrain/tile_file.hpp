@@ -1,7 +1,6 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "../lod_surfaces/rounded_length.hpp"
 #include "../terrain/height_grid.hpp"
 #include "terrain_lattice.hpp"
 
@@ -23,12 +22,13 @@ struct TilePoint {
     float height = 0;
     std::uint32_t packed = 0;  ///< lowest 12 bits: error of its diamond; then twice 10 bits: its normal
 
-    void set_error(double error) { packed = (packed & ~0xFFFu) | RoundedLength(error).code; }
-    double error() const {
-        RoundedLength length;
-        length.code = packed & 0xFFFu;
-        return length.value();
+    /// Stores a float without its sign and its lowest 19 bits, rounded up by at most a sixteenth.
+    void set_error(double error) {
+        auto above = static_cast<float>(error);
+        if (double{above} < error) above = std::nextafter(above, std::numeric_limits<float>::infinity());
+        packed = (packed & ~0xFFFu) | (std::bit_cast<std::uint32_t>(above) + k_rest) >> k_digits;
     }
+    double error() const { return double{std::bit_cast<float>((packed & 0xFFFu) << k_digits)}; }
 
     /// Maps the normal to the upper half of an octahedron, whose ground plan is a square that stands on a corner.
     void set_normal(const Vec3d& n) {
@@ -43,6 +43,8 @@ struct TilePoint {
     }
 
   private:
+    static constexpr int k_digits = 19;
+    static constexpr std::uint32_t k_rest = (1u << k_digits) - 1;
     static constexpr double k_half = 511;  // so that a normal straight up is exact
 };
 static_assert(sizeof(TilePoint) == 8);
