@@ -1,8 +1,7 @@
-#include "../../hier/mesh/face_cutter.hpp"
 #include "../../hier/obj/obj_lines.hpp"
 #include "mesh_codecs.hpp"
-#include "mesh_view.hpp"
 #include "mesh_writer.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <span>
 #include <utility>
 
 namespace tetrakis {
@@ -68,55 +69,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::uint32_t k_no_group = 0xFFFF'FFFFu;
-
-// The triangles of one group and material.
-struct Primitive {
-    std::uint32_t group = 0, material = 0;
-    std::uint64_t first_index = 0, index_count = 0;
-};
-
-struct TriangleList {
-    std::vector<std::uint32_t> indices;
-    std::vector<Primitive> primitives;  // by group, then material
-};
-
-std::uint64_t triangle_count(const MeshView& mesh, std::uint64_t f) {
-    return mesh.face_end(f) - mesh.face_begin(f) - 2;
-}
-
-TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split) {
-    TriangleList list;
-    const auto group_material = [&](std::uint64_t f) {
-        return std::pair(mesh.face_group.empty() ? 0 : mesh.face_group[f],
-                         mesh.face_material.empty() ? 0 : mesh.face_material[f]);
-    };
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint64_t> place;  // counts, then next positions
-    for (std::uint64_t f = 0; f < mesh.face_count(); ++f) place[group_material(f)] += 3 * triangle_count(mesh, f);
-    std::uint64_t index_count = 0;
-    for (auto& [key, count] : place) {
-        list.primitives.push_back({key.first, key.second, index_count, count});
-        index_count += std::exchange(count, index_count);
-    }
-    list.indices.resize(index_count);
-    FaceCutter cutter;
-    std::vector<Vec3d> points;
-    for (std::uint64_t f = 0; f < mesh.face_count(); ++f) {
-        std::uint64_t& at = place[group_material(f)];
-        const std::uint64_t begin = mesh.face_begin(f);
-        points.clear();
-        for (std::uint64_t c = begin; c < mesh.face_end(f); ++c) points.push_back(mesh.positions[mesh.corners[c]]);
-        cutter.cut(
-            points, [](std::uint32_t, std::uint32_t) { return true; },
-            [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
-                for (const std::uint32_t i : {a, tip, b})
-                    list.indices[at++] =
-                        split.corner_vertex.empty() ? mesh.corners[begin + i] : split.corner_vertex[begin + i];
-            });
-    }
-    return list;
-}
-
 Vec3f unit_normal(const Vec3d& n) {
     const Vec3d unit = unit_or_zero(n);
     return unit != Vec3d(0) ? Vec3f(unit) : Vec3f(0, 0, 1);  // glTF requires unit length
@@ -125,11 +77,19 @@ Vec3f unit_normal(const Vec3d& n) {
 class GlbEncoder {
   public:
     GlbEncoder(const MeshView& mesh, const Box3d& whole, const RunContext& context)
-        : mesh_(mesh),
-          context_(context),
-          split_(mesh, true),
-          list_(cut_into_triangles(mesh, split_)),
-          origin_(glb_origin(whole)) {
+        : mesh_(mesh), context_(context), split_(mesh, true), origin_(glb_origin(whole)) {
+        const auto key = [&](std::uint64_t f) {
+            return std::pair(mesh.face_group.empty() ? 0 : mesh.face_group[f],
+                             mesh.face_material.empty() ? 0 : mesh.face_material[f]);
+        };
+        std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint64_t> triangles;
+        for (std::uint64_t f = 0; f < mesh.face_count(); ++f)
+            triangles[key(f)] += mesh.face_end(f) - mesh.face_begin(f) - 2;
+        for (const auto& [of, count] : triangles) indices_[of].reserve(3 * count);
+        for_each_triangle(mesh, [&](std::uint64_t f, const std::array<std::uint64_t, 3>& corners) {
+            auto& indices = indices_[key(f)];
+            for (const std::uint64_t c : corners) indices.push_back(split_.corners()[c]);
+        });
         const Box3d box = bounding_box(mesh.positions);
         const Vec3d reach = glm::max(glm::abs(box.lower - origin_), glm::abs(box.upper - origin_));
         if (!box.empty() && !fits_float(std::max({reach.x, reach.y, reach.z})))
@@ -163,13 +123,13 @@ class GlbEncoder {
     }
 
   private:
-    Vec3f local(std::uint64_t v) const { return Vec3f(mesh_.positions[split_.original(v)] - origin_); }
+    Vec3f local(std::uint64_t v) const { return Vec3f(mesh_.positions[split_.vertices()[v].position] - origin_); }
 
     Json describe() {
         Json json;
         json["asset"] = {{"version", "2.0"}, {"generator", "tetrakis"}};
         json["scene"] = 0;
-        if (list_.primitives.empty()) {  // an empty scene: glTF allows no accessor without elements
+        if (indices_.empty()) {  // an empty scene: glTF allows no accessor without elements
             json["scenes"] = Json::array({Json::object()});
             return json;
         }
@@ -181,9 +141,11 @@ class GlbEncoder {
         };
         constexpr int k_array_buffer = 34962, k_element_array_buffer = 34963, k_float = 5126, k_unsigned_int = 5125;
         const auto add_vertices = [&](const char* type, std::uint64_t bytes_each) {
-            const std::size_t view = add_view(split_.count * bytes_each, k_array_buffer);
-            json["accessors"].push_back(
-                {{"bufferView", view}, {"componentType", k_float}, {"count", split_.count}, {"type", type}});
+            const std::size_t view = add_view(split_.vertices().size() * bytes_each, k_array_buffer);
+            json["accessors"].push_back({{"bufferView", view},
+                                         {"componentType", k_float},
+                                         {"count", split_.vertices().size()},
+                                         {"type", type}});
             return json["accessors"].size() - 1;
         };
         Json attributes;
@@ -198,15 +160,17 @@ class GlbEncoder {
         positions["max"] = {upper.x, upper.y, upper.z};
         if (mesh_.has_normals()) attributes["NORMAL"] = add_vertices("VEC3", sizeof(Vec3f));
         if (mesh_.has_uvs()) attributes["TEXCOORD_0"] = add_vertices("VEC2", sizeof(glm::vec2));
-        const std::size_t index_view = add_view(list_.indices.size() * sizeof(std::uint32_t), k_element_array_buffer);
+        const std::uint64_t triangles = mesh_.corners.size() - 2 * mesh_.face_count();
+        const std::size_t index_view = add_view(3 * sizeof(std::uint32_t) * triangles, k_element_array_buffer);
 
         Json nodes = Json::array();
-        std::uint32_t last_group = k_no_group;
-        for (const Primitive& primitive : list_.primitives) {
-            if (primitive.group != last_group) {
-                last_group = primitive.group;
+        std::uint64_t offset = 0;
+        std::optional<std::uint32_t> last_group;
+        for (const auto& [key, indices] : indices_) {
+            const auto [group, material] = key;
+            if (std::exchange(last_group, group) != group) {
                 Json mesh, node;
-                if (!mesh_.face_group.empty()) mesh["name"] = node["name"] = obj_name(mesh_.groups[primitive.group]);
+                if (!mesh_.face_group.empty()) mesh["name"] = node["name"] = obj_name(mesh_.groups[group]);
                 mesh["primitives"] = Json::array();
                 node["mesh"] = json["meshes"].size();
                 if (origin_ != Vec3d(0)) node["translation"] = {origin_.x, origin_.y, origin_.z};
@@ -214,12 +178,13 @@ class GlbEncoder {
                 nodes.push_back(std::move(node));
             }
             json["accessors"].push_back({{"bufferView", index_view},
-                                         {"byteOffset", primitive.first_index * sizeof(std::uint32_t)},
+                                         {"byteOffset", offset},
                                          {"componentType", k_unsigned_int},
-                                         {"count", primitive.index_count},
+                                         {"count", indices.size()},
                                          {"type", "SCALAR"}});
+            offset += indices.size() * sizeof(std::uint32_t);
             Json part = {{"attributes", attributes}, {"indices", json["accessors"].size() - 1}};
-            if (!mesh_.face_material.empty()) part["material"] = primitive.material;
+            if (!mesh_.face_material.empty()) part["material"] = material;
             json["meshes"].back()["primitives"].push_back(std::move(part));
         }
         Json members = Json::array();
@@ -236,28 +201,29 @@ class GlbEncoder {
     }
 
     void write_buffer(AtomicFile& file) const {
-        write_in_pieces(file, split_.count, context_, 0.0, 0.3,
+        write_in_pieces(file, split_.vertices().size(), context_, 0.0, 0.3,
                         [&](std::string& out, std::uint64_t v) { append_bytes(out, local(v)); });
-        write_in_pieces(file, mesh_.has_normals() ? split_.count : 0, context_, 0.3, 0.5,
+        write_in_pieces(file, mesh_.has_normals() ? split_.vertices().size() : 0, context_, 0.3, 0.5,
                         [&](std::string& out, std::uint64_t v) {
-                            append_bytes(out, unit_normal(mesh_.normals[split_.normal(v)]));
+                            append_bytes(out, unit_normal(mesh_.normals[split_.vertices()[v].normal]));
                         });
-        write_in_pieces(file, mesh_.has_uvs() ? split_.count : 0, context_, 0.5, 0.6,
+        write_in_pieces(file, mesh_.has_uvs() ? split_.vertices().size() : 0, context_, 0.5, 0.6,
                         [&](std::string& out, std::uint64_t v) {
-                            const std::uint32_t i = split_.vertex_uv[v];
+                            const std::uint32_t i = split_.vertices()[v].uv;
                             const Vec2d uv = i == SplitVertices::k_no_uv ? Vec2d(0) : mesh_.uvs[i];
                             append_bytes(out, glm::vec2(uv.x, 1 - uv.y));  // glTF counts v from the top
                         });
-        write_in_pieces(file, list_.indices.size() / 3, context_, 0.6, 1.0, [&](std::string& out, std::uint64_t t) {
-            out.append(reinterpret_cast<const char*>(&list_.indices[3 * t]), 3 * sizeof(std::uint32_t));
-        });
+        for (const auto& [key, indices] : indices_) {
+            context_.report("write", 0.6);
+            file.write(std::as_bytes(std::span(indices)));
+        }
     }
 
     const MeshView& mesh_;
     const RunContext& context_;
     SplitVertices split_;
-    TriangleList list_;
     Vec3d origin_;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> indices_;  // by group and material
     std::uint64_t buffer_bytes_ = 0;
 };
 

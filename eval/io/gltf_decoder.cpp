@@ -1,5 +1,5 @@
 #include "mesh_codecs.hpp"
-#include "mesh_view.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
@@ -285,18 +285,12 @@ class GltfDecoder {
                 mesh_.triangle_material.push_back(material);
                 mesh_.triangle_group.push_back(group);
             };
-            if (mode == TINYGLTF_MODE_TRIANGLES) {
-                if (count % 3 != 0) reject(fmt::format("{} vertex indices are no whole number of triangles", count));
-                for (std::uint64_t i = 0; i < count; i += 3) add(index(i), index(i + 1), index(i + 2));
-            } else {
-                for (std::uint64_t i = 0; i + 2 < count; ++i) {
-                    if (mode == TINYGLTF_MODE_TRIANGLE_FAN)
-                        add(index(0), index(i + 1), index(i + 2));
-                    else if (i % 2 == 0)
-                        add(index(i), index(i + 1), index(i + 2));
-                    else
-                        add(index(i + 1), index(i), index(i + 2));
-                }
+            if (mode == TINYGLTF_MODE_TRIANGLES && count % 3 != 0)
+                reject(fmt::format("{} vertex indices are no whole number of triangles", count));
+            for (std::uint64_t i = 0; i + 2 < count; i += mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) {
+                // Every other triangle of a strip runs backwards.
+                const std::uint64_t odd = mode == TINYGLTF_MODE_TRIANGLE_STRIP ? i % 2 : 0;
+                add(index(mode == TINYGLTF_MODE_TRIANGLE_FAN ? 0 : i + odd), index(i + 1 - odd), index(i + 2));
             }
         }
     }

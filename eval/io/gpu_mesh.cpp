@@ -1,7 +1,7 @@
 #include "gpu_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "mesh_view.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 
@@ -20,26 +20,23 @@ void check_float(std::initializer_list<double> numbers, const char* what, std::u
 }  // namespace
 
 GpuMesh gpu_mesh(const TriangleMesh& mesh, const Vec3d& origin) {
-    const detail::MeshView view(mesh);
+    const MeshView view(mesh);
     view.check();
     const detail::SplitVertices split(view, true);
     GpuMesh out;
     out.origin = origin;
-    for (std::uint64_t v = 0; v < split.count; ++v) {
-        out.vertices.push_back(split.original(v));
-        const Vec3d local = mesh.positions[out.vertices.back()] - origin;
-        check_float({local.x, local.y, local.z}, "position", out.vertices.back(),
-                    "pass an origin near the model, or scale it");
+    for (const auto& [vertex, normal, uv] : split.vertices()) {
+        out.vertices.push_back(vertex);
+        const Vec3d local = mesh.positions[vertex] - origin;
+        check_float({local.x, local.y, local.z}, "position", vertex, "pass an origin near the model, or scale it");
         out.positions.emplace_back(local);
-        if (view.has_normals()) out.normals.emplace_back(unit_or_zero(mesh.normals[split.normal(v)]));
+        if (view.has_normals()) out.normals.emplace_back(unit_or_zero(mesh.normals[normal]));
         if (!view.has_uvs()) continue;
-        const std::uint32_t uv = split.vertex_uv[v];
         const Vec2d at = uv == detail::SplitVertices::k_no_uv ? Vec2d(0) : mesh.uvs[uv];
-        check_float({at.x, at.y}, "texture coordinate", out.vertices.back(), "scale it");
+        check_float({at.x, at.y}, "texture coordinate", vertex, "scale it");
         out.uvs.emplace_back(at);
     }
-    const auto corners = split.corner_vertex.empty() ? view.corners : std::span(split.corner_vertex);
-    out.indices.assign(corners.begin(), corners.end());
+    out.indices.assign(split.corners().begin(), split.corners().end());
     return out;
 }
 

@@ -1,17 +1,48 @@
 #pragma once
 
-// Private to eval/io: one encoder per format; mesh_writer chooses one.
+// Private to eval/io: an encoder and a decoder for the bytes of a whole file per format, of which mesh_writer and
+// mesh_reader choose one.
 
 #include "../../hier/base/files.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/mesh/face_cutter.hpp"
 #include "mesh_view.hpp"
 
+#include <array>
 #include <bit>
+#include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// Most elements of one kind: the 32-bit index that remains means "none".
+inline constexpr std::uint32_t k_most_elements = 0xFFFF'FFFEu;
+
+TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path, const RunContext& context);
+TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
+TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
+
+/// Cuts faces into triangles, with regard to their shapes: a fan may leave a concave face.
+TriangleMesh cut_faces(const MeshView& faces);
+/// The same: calls visit(face, corners of a triangle), face by face.
+template <class Visit>
+void for_each_triangle(const MeshView& mesh, const Visit& visit) {
+    FaceCutter cutter;
+    std::vector<Vec3d> points;
+    for (std::uint64_t f = 0; f < mesh.face_count(); ++f) {
+        const std::uint64_t begin = mesh.face_begin(f);
+        points.clear();
+        for (std::uint64_t c = begin; c < mesh.face_end(f); ++c) points.push_back(mesh.positions[mesh.corners[c]]);
+        cutter.cut(
+            points, [](std::uint32_t, std::uint32_t) { return true; },
+            [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
+                visit(f, std::array{begin + a, begin + tip, begin + b});
+            });
+    }
+}
 
 void encode_obj(const MeshView& mesh, AtomicFile& file, const RunContext& context);
 void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& context);
@@ -53,33 +84,5 @@ void append_bytes(std::string& out, const T& value) {
 /// A name that is safe in a line-based format: control characters and a final '\' become '_', and the empty name
 /// becomes a word.
 std::string printable_name(std::string_view name);
-
-}  // namespace tetrakis::detail
-
-// Private to eval/io, except cut_faces(): one decoder per format, for the bytes of a whole file; mesh_reader chooses.
-
-#include "../../hier/base/run_context.hpp"
-#include "../../refine/rules/polygon_mesh.hpp"
-#include "../surface/triangle_mesh.hpp"
-
-#include <cstdint>
-#include <filesystem>
-#include <span>
-#include <string>
-#include <string_view>
-#include <vector>
-
-namespace tetrakis::detail {
-
-/// Most elements of one kind: the 32-bit index that remains means "none".
-inline constexpr std::uint32_t k_most_elements = 0xFFFF'FFFEu;
-
-TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path, const RunContext& context);
-TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
-TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
-
-/// Cuts the faces of a file into triangles, with regard to their shapes: a fan may leave a concave face.
-/// @param corner_normals  indices into the normals, one per face corner; or empty
-TriangleMesh cut_faces(PolygonMesh&& faces, std::span<const std::uint32_t> corner_normals = {});
 
 }  // namespace tetrakis::detail

@@ -1,41 +1,30 @@
 #include "mesh_reader.hpp"
 
 #include "../../hier/base/files.hpp"
-#include "../../hier/mesh/face_cutter.hpp"
 #include "mesh_codecs.hpp"
 
 namespace tetrakis {
 
 namespace detail {
 
-TriangleMesh cut_faces(PolygonMesh&& faces, std::span<const std::uint32_t> corner_normals) {
+TriangleMesh cut_faces(const MeshView& faces) {
     TriangleMesh mesh;
-    FaceCutter cutter;
-    std::vector<Vec3d> points;
-    for (std::uint32_t f = 0; f < faces.face_count(); ++f) {
-        const std::uint32_t begin = faces.face_offsets[f];
-        points.clear();
-        for (std::uint32_t c = begin; c < faces.face_offsets[f + 1]; ++c)
-            points.push_back(faces.positions[faces.face_vertices[c]]);
-        const auto add = [&](std::uint32_t a, std::uint32_t tip, std::uint32_t b) {
-            const auto add_corners = [&](const auto& of_corner, auto& triangles) {
-                if (!of_corner.empty())
-                    triangles.push_back({of_corner[begin + a], of_corner[begin + tip], of_corner[begin + b]});
-            };
-            add_corners(faces.face_vertices, mesh.triangles);
-            add_corners(faces.face_uvs, mesh.triangle_uvs);
-            add_corners(corner_normals, mesh.triangle_normals);
-            if (!faces.face_material.empty()) mesh.triangle_material.push_back(faces.face_material[f]);
-            if (!faces.face_group.empty()) mesh.triangle_group.push_back(faces.face_group[f]);
+    for_each_triangle(faces, [&](std::uint64_t f, const std::array<std::uint64_t, 3>& corners) {
+        const auto add = [&](std::span<const std::uint32_t> of_corner, auto& triangles) {
+            if (!of_corner.empty())
+                triangles.push_back({of_corner[corners[0]], of_corner[corners[1]], of_corner[corners[2]]});
         };
-        cutter.cut(
-            points, [](std::uint32_t, std::uint32_t) { return true; }, add);
-    }
-    mesh.positions = std::move(faces.positions);
-    mesh.normals = std::move(faces.normals);
-    mesh.uvs = std::move(faces.uvs);
-    mesh.materials = std::move(faces.materials);
-    mesh.groups = std::move(faces.groups);
+        add(faces.corners, mesh.triangles);
+        add(faces.corner_uvs, mesh.triangle_uvs);
+        add(faces.corner_normals, mesh.triangle_normals);
+        if (!faces.face_material.empty()) mesh.triangle_material.push_back(faces.face_material[f]);
+        if (!faces.face_group.empty()) mesh.triangle_group.push_back(faces.face_group[f]);
+    });
+    mesh.positions.assign(faces.positions.begin(), faces.positions.end());
+    mesh.normals.assign(faces.normals.begin(), faces.normals.end());
+    mesh.uvs.assign(faces.uvs.begin(), faces.uvs.end());
+    mesh.materials.assign(faces.materials.begin(), faces.materials.end());
+    mesh.groups.assign(faces.groups.begin(), faces.groups.end());
     return mesh;
 }
 

@@ -17,47 +17,26 @@ MeshFormat mesh_format(const std::filesystem::path& path) {
                 path);
 }
 
-namespace {
-
-void encode(AtomicFile& file, const detail::MeshView& view, const Box3d& whole, const RunContext& context) {
+void write_mesh_part(AtomicFile& file, const MeshView& mesh, const Box3d& whole, const RunContext& context) {
     const MeshFormat format = mesh_format(file.path());
-    view.check();
+    mesh.check();
     with_threads(context, [&] {
         if (format == MeshFormat::glb)
-            detail::encode_glb(view, whole, file, context);
+            detail::encode_glb(mesh, whole, file, context);
         else
-            (format == MeshFormat::obj ? detail::encode_obj : detail::encode_ply)(view, file, context);
+            (format == MeshFormat::obj ? detail::encode_obj : detail::encode_ply)(mesh, file, context);
     });
 }
 
-template <class Mesh>
-void write_whole(const std::filesystem::path& path, const Mesh& mesh, const RunContext& context) {
+void write_mesh(AtomicFile& file, const MeshView& mesh, const RunContext& context) {
+    write_mesh_part(file, mesh, bounding_box(mesh.positions), context);
+}
+
+void write_mesh(const std::filesystem::path& path, const MeshView& mesh, const RunContext& context) {
     mesh_format(path);  // throws before anything is written
     AtomicFile file(path);
     write_mesh(file, mesh, context);
     file.commit();
-}
-
-}  // namespace
-
-void write_mesh(AtomicFile& file, const TriangleMesh& mesh, const RunContext& context) {
-    encode(file, detail::MeshView(mesh), bounding_box(mesh.positions), context);
-}
-
-void write_mesh(AtomicFile& file, const PolygonMesh& mesh, const RunContext& context) {
-    encode(file, detail::MeshView(mesh), bounding_box(mesh.positions), context);
-}
-
-void write_mesh_part(AtomicFile& file, const TriangleMesh& mesh, const Box3d& whole, const RunContext& context) {
-    encode(file, detail::MeshView(mesh), whole, context);
-}
-
-void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const RunContext& context) {
-    write_whole(path, mesh, context);
-}
-
-void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh, const RunContext& context) {
-    write_whole(path, mesh, context);
 }
 
 }  // namespace tetrakis

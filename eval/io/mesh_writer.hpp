@@ -1,8 +1,7 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "../../refine/rules/polygon_mesh.hpp"
-#include "../surface/triangle_mesh.hpp"
+#include "mesh_view.hpp"
 
 #include <filesystem>
 
@@ -20,21 +19,19 @@ enum class MeshFormat {
 /// @throws Error unsupported: another extension or none
 MeshFormat mesh_format(const std::filesystem::path& path);
 
-/// Writes a mesh in the format of the path's extension. The file appears whole or not at all (see AtomicFile), with the
-/// same bytes for any number of threads. Vertices keep their order and are never merged. PLY and GLB have one normal
-/// per vertex, so copies of vertices on creases follow after all vertices; GLB also has copies at UV seams. Polygons in
-/// GLB are cut into triangles by the rule of triangulate().
+/// Writes a TriangleMesh or PolygonMesh in the format of the path's extension. The file appears whole or not at all
+/// (see AtomicFile), with the same bytes for any number of threads. Vertices keep their order and are never merged. PLY
+/// and GLB have one normal per vertex, so copies of vertices on creases follow after all vertices; GLB also has copies
+/// at UV seams. Polygons in GLB are cut into triangles by the rule of triangulate().
 /// @throws Error  unsupported (extension; more than 4 GiB of GLB), invalid_input (the mesh contradicts itself or has a
 ///                number that is not finite), io (with the reason), cancelled
-void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const RunContext& context = {});
-void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh, const RunContext& context = {});
+void write_mesh(const std::filesystem::path& path, const MeshView& mesh, const RunContext& context = {});
 /// The same into a file that the caller commits, alone or together with others (FileSet).
-void write_mesh(AtomicFile& file, const TriangleMesh& mesh, const RunContext& context = {});
-void write_mesh(AtomicFile& file, const PolygonMesh& mesh, const RunContext& context = {});
+void write_mesh(AtomicFile& file, const MeshView& mesh, const RunContext& context = {});
 /// The same for a part of a model: GLB uses the local origin of the whole model, so vertices that parts share have the
 /// same floats in all of them.
 /// @param whole  bounding box of the whole model
-void write_mesh_part(AtomicFile& file, const TriangleMesh& mesh, const Box3d& whole, const RunContext& context = {});
+void write_mesh_part(AtomicFile& file, const MeshView& mesh, const Box3d& whole, const RunContext& context = {});
 
 /// The local origin of a GLB: its nodes' translation, exact in float. Zero if the model is near the origin.
 Vec3d glb_origin(const Box3d& box);

@@ -25,10 +25,6 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
                                         "one, or has too many digits",
                                         what));
     };
-    const auto is_whole = [](std::span<const std::uint32_t> layer) {
-        return !layer.empty() && std::ranges::find(layer, k_obj_absent) == layer.end();
-    };
-    const bool has_uvs = is_whole(data.face_uvs), has_normals = is_whole(data.face_normals);
     for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
         const std::uint32_t first = data.face_offsets[f], size = data.face_offsets[f + 1] - first;
         if (size < 3)
@@ -43,18 +39,14 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
     }
     for (auto* const names : {&data.materials, &data.groups})
         std::ranges::replace(*names, std::string(), std::string("default"));
-    PolygonMesh faces;
-    faces.positions = std::move(data.positions);
-    faces.face_offsets = std::move(data.face_offsets);
-    faces.face_vertices = std::move(data.face_vertices);
-    if (has_uvs) faces.uvs = std::move(data.uvs), faces.face_uvs = std::move(data.face_uvs);
-    faces.face_material = std::move(data.face_material);
-    faces.materials = std::move(data.materials);
-    faces.face_group = std::move(data.face_group);
-    faces.groups = std::move(data.groups);
-    if (!has_normals) return cut_faces(std::move(faces));
-    faces.normals = std::move(data.normals);
-    TriangleMesh mesh = cut_faces(std::move(faces), data.face_normals);
+    const auto drop_unless_whole = [](std::vector<std::uint32_t>& layer, auto& values) {
+        if (!layer.empty() && std::ranges::find(layer, k_obj_absent) == layer.end()) return;
+        layer.clear();
+        values.clear();
+    };
+    drop_unless_whole(data.face_uvs, data.uvs);
+    drop_unless_whole(data.face_normals, data.normals);
+    TriangleMesh mesh = cut_faces(MeshView(data));
     // If all corners use the normal with their vertex's index (files of tetrakis without creases), they are by vertex.
     if (mesh.triangle_normals == mesh.triangles && mesh.normals.size() == mesh.positions.size())
         mesh.triangle_normals.clear();
@@ -75,16 +67,10 @@ void append_face(std::string& out, const MeshView& mesh, std::uint64_t f) {
     const auto end = std::back_inserter(out);
     out += 'f';
     for (std::uint64_t c = mesh.face_begin(f); c < mesh.face_end(f); ++c) {
-        const std::uint64_t v = std::uint64_t{mesh.corners[c]} + 1;
-        if (mesh.has_uvs() && mesh.has_normals())
-            fmt::format_to(end, FMT_COMPILE(" {}/{}/{}"), v, std::uint64_t{mesh.corner_uvs[c]} + 1,
-                           std::uint64_t{mesh.normal(c)} + 1);
-        else if (mesh.has_uvs())
-            fmt::format_to(end, FMT_COMPILE(" {}/{}"), v, std::uint64_t{mesh.corner_uvs[c]} + 1);
-        else if (mesh.has_normals())
-            fmt::format_to(end, FMT_COMPILE(" {}//{}"), v, std::uint64_t{mesh.normal(c)} + 1);
-        else
-            fmt::format_to(end, FMT_COMPILE(" {}"), v);
+        fmt::format_to(end, FMT_COMPILE(" {}"), std::uint64_t{mesh.corners[c]} + 1);
+        if (mesh.has_uvs()) fmt::format_to(end, FMT_COMPILE("/{}"), std::uint64_t{mesh.corner_uvs[c]} + 1);
+        if (!mesh.has_normals()) continue;
+        fmt::format_to(end, FMT_COMPILE("{}/{}"), mesh.has_uvs() ? "" : "/", std::uint64_t{mesh.normal(c)} + 1);
     }
     out += '\n';
 }

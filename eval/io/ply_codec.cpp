@@ -1,6 +1,6 @@
 #include "../../hier/obj/obj_lines.hpp"
 #include "mesh_codecs.hpp"
-#include "mesh_view.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 
@@ -59,16 +59,16 @@ struct PlyElement {
 /// The role of a vertex or face property, by its name.
 struct RoleName {
     std::string_view name;
-    int role;
+    std::size_t role;
     bool is_list;
 };
-constexpr int k_skip = -1;
+constexpr std::size_t k_skip = 8;  // no role
 // A vertex's position, normal and texture coordinates are numbers 0 to 2, 3 to 5, 6 and 7.
 constexpr RoleName k_vertex_roles[] = {{"x", 0, false},  {"y", 1, false},         {"z", 2, false},
                                        {"nx", 3, false}, {"ny", 4, false},        {"nz", 5, false},
                                        {"s", 6, false},  {"t", 7, false},         {"u", 6, false},
                                        {"v", 7, false},  {"texture_u", 6, false}, {"texture_v", 7, false}};
-constexpr int k_corners = 0, k_texcoord = 1, k_material = 2, k_group = 3;
+constexpr std::size_t k_corners = 0, k_texcoord = 1, k_material = 2, k_group = 3;
 constexpr RoleName k_face_roles[] = {{"vertex_indices", k_corners, true},
                                      {"vertex_index", k_corners, true},
                                      {"texcoord", k_texcoord, true},
@@ -96,8 +96,7 @@ class PlyDecoder {
             else if (element.name == "face")
                 faces(element);
             else
-                for (std::uint64_t i = 0; i < element.count; ++i)
-                    for (const PlyProperty& property : element.properties) skip(property);
+                for_each_row(element, roles_of(element, {}), 1, 1, [](std::uint64_t, const Row&) {});
         }
         check_corners();
         name_numbers(mesh_.face_material, mesh_.materials, materials_, "material");
@@ -106,7 +105,7 @@ class PlyDecoder {
             mesh_.face_uvs.clear();
             mesh_.uvs.clear();
         }
-        TriangleMesh mesh = cut_faces(std::move(mesh_));
+        TriangleMesh mesh = cut_faces(mesh_);
         if (!uv_of_vertex_.empty() && mesh.triangle_uvs.empty()) {  // one UV per vertex: the same numbers
             mesh.uvs = std::move(uv_of_vertex_);
             mesh.triangle_uvs = mesh.triangles;
@@ -241,28 +240,17 @@ class PlyDecoder {
                                element.count, element.name, bytes_.size() - at_));
     }
 
-    void skip(const PlyProperty& property) {
-        const std::uint64_t count = property.count_type != nullptr ? list_count(property) : 1;
-        for (std::uint64_t i = 0; i < count; ++i) (void)next(*property.type);
-    }
-
-    void report(std::uint64_t i, const PlyElement& element, double from, double to) const {
-        constexpr std::uint64_t k_per_report = 1 << 18;
-        if (i % k_per_report == 0)
-            context_.report("load", from + (to - from) * static_cast<double>(i) / static_cast<double>(element.count));
-    }
-
     /// Roles of the element's properties.
-    std::vector<int> roles_of(const PlyElement& element, std::span<const RoleName> names) const {
+    std::vector<std::size_t> roles_of(const PlyElement& element, std::span<const RoleName> names) const {
         if (element.count > k_most_elements)
             throw Error(ErrorCode::unsupported, fmt::format("{} {} elements are too many", element.count, element.name),
                         path_);
-        std::vector<int> roles;
+        std::vector<std::size_t> roles;
         for (const PlyProperty& property : element.properties) {
             const auto known = std::ranges::find_if(names, [&](const RoleName& role) {
                 return role.name == property.name && role.is_list == (property.count_type != nullptr);
             });
-            const int role = known == names.end() ? k_skip : known->role;
+            const std::size_t role = known == names.end() ? k_skip : known->role;
             if (role != k_skip && std::ranges::count(roles, role) != 0)
                 throw Error(ErrorCode::invalid_input,
                             fmt::format("the element {} has a second property for what {} says; remove one",
@@ -273,87 +261,76 @@ class PlyDecoder {
         return roles;
     }
 
+    /// The numbers of one vertex, face or the like, by role.
+    using Row = std::array<std::vector<double>, k_skip + 1>;
+    /// Calls use(i, row) for one element after the other.
+    template <class Use>
+    void for_each_row(const PlyElement& element, const std::vector<std::size_t>& roles, double from, double to,
+                      const Use& use) {
+        constexpr std::uint64_t k_per_report = 1 << 18;
+        Row row;
+        for (std::uint64_t i = 0; i < element.count; ++i) {
+            if (i % k_per_report == 0)
+                context_.report("load",
+                                from + (to - from) * static_cast<double>(i) / static_cast<double>(element.count));
+            for (std::vector<double>& numbers : row) numbers.clear();
+            for (std::size_t p = 0; p < roles.size(); ++p) {
+                const PlyProperty& property = element.properties[p];
+                std::vector<double>& numbers = row[roles[p]];
+                for (std::uint64_t left = property.count_type != nullptr ? list_count(property) : 1; left > 0; --left) {
+                    numbers.push_back(next(*property.type));
+                    if (roles[p] != k_skip && !std::isfinite(numbers.back()))
+                        reject(fmt::format("{} of {} {} is not finite", property.name, element.name, i));
+                }
+            }
+            use(i, row);
+        }
+    }
+
     void vertices(const PlyElement& element) {
-        const std::vector<int> roles = roles_of(element, k_vertex_roles);
-        const auto has = [&](int first, int last) {
-            for (int role = first; role <= last; ++role)
+        const std::vector<std::size_t> roles = roles_of(element, k_vertex_roles);
+        const auto has = [&](std::size_t first, std::size_t last) {
+            for (std::size_t role = first; role <= last; ++role)
                 if (std::ranges::count(roles, role) == 0) return false;
             return true;
         };
         if (!has(0, 2)) throw Error(ErrorCode::invalid_input, "the vertices have no x, y and z", path_);
         const bool normals = has(3, 5), uvs = has(6, 7);
-        mesh_.positions.resize(element.count);
-        if (normals) mesh_.normals.resize(element.count);
-        if (uvs) uv_of_vertex_.resize(element.count);
-        for (std::uint64_t v = 0; v < element.count; ++v) {
-            report(v, element, 0.3, 0.6);
-            std::array<double, 8> value{};
-            for (std::size_t p = 0; p < roles.size(); ++p) {
-                const PlyProperty& property = element.properties[p];
-                if (roles[p] == k_skip) {
-                    skip(property);
-                    continue;
-                }
-                const double number = next(*property.type);
-                if (!std::isfinite(number)) reject(fmt::format("{} of vertex {} is not finite", property.name, v));
-                value[static_cast<std::size_t>(roles[p])] = number;
-            }
-            mesh_.positions[v] = {value[0], value[1], value[2]};
-            if (normals) mesh_.normals[v] = {value[3], value[4], value[5]};
-            if (uvs) uv_of_vertex_[v] = {value[6], value[7]};
-        }
+        mesh_.positions.reserve(element.count);
+        for_each_row(element, roles, 0.3, 0.6, [&](std::uint64_t, const Row& row) {
+            mesh_.positions.emplace_back(row[0][0], row[1][0], row[2][0]);
+            if (normals) mesh_.normals.emplace_back(row[3][0], row[4][0], row[5][0]);
+            if (uvs) uv_of_vertex_.emplace_back(row[6][0], row[7][0]);
+        });
     }
 
     void faces(const PlyElement& element) {
-        const std::vector<int> roles = roles_of(element, k_face_roles);
+        const std::vector<std::size_t> roles = roles_of(element, k_face_roles);
         if (std::ranges::count(roles, k_corners) == 0)
             throw Error(ErrorCode::invalid_input, "the faces have no list vertex_indices", path_);
         mesh_.face_offsets = {0};
-        std::vector<double> texcoords;
-        for (std::uint64_t f = 0; f < element.count; ++f) {
-            report(f, element, 0.6, 1.0);
-            texcoords.clear();
-            for (std::size_t p = 0; p < roles.size(); ++p) {
-                const PlyProperty& property = element.properties[p];
-                if (roles[p] == k_corners) {
-                    const std::uint64_t count = list_count(property);
-                    if (count < 3) reject(fmt::format("face {} has {} corners; it needs three", f, count));
-                    for (std::uint64_t i = 0; i < count; ++i)
-                        mesh_.face_vertices.push_back(index(property, "vertex", f));
-                } else if (roles[p] == k_texcoord) {
-                    const std::uint64_t count = list_count(property);
-                    for (std::uint64_t i = 0; i < count; ++i) texcoords.push_back(next(*property.type));
-                } else if (roles[p] == k_material) {
-                    mesh_.face_material.push_back(index(property, "material", f));
-                } else if (roles[p] == k_group) {
-                    mesh_.face_group.push_back(index(property, "group", f));
-                } else {
-                    skip(property);
+        for_each_row(element, roles, 0.6, 1.0, [&](std::uint64_t f, const Row& row) {
+            const auto add = [&](std::vector<std::uint32_t>& indices, std::size_t role, const char* what) {
+                for (const double number : row[role]) {
+                    if (!(number >= 0 && number <= double{k_most_elements}) || number != std::floor(number))
+                        reject(fmt::format("a {} index of face {} is no index", what, f));
+                    indices.push_back(static_cast<std::uint32_t>(number));
                 }
+            };
+            const std::size_t size = row[k_corners].size();
+            if (size < 3) reject(fmt::format("face {} has {} corners; it needs three", f, size));
+            add(mesh_.face_vertices, k_corners, "vertex");
+            add(mesh_.face_material, k_material, "material");
+            add(mesh_.face_group, k_group, "group");
+            if (mesh_.face_vertices.size() > k_most_elements || mesh_.uvs.size() > k_most_elements)
+                throw Error(ErrorCode::unsupported, "too many corners of faces", path_);
+            mesh_.face_offsets.push_back(static_cast<std::uint32_t>(mesh_.face_vertices.size()));
+            const std::vector<double>& texcoords = row[k_texcoord];
+            for (std::size_t i = 0; texcoords.size() == 2 * size && i < 2 * size; i += 2) {
+                mesh_.face_uvs.push_back(static_cast<std::uint32_t>(mesh_.uvs.size()));
+                mesh_.uvs.emplace_back(texcoords[i], texcoords[i + 1]);
             }
-            end_face(texcoords, f);
-        }
-    }
-
-    std::uint32_t index(const PlyProperty& property, const char* what, std::uint64_t f) {
-        const double number = next(*property.type);
-        if (!(number >= 0 && number <= static_cast<double>(k_most_elements)) || number != std::floor(number))
-            reject(fmt::format("a {} index of face {} is no index", what, f));
-        return static_cast<std::uint32_t>(number);
-    }
-
-    void end_face(const std::vector<double>& texcoords, std::uint64_t f) {
-        if (mesh_.face_vertices.size() > k_most_elements || mesh_.uvs.size() > k_most_elements)
-            throw Error(ErrorCode::unsupported, "too many corners of faces", path_);
-        const std::size_t size = mesh_.face_vertices.size() - mesh_.face_offsets.back();
-        mesh_.face_offsets.push_back(static_cast<std::uint32_t>(mesh_.face_vertices.size()));
-        if (texcoords.size() != 2 * size) return;
-        for (std::size_t i = 0; i < texcoords.size(); i += 2) {
-            if (!std::isfinite(texcoords[i]) || !std::isfinite(texcoords[i + 1]))
-                reject(fmt::format("a texture coordinate of face {} is not finite", f));
-            mesh_.face_uvs.push_back(static_cast<std::uint32_t>(mesh_.uvs.size()));
-            mesh_.uvs.emplace_back(texcoords[i], texcoords[i + 1]);
-        }
+        });
     }
 
     // Called at the end of the file, as faces may come before the vertices.
@@ -397,6 +374,7 @@ TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& pat
 
 void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& context) {
     const SplitVertices split(mesh, false);
+    const auto& vertices = split.vertices();
     std::uint64_t largest_face = 3;
     for (std::uint64_t f = 0; f + 1 < mesh.face_offsets.size(); ++f)
         largest_face = std::max(largest_face, mesh.face_end(f) - mesh.face_begin(f));
@@ -404,14 +382,15 @@ void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& contex
     const bool short_lists = 2 * largest_face <= 255;
     const char* count_type = short_lists ? "uchar" : "uint";
     // Readers expect signed indices; unsigned ones are written only if necessary.
-    const char* index_type = split.count <= 0x7FFF'FFFFu ? "int" : "uint";
+    const char* index_type = vertices.size() <= 0x7FFF'FFFFu ? "int" : "uint";
 
     std::string header = "ply\nformat binary_little_endian 1.0\ncomment tetrakis\n";
     for (std::size_t i = 0; i < mesh.materials.size(); ++i)
         header += fmt::format("comment material {} {}\n", i, printable_name(mesh.materials[i]));
     for (std::size_t i = 0; i < mesh.groups.size(); ++i)
         header += fmt::format("comment group {} {}\n", i, printable_name(mesh.groups[i]));
-    header += fmt::format("element vertex {}\nproperty double x\nproperty double y\nproperty double z\n", split.count);
+    header +=
+        fmt::format("element vertex {}\nproperty double x\nproperty double y\nproperty double z\n", vertices.size());
     if (mesh.has_normals()) header += "property double nx\nproperty double ny\nproperty double nz\n";
     header +=
         fmt::format("element face {}\nproperty list {} {} vertex_indices\n", mesh.face_count(), count_type, index_type);
@@ -420,9 +399,9 @@ void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& contex
     if (!mesh.face_group.empty()) header += "property int group_index\n";
     file.write(header + "end_header\n");
 
-    write_in_pieces(file, split.count, context, 0.0, 0.5, [&](std::string& out, std::uint64_t v) {
-        append_bytes(out, mesh.positions[split.original(v)]);
-        if (mesh.has_normals()) append_bytes(out, mesh.normals[split.normal(v)]);
+    write_in_pieces(file, vertices.size(), context, 0.0, 0.5, [&](std::string& out, std::uint64_t v) {
+        append_bytes(out, mesh.positions[vertices[v].position]);
+        if (mesh.has_normals()) append_bytes(out, mesh.normals[vertices[v].normal]);
     });
     const auto append_count = [&](std::string& out, std::uint64_t count) {
         if (short_lists)
@@ -433,8 +412,7 @@ void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& contex
     write_in_pieces(file, mesh.face_count(), context, 0.5, 1.0, [&](std::string& out, std::uint64_t f) {
         const std::uint64_t begin = mesh.face_begin(f), end = mesh.face_end(f);
         append_count(out, end - begin);
-        for (std::uint64_t c = begin; c < end; ++c)
-            append_bytes(out, split.corner_vertex.empty() ? mesh.corners[c] : split.corner_vertex[c]);
+        for (std::uint64_t c = begin; c < end; ++c) append_bytes(out, split.corners()[c]);
         if (mesh.has_uvs()) {
             append_count(out, 2 * (end - begin));
             for (std::uint64_t c = begin; c < end; ++c) append_bytes(out, mesh.uvs[mesh.corner_uvs[c]]);

@@ -76,8 +76,6 @@ void draw_text(Image& image, int x, int y, int scale, const std::string& text, c
         fill(image, x + at(part.low.x), y + at(part.low.y), x + at(part.high.x), y + at(part.high.y), colour);
 }
 
-int text_width(const std::string& text, int scale) { return tetrakis::text_width(text) * scale; }
-
 }  // namespace
 
 void draw_legend(Image& image, double lower, double upper, const std::string& title) {
@@ -85,10 +83,10 @@ void draw_legend(Image& image, double lower, double upper, const std::string& ti
     const int bar_height = image.height * 6 / 10, bar_width = 9 * scale, margin = 14 * scale;
     std::vector<std::string> labels;
     constexpr int k_ticks = 5;
-    int widest = title.empty() ? 0 : text_width(title, scale) - bar_width - 5 * scale;
+    int widest = title.empty() ? 0 : text_width(title) * scale - bar_width - 5 * scale;
     for (int i = 0; i < k_ticks; ++i) {
         labels.push_back(fmt::format("{:.2e}", lower + (upper - lower) * i / (k_ticks - 1)));
-        widest = std::max(widest, text_width(labels.back(), scale));
+        widest = std::max(widest, text_width(labels.back()) * scale);
     }
     const int x = image.width - margin - widest - 5 * scale - bar_width, y = (image.height - bar_height) / 2;
     const Vec3f ink(0.16f, 0.18f, 0.21f);

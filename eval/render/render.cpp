@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
+#include <glm/gtc/color_space.hpp>
 #include <glm/trigonometric.hpp>
 
 #include <cmath>
@@ -28,20 +29,8 @@ constexpr double k_ground_shadow = 0.55;                 // largest darkening of
 constexpr double k_ground_reach = 1.5;                   // distance where shadows end, as a share of the diagonal
 constexpr double k_wire_faint = 1.5, k_wire_full = 6.0;  // pixels of triangle height between which lines fade in
 
-Vec3d linear(const Vec3f& srgb) {
-    Vec3d out(0);
-    for (int c = 0; c < 3; ++c) {
-        const double x = srgb[c];
-        out[c] = x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
-    }
-    return out;
-}
-
-std::uint8_t encoded(double x) {
-    x = std::clamp(x, 0.0, 1.0);
-    const double srgb = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-    return static_cast<std::uint8_t>(std::lround(255 * srgb));
-}
+constexpr double k_gamma = 2.4;  // of sRGB
+Vec3d linear(const Vec3f& srgb) { return glm::convertSRGBToLinear(Vec3d(srgb), k_gamma); }
 
 // Light above 0.7 is compressed smoothly towards 1, so that highlights keep their shading.
 double soft_clip(double x) {
@@ -96,24 +85,17 @@ class Renderer {
     Image run() {
         Image image{options_.width, options_.height, {}};
         image.rgb.resize(std::size_t{3} * options_.width * options_.height);
-        constexpr int k_rows_per_report = 16;
         constexpr std::uint32_t k_tile = 32;  // pixels of a row per task: neighbouring rays visit the same nodes
-        for (int row = 0; row < options_.height; row += k_rows_per_report) {
-            context_.report("render", static_cast<double>(row) / options_.height);
-            const int rows = std::min(k_rows_per_report, options_.height - row);
-            const std::uint32_t tiles_across = (options_.width + k_tile - 1) / k_tile;
-            for_each_index(
-                tiles_across * static_cast<std::uint32_t>(rows),
-                [&](std::uint32_t i) {
-                    const std::uint32_t y = row + i / tiles_across, first = i % tiles_across * k_tile;
-                    for (std::uint32_t x = first; x < std::min<std::uint32_t>(first + k_tile, options_.width); ++x) {
-                        const Vec3d colour = pixel(x, y);
-                        for (int c = 0; c < 3; ++c)
-                            image.rgb[3 * (std::size_t{y} * options_.width + x) + c] = encoded(colour[c]);
-                    }
-                },
-                1);
-        }
+        const std::uint32_t tiles_across = (options_.width + k_tile - 1) / k_tile;
+        for_each_reported(tiles_across * options_.height, 1, context_, "render", 0, 1, [&](std::uint32_t i) {
+            const std::uint32_t y = i / tiles_across, first = i % tiles_across * k_tile;
+            for (std::uint32_t x = first; x < std::min<std::uint32_t>(first + k_tile, options_.width); ++x) {
+                const Vec3d colour = 255.0 * glm::convertLinearToSRGB(pixel(x, y), k_gamma);
+                for (int c = 0; c < 3; ++c)
+                    image.rgb[3 * (std::size_t{y} * options_.width + x) + c] =
+                        static_cast<std::uint8_t>(std::lround(colour[c]));
+            }
+        });
         if (!options_.triangle_values.empty() && options_.legend)
             detail::draw_legend(image, options_.lowest_value, highest_, options_.legend_title);
         return image;
@@ -176,14 +158,10 @@ class Renderer {
 
     void set_lights() {
         // Lights are relative to the camera, so all views are lit alike; the key light is above, to cast a shadow.
-        Vec3d flat_right = right_, flat_back = -forward_ - glm::dot(-forward_, up_) * up_;
-        if (!(glm::length(flat_back) > 1e-6)) flat_back = -above_;
-        flat_back = glm::normalize(flat_back);
-        flat_right -= glm::dot(flat_right, up_) * up_;
-        flat_right = glm::length(flat_right) > 1e-6 ? glm::normalize(flat_right) : right_;
-        key_ = glm::normalize(-0.75 * flat_right + 0.65 * flat_back + 1.15 * up_);
-        fill_ = glm::normalize(1.0 * flat_right + 0.55 * flat_back + 0.15 * up_);
-        rim_ = glm::normalize(0.55 * flat_right - 1.0 * flat_back + 0.55 * up_);
+        const Vec3d back = glm::cross(right_, up_);
+        key_ = glm::normalize(-0.75 * right_ + 0.65 * back + 1.15 * up_);
+        fill_ = glm::normalize(1.0 * right_ + 0.55 * back + 0.15 * up_);
+        rim_ = glm::normalize(0.55 * right_ - 1.0 * back + 0.55 * up_);
         frame_of(key_, key_s_, key_t_);
     }
 

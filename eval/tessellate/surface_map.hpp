@@ -4,7 +4,7 @@
 #include "../distance/surface_family.hpp"
 #include "../distance/triangle_bvh.hpp"
 #include "../surface/height_image.hpp"
-#include "../surface/height_pyramid.hpp"
+#include "../surface/hidden_detail.hpp"
 
 #include <memory>
 #include <string>
@@ -56,7 +56,7 @@ class SurfaceMap {
   public:
     const typename Family::Patches* patches = nullptr;
     std::unique_ptr<UvSurface<Family>> uv;
-    std::unique_ptr<HeightPyramid> heights;  ///< of a displacement
+    const HeightImage* heights = nullptr;  ///< of a displacement
     double amplitude = 0;
     std::unique_ptr<TriangleBvh> target;
     const TriangleMesh* target_mesh = nullptr;  ///< the mesh of `target`
@@ -64,7 +64,7 @@ class SurfaceMap {
     bool plain() const { return !heights && !target; }
     Vec3d apply(const SurfacePoint& point, const Vec2d& at) const {
         Vec3d p = point.position;
-        if (heights) p += amplitude * heights->image().sample(at) * point.normal;
+        if (heights) p += amplitude * heights->sample(at) * point.normal;
         if (target) p = target->closest(p).point;
         return p;
     }
@@ -77,9 +77,7 @@ class SurfaceMap {
     /// Whether the displacement may have details between samples. With a target they do not matter.
     bool has_detail() const { return heights && !target; }
     /// Height of the displacement at a point, as a length.
-    double height(HalfedgeId root, double x, double y) const {
-        return amplitude * heights->image().sample(uv->at(root, x, y));
-    }
+    double height(HalfedgeId root, double x, double y) const { return amplitude * heights->sample(uv->at(root, x, y)); }
     /// Position of an output vertex, by its canonical site. @param normal  receives the limit normal; may be null
     Vec3d vertex(const Site& site, Vec3d* normal) const {
         if (!normal && plain()) return patches->limit(site.root, site.at, site.level);

@@ -123,7 +123,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         map_.patches = patches_.get();
         if (mesh_.has_uvs() && (options_.uvs || options_.displacement))
             map_.uv = std::make_unique<UvSurface<Family>>(mesh_, result_.warnings);
-        if (options_.displacement) map_.heights = std::make_unique<HeightPyramid>(*options_.displacement);
+        map_.heights = options_.displacement;
         map_.amplitude = options_.amplitude;
         if (options_.target) map_.target = std::make_unique<TriangleBvh>(*options_.target, context_);
         map_.target_mesh = options_.target;

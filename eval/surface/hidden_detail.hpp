@@ -1,0 +1,77 @@
+#pragma once
+
+#include "height_image.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+struct Departure {
+    double height = 0;  ///< of the image above the plane, negative below; 0: none was found
+    Vec3d weights{};    ///< where, in barycentrics of the triangle
+};
+/// The pixel centre inside a triangle of texture space where the image, which repeats, departs most from the plane over
+/// the triangle's corners, if by more than `least`; or the first one found to depart by more than `enough`. Centres it
+/// is, because between them the image is bilinear. Where a triangle covers the image more than twice over, a part of it
+/// is searched. Cost: O(pixels in the triangle)
+/// @param heights  of the plane at the corners
+Departure departure(const HeightImage& image, const std::array<Vec2d, 3>& uv, const Vec3d& heights, double least,
+                    double enough);
+
+/// A point of a displaced surface, and what made it.
+struct DisplacedSample {
+    Vec3d position, normal;
+    Vec2d uv;
+};
+
+/// What the samples of a leaf miss: pixels of a height image between them. Looks for the largest error at pixels, or
+/// for one above the tolerance.
+/// @param samples    (n + 1)(n + 2) / 2 points of a triangle, in rows of 1, 2, ..., n + 1
+/// @param error      of the samples, in the unit of the model
+/// @param tolerance  0: the largest error is wanted
+/// @param distance   double distance(point): to the triangles that stand for the surface
+/// @return `error`, or the larger error that was found
+template <class Distance>
+double with_hidden_detail(const HeightImage& heights, double amplitude, int n, std::span<const DisplacedSample> samples,
+                          double error, double tolerance, Distance&& distance) {
+    if (amplitude == 0) return error;
+    // A pixel's height above the plane of the samples around it comes on top of what these are off themselves. Less
+    // than this share of the tolerance is not worth the search.
+    constexpr double k_least_share = 0.25;
+    const auto look = [&](std::size_t a, std::size_t b, std::size_t c) {
+        const DisplacedSample* corner[3] = {&samples[a], &samples[b], &samples[c]};
+        const double least = tolerance > 0 ? std::max(tolerance - error, k_least_share * tolerance) : error;
+        const double enough = tolerance > 0 ? 2 * tolerance : std::numeric_limits<double>::infinity();
+        std::array<Vec2d, 3> uv;
+        Vec3d height(0);
+        for (int k = 0; k < 3; ++k) {
+            uv[k] = corner[k]->uv;
+            height[k] = heights.sample(uv[k]);
+        }
+        const auto found = departure(heights, uv, height, least / std::abs(amplitude), enough / std::abs(amplitude));
+        if (found.height == 0) return;
+        Vec3d point(0), normal(0);
+        for (int k = 0; k < 3; ++k) {
+            point += found.weights[k] * corner[k]->position;
+            normal += found.weights[k] * corner[k]->normal;
+        }
+        const double length = glm::length(normal);
+        if (length > 0) error = std::max(error, distance(point + amplitude * found.height / length * normal));
+    };
+    for (int row = 0; row < n; ++row)
+        for (int i = 0; i <= row; ++i) {
+            const auto above = static_cast<std::size_t>(row * (row + 1) / 2 + i);
+            const std::size_t below = above + static_cast<std::size_t>(row) + 1;
+            if (tolerance > 0 && error > tolerance) return error;
+            look(above, below, below + 1);
+            if (i < row) look(above, below + 1, above + 1);
+        }
+    return error;
+}
+
+}  // namespace tetrakis::detail
