@@ -40,7 +40,7 @@ struct CellNorms {
 struct NormedCell {
     const CellNorms* norms = nullptr;  ///< nullptr: there are none, or not on this level: use a finer one
     int first = RuleMesh::none;        ///< half-edge that leaves the cell's first corner
-    std::vector<int> points{};         ///< mesh vertices of the points in norms->point
+    std::vector<int> points{};         ///< mesh vertices of the points in norms->point; without norms, the corners
 };
 
 /// Bounds on the distance from a cell of a level's mesh (a triangle, or the bilinear patch of a quad) to its limit. It

@@ -59,7 +59,7 @@ class MaskNormBound final : public SurfaceBound {
         mutable oneapi::tbb::concurrent_unordered_map<int, detail::NormedCell> cells{};
     };
     struct Walker;
-    class MeshDescent;
+    class Descent;
     /// Required accuracy of an error.
     struct Wanted {
         double floor;  ///< bounds up to this need not be tight
