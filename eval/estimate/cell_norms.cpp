@@ -133,7 +133,6 @@ class CellNormTable::Search {
         std::vector<Kind*> kinds;
         for (const Kinds::iterator of : component) kinds.push_back(&of->second);
         const bool solved = link(kinds) && find_extensions(kinds) && find_weights(kinds);
-        const std::unique_lock lock(table_.reading_);
         for (const Kinds::iterator of : component) {
             table_.known_.emplace(of->first, solved ? std::move(of->second.norms) : nullptr);
             of->second.below = {};  // frees most of the search's memory
@@ -186,15 +185,7 @@ class CellNormTable::Search {
 
     /// Finds the best extension that the rules reproduce, for each kind. Returns false if there is none.
     bool find_extensions(std::span<Kind* const> kinds) const {
-        for (Kind* const kind : kinds) {
-            std::vector<Vec2d> at;
-            for (const int i : kind->norms->point) at.push_back(kind->step->at[i]);
-            const auto before = [](const Vec2d& p, const Vec2d& q) { return p.x != q.x ? p.x < q.x : p.y < q.y; };
-            std::ranges::sort(at, before);
-            // Around many edges the unrolled lattice overlaps itself, and its positions mean nothing.
-            if (std::ranges::adjacent_find(at) != at.end()) kind->extension = Extension::constant;
-            set_anchors(*kind);
-        }
+        for (Kind* const kind : kinds) set_anchors(*kind);
         for (bool again = true; again;) {
             again = false;
             for (Kind* const kind : kinds)
@@ -313,11 +304,7 @@ CellNormTable::CellNormTable(const SchemeInfo& scheme, const RuleOptions& option
       rings_(rings_of(scheme, options)) {}
 
 const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
-    {
-        const std::shared_lock lock(reading_);
-        if (const auto at = known_.find(key); at != known_.end()) return at->second.get();
-    }
-    const std::lock_guard writer(writing_);
+    const std::lock_guard lock(mutex_);
     if (!known_.contains(key)) Search(*this).visit(key);
     return known_.at(key).get();
 }

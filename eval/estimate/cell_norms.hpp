@@ -8,7 +8,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <shared_mutex>
 #include <span>
 #include <vector>
 
@@ -94,8 +93,7 @@ class CellNormTable {
     const SchemeInfo& scheme_;
     const RuleOptions& options_;
     int corners_, rings_;
-    mutable std::shared_mutex reading_;
-    mutable std::mutex writing_;
+    mutable std::mutex mutex_;
     mutable std::map<SurroundingsKey, std::unique_ptr<const CellNorms>> known_;
 };
 
