@@ -45,7 +45,7 @@ struct PartError {
 
 /// @param corner  corners of the cell
 PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int cell_corners,
-                     const detail::TriangleDistance& triangle) {
+                     const detail::FaceDistance& triangle) {
     PartError error{0, 0, part.size() == static_cast<std::size_t>(cell_corners)};
     Vec2d low(1), high(0);
     for (std::size_t i = 0; i < part.size(); ++i) {
@@ -240,7 +240,7 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<V
     std::array<Vec2d, 3> at;
     for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(t.corner[k].x, t.corner[k].y);
     const Part whole({at, {0, 1, 2}});
-    const detail::TriangleDistance triangle(corners);
+    const detail::FaceDistance triangle(corners);
     detail::for_each_corner_cell(whole, [&](const Part& part, bool is_next) {
         pieces.push_back({is_next ? mesh_.next(t.root) : t.root, t.level, part, triangle});
     });
@@ -373,8 +373,8 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         for (std::uint32_t c = 0; c < size; ++c) {
             const Vec3d ahead = 0.5 * (at(c) + at(c + 1)), behind = 0.5 * (at(c) + at(c + size - 1));
             const auto add = [&](const Vec2d& a, const Vec2d& b, const Vec3d& p, const Vec3d& q) {
-                pieces.push_back({HalfedgeId(h0 + c), 0, Part({{Vec2d(0), a, b}, {0, 1, 2}}),
-                                  detail::TriangleDistance({at(c), p, q})});
+                pieces.push_back(
+                    {HalfedgeId(h0 + c), 0, Part({{Vec2d(0), a, b}, {0, 1, 2}}), detail::FaceDistance({at(c), p, q})});
             };
             add({1, 0}, {1, 1}, ahead, centre);
             add({1, 1}, {0, 1}, centre, behind);

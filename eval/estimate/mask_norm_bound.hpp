@@ -2,7 +2,7 @@
 
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../bounds/labelled_polygon.hpp"
-#include "../triangles/triangle_distance.hpp"
+#include "../triangles/face_distance.hpp"
 #include "cell_norms.hpp"
 #include "surface_bound.hpp"
 
@@ -49,7 +49,7 @@ class MaskNormBound final : public SurfaceBound {
         HalfedgeId cell;
         int level = 0;                   ///< level whose cells are as large as the triangle
         detail::LabelledPolygon part{};  ///< in the cell, whose sides have length 1
-        detail::TriangleDistance triangle{};
+        detail::FaceDistance triangle{};
     };
     /// The mesh of a level, or a part of it.
     struct Level {
