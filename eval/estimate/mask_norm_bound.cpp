@@ -234,26 +234,9 @@ auto MaskNormBound<Family>::level(std::size_t depth, const RuleMesh& mesh, std::
 }
 
 template <class Family>
-void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<Vec3d, 3>& corners,
-                                       std::vector<Piece>& pieces) const {
-    const double unit = std::ldexp(1.0, -t.level);
-    std::array<Vec2d, 3> at;
-    for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(t.corner[k].x, t.corner[k].y);
-    const Part whole({at, {0, 1, 2}});
-    const detail::FaceDistance triangle(corners);
-    detail::for_each_corner_cell(whole, [&](const Part& part, bool is_next) {
-        pieces.push_back({is_next ? mesh_.next(t.root) : t.root, t.level, part, triangle});
-    });
-}
-
-template <class Family>
-auto MaskNormBound<Family>::wanted(std::optional<double> known) const -> Wanted {
-    return known ? Wanted{std::max(aim_, *known - rounding_), false} : Wanted{aim_, decides_};
-}
-
-template <class Family>
 void MaskNormBound<Family>::bound_pieces(std::span<const Piece> pieces, std::span<const std::uint32_t> of,
-                                         Wanted wanted, std::span<double> errors) const {
+                                         std::optional<double> known, std::span<double> errors) const {
+    const Wanted wanted = known ? Wanted{std::max(aim_, *known - rounding_), false} : Wanted{aim_, decides_};
     std::vector<double> found(pieces.size());
     const auto count = static_cast<std::uint32_t>(pieces.size());
     for_each_index((count + k_block - 1) / k_block,
@@ -342,12 +325,19 @@ void MaskNormBound<Family>::bound(std::span<const CellTriangle> triangles, std::
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> of;
     for (std::uint32_t t = 0; t < count; ++t) {
+        const CellTriangle& triangle = triangles[t];
         const Vec3d* const p = &points[3 * std::size_t{t}];
-        add_pieces(triangles[t], {p[0], p[1], p[2]}, pieces);
+        const detail::FaceDistance face(std::array{p[0], p[1], p[2]});
+        const double unit = std::ldexp(1.0, -triangle.level);
+        std::array<Vec2d, 3> at;
+        for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(triangle.corner[k].x, triangle.corner[k].y);
+        detail::for_each_corner_cell(Part({at, {0, 1, 2}}), [&](const Part& part, bool is_next) {
+            pieces.push_back({is_next ? mesh_.next(triangle.root) : triangle.root, triangle.level, part, face});
+        });
         of.resize(pieces.size(), t);
     }
     std::fill(errors.begin(), errors.end(), 0.0);
-    bound_pieces(pieces, of, wanted(known), errors);
+    bound_pieces(pieces, of, known, errors);
 }
 
 template <class Family>
@@ -381,7 +371,7 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         }
         of.resize(pieces.size(), i);
     }
-    bound_pieces(pieces, of, wanted(known), errors);
+    bound_pieces(pieces, of, known, errors);
 }
 
 template class MaskNormBound<QuadFamily>;
