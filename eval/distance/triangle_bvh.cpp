@@ -360,21 +360,17 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
 }
 
 void TriangleBvh::closest(std::span<const Vec3d> points, std::span<ClosestPoint> out, const RunContext& context) const {
-    // Points per task, and points between two progress reports.
-    constexpr std::uint32_t k_grain = 256;
-    constexpr std::size_t k_block = 1 << 16;
     if (points.size() != out.size())
         throw Error(ErrorCode::invalid_input,
                     fmt::format("{} points, but room for {} results", points.size(), out.size()));
+    constexpr std::size_t k_block = 256;
+    const auto blocks = static_cast<std::uint32_t>((points.size() + k_block - 1) / k_block);
     with_threads(context, [&] {
-        for (std::size_t begin = 0; begin < points.size(); begin += k_block) {
-            context.report("measure", static_cast<double>(begin) / static_cast<double>(points.size()));
-            const auto count = static_cast<std::uint32_t>(std::min(k_block, points.size() - begin));
-            for_each_block(count, k_grain, [&](std::uint32_t first, std::uint32_t last) {
-                CoherentClosest walker(*this);
-                for (std::size_t i = begin + first; i < begin + last; ++i) out[i] = walker.closest(points[i]);
-            });
-        }
+        for_each_reported(blocks, 1, context, "measure", 0, 1, [&](std::uint32_t b) {
+            CoherentClosest walker(*this);
+            for (std::size_t i = b * k_block; i < std::min((b + 1) * k_block, points.size()); ++i)
+                out[i] = walker.closest(points[i]);
+        });
     });
 }
 

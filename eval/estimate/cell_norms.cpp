@@ -185,7 +185,15 @@ class CellNormTable::Search {
 
     /// Finds the best extension that the rules reproduce, for each kind. Returns false if there is none.
     bool find_extensions(std::span<Kind* const> kinds) const {
-        for (Kind* const kind : kinds) set_anchors(*kind);
+        for (Kind* const kind : kinds) {
+            std::vector<Vec2d> at;
+            for (const int i : kind->norms->point) at.push_back(kind->step->at[i]);
+            const auto before = [](const Vec2d& p, const Vec2d& q) { return p.x != q.x ? p.x < q.x : p.y < q.y; };
+            std::ranges::sort(at, before);
+            // Around many edges the unrolled lattice overlaps itself, and its positions mean nothing.
+            if (std::ranges::adjacent_find(at) != at.end()) kind->extension = Extension::constant;
+            set_anchors(*kind);
+        }
         for (bool again = true; again;) {
             again = false;
             for (Kind* const kind : kinds)

@@ -46,8 +46,10 @@ std::vector<LimitSamples> samples_of(const Hierarchy& points, std::span<const Ce
     for_each_index(
         static_cast<std::uint32_t>(triangles.size()),
         [&](std::uint32_t t) {
-            detail::put_lattice_sites<Family>(points.mesh(), triangles[t], k_limit_lattice_bits,
-                                              &sites[std::size_t{k_limit_samples} * t]);
+            Site* out = &sites[std::size_t{k_limit_samples} * t];
+            for (int row = 0; row <= k_limit_lattice; ++row)
+                for (int i = 0; i <= row; ++i)
+                    *out++ = detail::lattice_site_of<Family>(points.mesh(), triangles[t], k_limit_lattice_bits, row, i);
         },
         k_grain);
     std::vector<LimitSamples> samples(triangles.size());
