@@ -70,7 +70,7 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
         if (size > 0 && settled(size * size * detail::linear_deviation(cell->patch) + pad_)) return finish();
     }
     const Vec3d last = position(at[2]);
-    set_face(detail::TriangleDistance({position(at[0]), position(at[1]), apex ? *apex : last}, sliding));
+    set_face(detail::FaceDistance({position(at[0]), position(at[1]), apex ? *apex : last}, sliding));
     if (apex && !attain(glm::length(last - *apex))) return finish();
     // The middle of the base decides most leaves that must be split.
     if (k_corners == 4 && !attain(node_error(face_.local(position(0.5 * (at[0] + at[1]))), 0))) return finish();

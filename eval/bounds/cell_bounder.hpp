@@ -27,7 +27,7 @@ namespace tetrakis {
 /// decides. Irregular cells are quartered towards the extraordinary point: stars are bounded by norms, other cells by
 /// the hull of their control points.
 template <class Shape>
-class CellBounder : private detail::PatchBounder<> {
+class CellBounder : private detail::PatchBounder {
   public:
     explicit CellBounder(const PatchTree<Shape>& patches);
 

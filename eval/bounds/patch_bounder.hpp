@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../patches/bezier_triangle.hpp"
-#include "../triangles/triangle_distance.hpp"
+#include "../triangles/face_distance.hpp"
 
 #include <algorithm>
 #include <array>
@@ -33,8 +33,6 @@ void for_each_lattice_point(int n, Visit&& visit) {
 /// Bounds the error of one leaf over polynomial patches. Errors are convex functions of a point, so that the largest
 /// over a patch's control points bounds them; patches are bisected until that lies on one side of the tolerance, or
 /// within a twentieth of an error that is attained.
-/// @tparam Face  what distances are measured to: to_face(), to_edge(), stretch()
-template <class Face = TriangleDistance>
 class PatchBounder {
   protected:
     /// For each side of a piece (corner k to k + 1) the edge of the leaf that it lies on, or -1.
@@ -55,7 +53,7 @@ class PatchBounder {
         if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
         return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
     }
-    void set_face(const Face& face) {
+    void set_face(const FaceDistance& face) {
         face_ = face;
         stretch_ = face_.stretch();
         if (stretch_ > 1) decide_at_ /= stretch_ * k_stretch_rounding;
@@ -140,7 +138,7 @@ class PatchBounder {
     double decide_at_ = 0, lower_ = 0, upper_ = 0, stretch_ = 1;
     int splits_ = 0;
     bool rejected_ = false, may_reject_ = true;
-    Face face_;
+    FaceDistance face_;
 
   private:
     /// One below the other: by then a patch is a point but for rounding.

@@ -65,14 +65,14 @@ class Sampler {
   public:
     Sampler(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options)
         : mesh_(mesh), to_(to), options_(options) {
-        std::vector<double> areas(mesh.triangles.size()), lengths(areas.size());
-        for_each_index(static_cast<std::uint32_t>(areas.size()), [&](std::uint32_t t) {
+        std::vector<double> areas;
+        double length = 0;
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
             const Corners corners(mesh, t);
-            areas[t] = corners.area();
-            lengths[t] = corners.side(0) + corners.side(1) + corners.side(2);
-        });
-        for (const double area : areas) area_ += area;
-        const double length = std::accumulate(lengths.begin(), lengths.end(), 0.0);
+            areas.push_back(corners.area());
+            area_ += areas.back();
+            length += corners.side(0) + corners.side(1) + corners.side(2);
+        }
         const double samples = static_cast<double>(options.samples);
         const double density = area_ > 0 ? samples / area_ : 0.0;
         if (length > 0) along_edges_ = std::min(std::sqrt(density) / 4, samples / length);
@@ -214,21 +214,19 @@ class Sampler {
             for (std::size_t i = 0; i < climbs; ++i) raise(result.triangle_max[worst[i].triangle], worst[i].distance);
     }
 
-    std::uint64_t climb_from(Worst& top) {
-        const Corners corners(mesh_, top.triangle);
+    /// Returns the number of points that it has tried.
+    std::uint64_t climb_from(Worst& worst) {
+        const Corners corners(mesh_, worst.triangle);
         CoherentClosest walker(to_);
         std::uint64_t tried = 0;
         constexpr int k_sweeps = 6;  // the last step is below a thousandth of the sample spacing
-        const double step = 1 / std::sqrt(inside_count(top.triangle) + 1);
-        const std::uint32_t triangle = top.triangle;
+        const double step = 1 / std::sqrt(inside_count(worst.triangle) + 1);
         const auto distance = [&](const Vec2d& uv) {
-            const Vec3d point = corners.at(uv);
-            const double found = distance_of(point, walker);
-            top.offer(found, triangle, uv, point);
             ++tried;
-            return found;
+            return distance_of(corners.at(uv), walker);
         };
-        detail::local_maximum(distance, {top.uv, top.distance}, step, k_sweeps);
+        const detail::Maximum top = detail::local_maximum(distance, {worst.uv, worst.distance}, step, k_sweeps);
+        worst.offer(top.value, worst.triangle, top.at, corners.at(top.at));
         return tried;
     }
 

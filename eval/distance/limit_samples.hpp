@@ -41,13 +41,6 @@ Site lattice_site_of(const ControlMesh& mesh, const CellTriangle& t, int bits, i
         Family::lattice_site(mesh, t.root, {at(c[0].x, c[1].x, c[2].x), at(c[0].y, c[1].y, c[2].y)}, t.level + bits));
 }
 
-/// Writes the canonical sites of all points of the lattice to `out`, row by row.
-template <class Family>
-void put_lattice_sites(const ControlMesh& mesh, const CellTriangle& t, int bits, Site* out) {
-    for (int row = 0; row <= 1 << bits; ++row)
-        for (int i = 0; i <= row; ++i) *out++ = lattice_site_of<Family>(mesh, t, bits, row, i);
-}
-
 /// The sample of a triangle's lattice with n intervals a side that is farthest from the triangle by PlaneMeasure.
 /// Samples on hard edges are compared with the edge itself, too.
 inline Maximum farthest_sample(std::span<const Vec3d> s, int n, const PlaneMeasure& plane,

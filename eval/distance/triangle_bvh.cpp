@@ -295,53 +295,40 @@ std::vector<std::uint32_t> TriangleBvh::within(const Vec3d& point, double distan
     return result;
 }
 
-namespace {
-
-// A ray in the local frame with unit direction: a parameter t of the given ray is t * unit - start on this one.
-struct LocalRay {
-    double unit = 1, start = 0;
-};
-bool make_local_ray(const detail::LocalFrame& frame, const Vec3d& origin, const Vec3d& direction, double t_min,
-                    double t_max, RTCRay& ray, LocalRay& way) {
+RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, double t_min, double t_max) const noexcept {
+    RayHit result;
+    const State& state = *state_;
     const double length = glm::length(direction);
-    if (!(length > 0) || !std::isfinite(length)) return false;
+    if (state.triangles.empty() || !(length > 0) || !std::isfinite(length)) return result;
+    // In the local frame, with unit direction: a parameter t of the given ray is t * unit - start on this one.
     const Vec3d along = direction / length;
-    Vec3d local = frame.to_local(origin);
-    const double unit = way.unit = length * frame.scale;
+    Vec3d local = state.frame.to_local(origin);
+    const double unit = length * state.frame.scale;
+    double start = 0;
     // A far start moves along the ray to just before the model, which lies within 4 of the frame's middle.
     constexpr double k_far = 16, k_before = 8, k_rounding = 4e-15;
     if (const double away = -glm::dot(local, along); away > k_far) {
-        way.start = away - k_before - k_rounding * away;
-        local += way.start * along;
+        start = away - k_before - k_rounding * away;
+        local += start * along;
     }
     // Larger coordinates overflow in Embree.
-    if (!(std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)}) <= k_farthest_float_query)) return false;
+    if (!(glm::length(local) <= k_farthest_float_query)) return result;
+    RTCRayHit query;
+    RTCRay& ray = query.ray;
     ray.org_x = static_cast<float>(local.x);
     ray.org_y = static_cast<float>(local.y);
     ray.org_z = static_cast<float>(local.z);
     ray.dir_x = static_cast<float>(along.x);
     ray.dir_y = static_cast<float>(along.y);
     ray.dir_z = static_cast<float>(along.z);
-    ray.tnear = static_cast<float>(std::max(std::max(t_min, 0.0) * unit - way.start, 0.0));
-    ray.tfar = static_cast<float>(t_max * unit - way.start);
+    ray.tnear = static_cast<float>(std::max(std::max(t_min, 0.0) * unit - start, 0.0));
+    ray.tfar = static_cast<float>(t_max * unit - start);
     ray.time = 0;
     ray.mask = 0xFFFF'FFFFu;
     ray.id = 0;
     ray.flags = 0;
     // Embree cannot take numbers that are not finite: such a ray meets nothing.
-    return ray.tnear <= ray.tfar && std::isfinite(ray.org_x) && std::isfinite(ray.org_y) && std::isfinite(ray.org_z) &&
-           std::isfinite(ray.tnear);
-}
-
-}  // namespace
-
-RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, double t_min, double t_max) const noexcept {
-    RayHit result;
-    const State& state = *state_;
-    RTCRayHit query;
-    LocalRay way;
-    if (state.triangles.empty() || !make_local_ray(state.frame, origin, direction, t_min, t_max, query.ray, way))
-        return result;
+    if (!(ray.tnear <= ray.tfar) || !std::isfinite(ray.tnear)) return result;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
@@ -355,10 +342,10 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
     const Vec3d normal = glm::cross(ab, ac);
     const double slope = glm::dot(normal, direction);
     const double t = -glm::dot(normal, ao) / slope;
-    const double unit = way.unit, float_t = (double{query.ray.tfar} + way.start) / unit;
+    const double float_t = (double{ray.tfar} + start) / unit;
     // If the ray is almost parallel to the plane, t by the plane is inaccurate: keep Embree's float result.
     constexpr double k_float_error = 1e-5;
-    if (!(std::abs(t - float_t) * unit <= k_float_error * (1 + double{query.ray.tfar}))) {
+    if (!(std::abs(t - float_t) * unit <= k_float_error * (1 + double{ray.tfar}))) {
         result.t = float_t;
         result.u = query.hit.u;
         result.v = query.hit.v;
@@ -372,34 +359,18 @@ RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, doubl
     return result;
 }
 
-bool TriangleBvh::occluded(const Vec3d& origin, const Vec3d& direction, double t_min, double t_max) const noexcept {
-    const State& state = *state_;
-    RTCRay ray;
-    LocalRay way;
-    if (state.triangles.empty() || !make_local_ray(state.frame, origin, direction, t_min, t_max, ray, way))
-        return false;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcOccluded1(state.scene, &context, &ray);
-    return ray.tfar < 0;
-}
-
 void TriangleBvh::closest(std::span<const Vec3d> points, std::span<ClosestPoint> out, const RunContext& context) const {
-    // Points per task, and points between two progress reports.
-    constexpr std::uint32_t k_grain = 256;
-    constexpr std::size_t k_block = 1 << 16;
     if (points.size() != out.size())
         throw Error(ErrorCode::invalid_input,
                     fmt::format("{} points, but room for {} results", points.size(), out.size()));
+    constexpr std::size_t k_block = 256;
+    const auto blocks = static_cast<std::uint32_t>((points.size() + k_block - 1) / k_block);
     with_threads(context, [&] {
-        for (std::size_t begin = 0; begin < points.size(); begin += k_block) {
-            context.report("measure", static_cast<double>(begin) / static_cast<double>(points.size()));
-            const auto count = static_cast<std::uint32_t>(std::min(k_block, points.size() - begin));
-            for_each_block(count, k_grain, [&](std::uint32_t first, std::uint32_t last) {
-                CoherentClosest walker(*this);
-                for (std::size_t i = begin + first; i < begin + last; ++i) out[i] = walker.closest(points[i]);
-            });
-        }
+        for_each_reported(blocks, 1, context, "measure", 0, 1, [&](std::uint32_t b) {
+            CoherentClosest walker(*this);
+            for (std::size_t i = b * k_block; i < std::min((b + 1) * k_block, points.size()); ++i)
+                out[i] = walker.closest(points[i]);
+        });
     });
 }
 

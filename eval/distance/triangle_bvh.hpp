@@ -68,7 +68,9 @@ class TriangleBvh {
                      double t_max = std::numeric_limits<double>::infinity()) const noexcept;
     /// Whether the ray meets a triangle at some t in [t_min, t_max].
     bool occluded(const Vec3d& origin, const Vec3d& direction, double t_min = 0,
-                  double t_max = std::numeric_limits<double>::infinity()) const noexcept;
+                  double t_max = std::numeric_limits<double>::infinity()) const noexcept {
+        return intersect(origin, direction, t_min, t_max).found();
+    }
 
     /// closest() of many points, in parallel. Consecutive points should be near each other: the triangle inequality
     /// gives each search an upper bound from the one before.

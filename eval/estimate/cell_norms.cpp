@@ -133,7 +133,6 @@ class CellNormTable::Search {
         std::vector<Kind*> kinds;
         for (const Kinds::iterator of : component) kinds.push_back(&of->second);
         const bool solved = link(kinds) && find_extensions(kinds) && find_weights(kinds);
-        const std::unique_lock lock(table_.reading_);
         for (const Kinds::iterator of : component) {
             table_.known_.emplace(of->first, solved ? std::move(of->second.norms) : nullptr);
             of->second.below = {};  // frees most of the search's memory
@@ -313,11 +312,7 @@ CellNormTable::CellNormTable(const SchemeInfo& scheme, const RuleOptions& option
       rings_(rings_of(scheme, options)) {}
 
 const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
-    {
-        const std::shared_lock lock(reading_);
-        if (const auto at = known_.find(key); at != known_.end()) return at->second.get();
-    }
-    const std::lock_guard writer(writing_);
+    const std::lock_guard lock(mutex_);
     if (!known_.contains(key)) Search(*this).visit(key);
     return known_.at(key).get();
 }
@@ -333,14 +328,17 @@ std::optional<CellNormTable::Total> CellNormTable::total(const FanShape& shape) 
 }
 
 NormedCell CellNormTable::of_cell(const RuleMesh& mesh, int halfedge, int level, MeshPartFinder& parts) const {
-    if (level < 0) return {};
+    const int face = mesh.face(halfedge);
+    const std::span<const int> corners = mesh.corners(face);
+    const NormedCell none{nullptr, mesh.face_begin(face), {corners.begin(), corners.end()}};
+    if (level < 0) return none;
     if (level < k_irregular_from) {
-        parts.look(mesh, mesh.corners(mesh.face(halfedge)), rings_ - 1);
+        parts.look(mesh, corners, rings_ - 1);
         const int edges = corners_ == 3 ? 6 : 4;
         const auto is_regular = [&](int v) {
             return mesh.rule(v) == VertexRule::smooth && mesh.ring(v).edges() == edges;
         };
-        if (!std::ranges::all_of(parts.vertices(), is_regular)) return {};
+        if (!std::ranges::all_of(parts.vertices(), is_regular)) return none;
     }
     // Beside corners with certain angles there are norms only if the corner itself is the first corner.
     for (int k = 0; k < corners_; ++k, halfedge = mesh.next(halfedge)) {
@@ -352,7 +350,7 @@ NormedCell CellNormTable::of_cell(const RuleMesh& mesh, int halfedge, int level,
         for (const int i : found->point) cell.points.push_back(around->vertices[i]);
         return cell;
     }
-    return {};
+    return none;
 }
 
 }  // namespace tetrakis::detail

@@ -8,7 +8,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <shared_mutex>
 #include <span>
 #include <vector>
 
@@ -40,7 +39,7 @@ struct CellNorms {
 struct NormedCell {
     const CellNorms* norms = nullptr;  ///< nullptr: there are none, or not on this level: use a finer one
     int first = RuleMesh::none;        ///< half-edge that leaves the cell's first corner
-    std::vector<int> points{};         ///< mesh vertices of the points in norms->point
+    std::vector<int> points{};         ///< mesh vertices of the points in norms->point; without norms, the corners
 };
 
 /// Bounds on the distance from a cell of a level's mesh (a triangle, or the bilinear patch of a quad) to its limit. It
@@ -94,8 +93,7 @@ class CellNormTable {
     const SchemeInfo& scheme_;
     const RuleOptions& options_;
     int corners_, rings_;
-    mutable std::shared_mutex reading_;
-    mutable std::mutex writing_;
+    mutable std::mutex mutex_;
     mutable std::map<SurroundingsKey, std::unique_ptr<const CellNorms>> known_;
 };
 

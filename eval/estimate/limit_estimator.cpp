@@ -46,8 +46,10 @@ std::vector<LimitSamples> samples_of(const Hierarchy& points, std::span<const Ce
     for_each_index(
         static_cast<std::uint32_t>(triangles.size()),
         [&](std::uint32_t t) {
-            detail::put_lattice_sites<Family>(points.mesh(), triangles[t], k_limit_lattice_bits,
-                                              &sites[std::size_t{k_limit_samples} * t]);
+            Site* out = &sites[std::size_t{k_limit_samples} * t];
+            for (int row = 0; row <= k_limit_lattice; ++row)
+                for (int i = 0; i <= row; ++i)
+                    *out++ = detail::lattice_site_of<Family>(points.mesh(), triangles[t], k_limit_lattice_bits, row, i);
         },
         k_grain);
     std::vector<LimitSamples> samples(triangles.size());
@@ -117,37 +119,24 @@ void LimitEstimator<Family>::estimate(std::span<const CellTriangle> triangles, s
         [&](std::uint32_t t) { errors[t] = of_samples(triangles[t], samples[t]); }, k_grain);
 }
 
-std::vector<double> detail::fan_limit_errors(const Hierarchy& points, const FanChoice& fans,
-                                             std::span<const Vec3d> corner_positions, const RunContext& context) {
+void detail::fan_limit_errors(const Hierarchy& points, const FanChoice& fans, std::span<const FaceId> faces,
+                              std::span<const Vec3d> corners, std::span<double> errors) {
     const ControlMesh& mesh = points.mesh();
-    std::vector<double> errors(mesh.face_count(), 0.0);
-    constexpr std::size_t k_roots = 8192;  // evaluated together
-    std::vector<FaceId> faces;
     std::vector<std::size_t> first;  // per face: the number of its first root
     std::vector<CellTriangle> roots;
-    for (std::uint32_t f = 0; f < mesh.face_count();) {
-        context.report("coarsest", static_cast<double>(f) / mesh.face_count());
-        faces.clear();
-        first.clear();
-        roots.clear();
-        for (; f < mesh.face_count() && roots.size() < k_roots; ++f) {
-            if (!fans.has(FaceId(f))) continue;
-            faces.push_back(FaceId(f));
-            first.push_back(roots.size());
-            const std::uint32_t h0 = mesh.face_halfedge(FaceId(f)).value;
-            for (std::uint32_t r = 0; r < mesh.face_size(FaceId(f)); ++r)
-                roots.push_back(root_triangle(HalfedgeId(h0 + r)));
-        }
-        const std::vector<LimitSamples> samples = samples_of<QuadFamily>(points, roots);
-        for_each_index(
-            static_cast<std::uint32_t>(faces.size()),
-            [&](std::uint32_t k) {
-                errors[faces[k].value] = fan_error(points, faces[k], fans.of(faces[k]), corner_positions,
-                                                   std::span(samples).subspan(first[k], mesh.face_size(faces[k])));
-            },
-            16);
+    for (const FaceId face : faces) {
+        first.push_back(roots.size());
+        for (std::uint32_t r = 0; r < mesh.face_size(face); ++r)
+            roots.push_back(root_triangle(HalfedgeId(mesh.face_halfedge(face).value + r)));
     }
-    return errors;
+    const std::vector<LimitSamples> samples = samples_of<QuadFamily>(points, roots);
+    for_each_index(
+        static_cast<std::uint32_t>(faces.size()),
+        [&](std::uint32_t i) {
+            errors[i] = fan_error(points, faces[i], fans.of(faces[i]), corners,
+                                  std::span(samples).subspan(first[i], mesh.face_size(faces[i])));
+        },
+        16);
 }
 
 template class LimitEstimator<QuadFamily>;

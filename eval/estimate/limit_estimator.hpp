@@ -1,13 +1,11 @@
 #pragma once
 
-#include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/fan_choice.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/families/error_estimator.hpp"
 #include "../distance/limit_samples.hpp"
 
 #include <span>
-#include <vector>
 
 namespace tetrakis {
 
@@ -20,11 +18,11 @@ inline double seen_share(const SchemeInfo& scheme) { return scheme.interpolating
 
 /// Errors of faces' fans (eval/README.md) by limit points, as LimitEstimator finds errors of triangles. Limit points of
 /// the whole face are measured to the nearest triangle of its fan, and back; points on hard edges to the fan's own
-/// edge. 0 for faces without a fan.
-/// @param points            gives the limit points; of the bisection family
-/// @param corner_positions  output positions of the control vertices
-std::vector<double> fan_limit_errors(const Hierarchy& points, const FanChoice& fans,
-                                     std::span<const Vec3d> corner_positions, const RunContext& context);
+/// edge.
+/// @param points   gives the limit points; of the bisection family
+/// @param corners  output positions of the control vertices
+void fan_limit_errors(const Hierarchy& points, const FanChoice& fans, std::span<const FaceId> faces,
+                      std::span<const Vec3d> corners, std::span<double> errors);
 
 }  // namespace detail
 

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../surface/local_frame.hpp"
-#include "../triangles/convex_face.hpp"
+#include "../triangles/face_distance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ double LinearBound::flat_face_bound(FaceId face) const {
     std::vector<Vec3d> corners;
     for (std::uint32_t i = 0; i < mesh_.face_size(face); ++i)
         corners.push_back(mesh_.position(mesh_.origin(HalfedgeId(mesh_.face_halfedge(face).value + i))));
-    const detail::ConvexFace flat(corners);
+    const detail::FaceDistance flat(corners);
     return flat.convex() ? 2 * flat.height() + rounding_ : std::numeric_limits<double>::infinity();
 }
 

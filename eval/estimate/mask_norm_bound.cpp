@@ -45,7 +45,7 @@ struct PartError {
 
 /// @param corner  corners of the cell
 PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int cell_corners,
-                     const detail::TriangleDistance& triangle) {
+                     const detail::FaceDistance& triangle) {
     PartError error{0, 0, part.size() == static_cast<std::size_t>(cell_corners)};
     Vec2d low(1), high(0);
     for (std::size_t i = 0; i < part.size(); ++i) {
@@ -73,118 +73,108 @@ PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int c
 
 }  // namespace
 
-/// A cell with norms, and the points around it that they use: its children can be made without a mesh.
-struct KnownCell {
-    const detail::CellNorms& norms;
-    std::vector<Vec3d> points;
-    double rest = -1;  ///< norms.remainder(points); negative: not computed yet
-    std::array<KnownCell*, 4> children{};
+/// A cell of some level, and points around it: those that its norms use, or its corners. With norms, its children can
+/// be made without a mesh.
+struct Cell {
+    detail::CellFrame frame;         ///< in the level's mesh, if it has no norms
+    const detail::CellNorms* norms;  ///< nullptr: none
+    int turn = 0;                    ///< the corner that is the first one of its norms
+    std::vector<Vec3d> points{};
+    double rest = -1;  ///< norms->remainder(points); negative: not computed yet
+    std::array<Cell*, 4> children{};
 
-    explicit KnownCell(const detail::CellNorms& of) : norms(of), points(of.point.size()) {}
-    std::array<Vec3d, 4> corners() const {
+    /// @param n  number of corners of all cells
+    std::array<Vec3d, 4> corners(int n) const {
         std::array<Vec3d, 4> corner{};
-        std::copy_n(points.begin(), std::min(corner.size(), points.size()), corner.begin());
+        for (int k = 0; k < n; ++k) corner[(k + turn) % n] = points[k];
         return corner;
     }
     double remainder() {
-        if (rest < 0) rest = norms.remainder(points);
+        if (rest < 0) rest = norms != nullptr ? norms->remainder(points) : k_infinite;
         return rest;
     }
-    /// One of the four cells of the next level; if it does not exist yet, it is made in `finer`.
-    KnownCell& child(int number, std::deque<KnownCell>& finer) {
-        KnownCell*& child = children[static_cast<std::size_t>(number)];
-        if (child == nullptr) {
-            const detail::CellNorms::Child& of = norms.children[static_cast<std::size_t>(number)];
-            child = &finer.emplace_back(*of.norms);
-            of.rows.template apply<Vec3d>(points, child->points);
-        }
-        return *child;
-    }
 };
 
-/// The part of a piece in one cell: a cell of a mesh, or a known cell, which needs no mesh.
+/// The part of a piece in one cell.
 template <class Family>
 struct MaskNormBound<Family>::Walker {
-    detail::CellFrame frame;
+    Cell* cell;
     std::uint32_t piece;
-    Part part;                   ///< of the piece, in cell coordinates
-    KnownCell* known = nullptr;  ///< if set, the coordinates of `part` start at the first corner of its norms
-    double most = 0;             ///< bound on the error over `part`, once computed
+    Part part;        ///< of the piece, in cell coordinates
+    double most = 0;  ///< bound on the error over `part`, once computed
 };
 
-/// The meshes of walkers that are in no known cell yet, level by level: first whole levels, then parts of levels.
+/// Makes cells, level by level: from norms or, where a cell has none, from a mesh. At first these are whole levels,
+/// then parts of levels.
 template <class Family>
-class MaskNormBound<Family>::MeshDescent {
+class MaskNormBound<Family>::Descent {
   public:
-    explicit MeshDescent(const MaskNormBound& bound) : bound_(bound), here_(&bound.whole_.front()) {}
+    explicit Descent(const MaskNormBound& bound)
+        : bound_(bound), corners_(bound.norms_.corners()), here_(&bound.whole_.front()) {}
 
-    /// Moves walkers from cells of the mesh to known cells, if these have norms.
-    /// @param level  level of the cells
-    void leave(std::span<Walker> walkers, int level, std::deque<KnownCell>& known) {
-        std::unordered_map<int, KnownCell*> found;  // by face
-        for (Walker& w : walkers) {
-            if (!in_mesh(w)) continue;
-            int h = first_corner(w);
-            const int face = mesh().face(h);
-            auto at = here_->cells.find(face);
-            if (at == here_->cells.end())
-                at = here_->cells.emplace(face, bound_.norms_.of_cell(mesh(), h, level, parts_)).first;
-            const detail::NormedCell& cell = at->second;
-            if (cell.norms == nullptr) continue;
-            KnownCell*& of_face = found[face];
-            if (of_face == nullptr) {
-                of_face = &known.emplace_back(*cell.norms);
-                std::ranges::transform(cell.points, of_face->points.begin(),
-                                       [&](int v) { return here_->net[static_cast<std::size_t>(v)]; });
-            }
-            w.known = of_face;
-            // Coordinates from the next corner, until it is the first one of the norms.
-            for (; h != cell.first; h = mesh().next(h))
-                w.part = w.part.mapped(
-                    [&](const Vec2d& p) { return Vec2d(p.y, bound_.norms_.corners() == 4 ? 1 - p.x : 1 - p.x - p.y); });
-        }
+    /// A cell of the present level's mesh.
+    Cell& add(const detail::CellFrame& frame, int level, std::deque<Cell>& cells) {
+        int h = detail::face_corner(mesh(), frame, 0, corners_);
+        const int face = mesh().face(h);
+        auto at = here_->cells.find(face);
+        if (at == here_->cells.end())
+            at = here_->cells.emplace(face, bound_.norms_.of_cell(mesh(), h, level, parts_)).first;
+        const detail::NormedCell& found = at->second;
+        Cell& cell = cells.emplace_back(frame, found.norms);
+        for (; h != found.first; h = mesh().next(h)) ++cell.turn;
+        for (const int v : found.points) cell.points.push_back(here_->net[static_cast<std::size_t>(v)]);
+        return cell;
     }
-    std::array<Vec3d, 4> corners(const Walker& w) const {
-        std::array<Vec3d, 4> corner{};
-        int h = first_corner(w);
-        for (int k = 0; k < bound_.norms_.corners(); ++k, h = mesh().next(h)) corner[k] = here_->net[mesh().origin(h)];
-        return corner;
-    }
-    /// Makes the next level around the walkers that are in the mesh; their frames remain those of the level above.
-    void go_down(std::span<Walker> walkers) {
-        if (std::ranges::none_of(walkers, in_mesh)) return;
+    /// Makes the next level's mesh around those cells that have no norms; their frames remain those of the level above.
+    void go_down(std::span<const Walker> walkers) {
+        std::vector<Cell*> in_mesh;
+        for (const Walker& w : walkers)
+            if (w.cell->norms == nullptr) in_mesh.push_back(w.cell);
+        if (in_mesh.empty()) return;
         above_ = &mesh();
         if (++depth_ < bound_.whole_.size()) {
             here_ = &bound_.whole_[depth_];
             return;
         }
+        std::ranges::sort(in_mesh);
+        in_mesh.erase(std::ranges::unique(in_mesh).begin(), in_mesh.end());
         // n rings of a level give 2 n rings of the next one, less the two that the rules' stencils take.
         const int rings = std::max(bound_.norms_.rings() + 1, 4);
         std::vector<int> seeds;
-        for (const Walker& w : walkers)
-            if (in_mesh(w))
-                for (const int v : mesh().corners(mesh().face(w.frame.halfedge))) seeds.push_back(v);
+        for (const Cell* cell : in_mesh)
+            for (const int v : mesh().corners(mesh().face(cell->frame.halfedge))) seeds.push_back(v);
         part_ = parts_.find(mesh(), seeds, rings);
-        for (Walker& w : walkers)
-            if (in_mesh(w)) w.frame.halfedge = part_.halfedge(mesh(), w.frame.halfedge);
+        for (Cell* cell : in_mesh) cell->frame.halfedge = part_.halfedge(mesh(), cell->frame.halfedge);
         std::vector<Vec3d> net;
         for (const int v : part_.vertex) net.push_back(here_->net[static_cast<std::size_t>(v)]);
         own_ = bound_.level(depth_, part_.mesh, net);
         here_ = &own_;
         above_ = &part_.mesh;
     }
-    /// The corner cell of a half-edge, after the first step of quads.
-    detail::CellFrame child(const Walker& w) const { return {here_->made.child_halfedge[w.frame.halfedge], 0}; }
-    detail::CellFrame child(const Walker& w, int child) const {
-        return detail::child_cell(*above_, here_->made, w.frame, child, bound_.norms_.corners());
+    /// A child of a cell; if it does not exist yet, it is made in `finer`.
+    /// @param level  the child's
+    Cell& child(Cell& cell, int number, int level, std::deque<Cell>& finer) {
+        Cell*& child = cell.children[static_cast<std::size_t>(number)];
+        if (child != nullptr) return *child;
+        if (cell.norms != nullptr) {
+            const int turned = number < corners_ ? (number + corners_ - cell.turn) % corners_ : number;
+            const detail::CellNorms::Child& of = cell.norms->children[static_cast<std::size_t>(turned)];
+            child = &finer.emplace_back(detail::CellFrame{}, of.norms, cell.turn);
+            child->points.resize(of.norms->point.size());
+            of.rows.template apply<Vec3d>(cell.points, child->points);
+        } else if (corners_ == 4 && level == 0) {  // the corner cell of a half-edge
+            child = &add({here_->made.child_halfedge[cell.frame.halfedge], 0}, level, finer);
+        } else {
+            child = &add(detail::child_cell(*above_, here_->made, cell.frame, number, corners_), level, finer);
+        }
+        return *child;
     }
 
   private:
-    static bool in_mesh(const Walker& w) { return w.known == nullptr; }
     const RuleMesh& mesh() const { return here_->made.mesh; }
-    int first_corner(const Walker& w) const { return detail::face_corner(mesh(), w.frame, 0, bound_.norms_.corners()); }
 
     const MaskNormBound& bound_;
+    int corners_;
     const Level* here_;
     std::size_t depth_ = 0;            ///< steps from the control mesh
     const RuleMesh* above_ = nullptr;  ///< mesh that the last step refined
@@ -244,26 +234,9 @@ auto MaskNormBound<Family>::level(std::size_t depth, const RuleMesh& mesh, std::
 }
 
 template <class Family>
-void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<Vec3d, 3>& corners,
-                                       std::vector<Piece>& pieces) const {
-    const double unit = std::ldexp(1.0, -t.level);
-    std::array<Vec2d, 3> at;
-    for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(t.corner[k].x, t.corner[k].y);
-    const Part whole({at, {0, 1, 2}});
-    const detail::TriangleDistance triangle(corners);
-    detail::for_each_corner_cell(whole, [&](const Part& part, bool is_next) {
-        pieces.push_back({is_next ? mesh_.next(t.root) : t.root, t.level, part, triangle});
-    });
-}
-
-template <class Family>
-auto MaskNormBound<Family>::wanted(std::optional<double> known) const -> Wanted {
-    return known ? Wanted{std::max(aim_, *known - rounding_), false} : Wanted{aim_, decides_};
-}
-
-template <class Family>
 void MaskNormBound<Family>::bound_pieces(std::span<const Piece> pieces, std::span<const std::uint32_t> of,
-                                         Wanted wanted, std::span<double> errors) const {
+                                         std::optional<double> known, std::span<double> errors) const {
+    const Wanted wanted = known ? Wanted{std::max(aim_, *known - rounding_), false} : Wanted{aim_, decides_};
     std::vector<double> found(pieces.size());
     const auto count = static_cast<std::uint32_t>(pieces.size());
     for_each_index((count + k_block - 1) / k_block,
@@ -278,19 +251,22 @@ void MaskNormBound<Family>::bound_pieces(std::span<const Piece> pieces, std::spa
 
 template <class Family>
 void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const {
-    const int n = norms_.corners();
+    const int n = norms_.corners(), first_level = n == 4 ? -1 : 0;  // quads: from the control mesh to its corner cells
+    Descent descent(*this);
+    std::deque<Cell> cells, finer;  // of this level, and of the next one
+    std::unordered_map<std::uint32_t, Cell*> roots;
     std::vector<Walker> walkers, next;
-    for (std::uint32_t i = 0; i < pieces.size(); ++i)
-        walkers.push_back({{static_cast<int>(pieces[i].cell.value), 0}, i, pieces[i].part});
+    for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+        const std::uint32_t h = pieces[i].cell.value;
+        Cell*& root = roots[h];
+        if (root == nullptr) root = &descent.add({static_cast<int>(h), 0}, first_level, cells);
+        walkers.emplace_back(root, i, pieces[i].part);
+    }
     std::fill(errors.begin(), errors.end(), rounding_);
     std::vector<double> least(pieces.size(), 0.0);  // lower bounds on the errors
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // number of undecided cells
-    MeshDescent mesh(*this);
-    std::deque<KnownCell> known, finer;  // cells of this level, and of the next one
-    // Quads: one more step, from the control mesh to its corner cells.
-    for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
-        if (level >= 0) mesh.leave(walkers, level, known);
+    for (int level = first_level; !walkers.empty(); ++level) {
         next.clear();
         for (const Walker& w : walkers) {
             const Piece& piece = pieces[w.piece];
@@ -299,9 +275,8 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
                 continue;
             }
             if (decided[w.piece] != 0) continue;
-            const double rest = w.known != nullptr ? w.known->remainder() : k_infinite;
-            const PartError off =
-                part_error(w.part, w.known != nullptr ? w.known->corners() : mesh.corners(w), n, piece.triangle);
+            const double rest = w.cell->remainder();
+            const PartError off = part_error(w.part, w.cell->corners(n), n, piece.triangle);
             // Vertices of an interpolating scheme are limit points.
             const double apart = scheme_.interpolating && off.whole ? 0 : rest;
             least[w.piece] = std::max(least[w.piece], off.at_corners - apart);
@@ -323,24 +298,14 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             errors[w.piece] = std::max(errors[w.piece], w.most + rounding_);
             return true;
         });
-        mesh.go_down(next);
+        descent.go_down(next);
         walkers.clear();
         finer.clear();
-        for (const Walker& w : next) {
-            if (level < 0) {
-                walkers.push_back({mesh.child(w), w.piece, w.part});
-                continue;
-            }
-            for (int child = 0; child < 4; ++child) {
-                const Part part = in_quarter(w.part, child, n);
-                if (part.empty()) continue;
-                if (w.known == nullptr)
-                    walkers.push_back({mesh.child(w, child), w.piece, part});
-                else
-                    walkers.push_back({{}, w.piece, part, &w.known->child(child, finer)});
-            }
-        }
-        std::swap(known, finer);
+        for (const Walker& w : next)
+            for (int number = 0; number < (level < 0 ? 1 : 4); ++number)
+                if (const Part part = level < 0 ? w.part : in_quarter(w.part, number, n); !part.empty())
+                    walkers.emplace_back(&descent.child(*w.cell, number, level + 1, finer), w.piece, part);
+        std::swap(cells, finer);
     }
     for (std::size_t i = 0; i < pieces.size(); ++i)
         if (decided[i] != 0) errors[i] = least[i] + rounding_;
@@ -360,12 +325,19 @@ void MaskNormBound<Family>::bound(std::span<const CellTriangle> triangles, std::
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> of;
     for (std::uint32_t t = 0; t < count; ++t) {
+        const CellTriangle& triangle = triangles[t];
         const Vec3d* const p = &points[3 * std::size_t{t}];
-        add_pieces(triangles[t], {p[0], p[1], p[2]}, pieces);
+        const detail::FaceDistance face(std::array{p[0], p[1], p[2]});
+        const double unit = std::ldexp(1.0, -triangle.level);
+        std::array<Vec2d, 3> at;
+        for (std::size_t k = 0; k < 3; ++k) at[k] = unit * Vec2d(triangle.corner[k].x, triangle.corner[k].y);
+        detail::for_each_corner_cell(Part({at, {0, 1, 2}}), [&](const Part& part, bool is_next) {
+            pieces.push_back({is_next ? mesh_.next(triangle.root) : triangle.root, triangle.level, part, face});
+        });
         of.resize(pieces.size(), t);
     }
     std::fill(errors.begin(), errors.end(), 0.0);
-    bound_pieces(pieces, of, wanted(known), errors);
+    bound_pieces(pieces, of, known, errors);
 }
 
 template <class Family>
@@ -391,15 +363,15 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         for (std::uint32_t c = 0; c < size; ++c) {
             const Vec3d ahead = 0.5 * (at(c) + at(c + 1)), behind = 0.5 * (at(c) + at(c + size - 1));
             const auto add = [&](const Vec2d& a, const Vec2d& b, const Vec3d& p, const Vec3d& q) {
-                pieces.push_back({HalfedgeId(h0 + c), 0, Part({{Vec2d(0), a, b}, {0, 1, 2}}),
-                                  detail::TriangleDistance({at(c), p, q})});
+                pieces.push_back(
+                    {HalfedgeId(h0 + c), 0, Part({{Vec2d(0), a, b}, {0, 1, 2}}), detail::FaceDistance({at(c), p, q})});
             };
             add({1, 0}, {1, 1}, ahead, centre);
             add({1, 1}, {0, 1}, centre, behind);
         }
         of.resize(pieces.size(), i);
     }
-    bound_pieces(pieces, of, wanted(known), errors);
+    bound_pieces(pieces, of, known, errors);
 }
 
 template class MaskNormBound<QuadFamily>;

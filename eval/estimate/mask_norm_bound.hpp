@@ -2,7 +2,7 @@
 
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../bounds/labelled_polygon.hpp"
-#include "../triangles/triangle_distance.hpp"
+#include "../triangles/face_distance.hpp"
 #include "cell_norms.hpp"
 #include "surface_bound.hpp"
 
@@ -49,7 +49,7 @@ class MaskNormBound final : public SurfaceBound {
         HalfedgeId cell;
         int level = 0;                   ///< level whose cells are as large as the triangle
         detail::LabelledPolygon part{};  ///< in the cell, whose sides have length 1
-        detail::TriangleDistance triangle{};
+        detail::FaceDistance triangle{};
     };
     /// The mesh of a level, or a part of it.
     struct Level {
@@ -59,7 +59,7 @@ class MaskNormBound final : public SurfaceBound {
         mutable oneapi::tbb::concurrent_unordered_map<int, detail::NormedCell> cells{};
     };
     struct Walker;
-    class MeshDescent;
+    class Descent;
     /// Required accuracy of an error.
     struct Wanted {
         double floor;  ///< bounds up to this need not be tight
@@ -68,11 +68,9 @@ class MaskNormBound final : public SurfaceBound {
 
     /// Makes level `depth` (number of steps from the control mesh) from the mesh and net of the level above.
     Level level(std::size_t depth, const RuleMesh& mesh, std::span<const Vec3d> net) const;
-    void add_pieces(const CellTriangle& cells, const std::array<Vec3d, 3>& corners, std::vector<Piece>& pieces) const;
-    Wanted wanted(std::optional<double> known) const;
     /// @param of      per piece: number of its triangle or face
     /// @param errors  receives the largest error of the pieces of each triangle or face
-    void bound_pieces(std::span<const Piece> pieces, std::span<const std::uint32_t> of, Wanted wanted,
+    void bound_pieces(std::span<const Piece> pieces, std::span<const std::uint32_t> of, std::optional<double> known,
                       std::span<double> errors) const;
     void bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
 

@@ -17,27 +17,15 @@ constexpr std::uint32_t k_grain = 64;
 constexpr std::size_t k_leaves_at_once = 1u << 14;  // their sites take some 20 MB
 constexpr std::size_t k_samples = 22, k_on_side = 4, k_inside = 15, k_edges = 16;
 
-/// Sample points of a cell, two lattice levels below its own. First its corners, then four points a side: at 3, 4, 5
-/// and 6 ninths. From k_inside on: the middle. From k_edges on: two points on each of three inner edges, from the
-/// middle to the corners; in a cell whose first edge is cut, from the cut's points to the opposite corner.
-std::array<Sqrt3Point, k_samples> samples(const Sqrt3Cell& cell) {
-    const auto& [a, b, c] = cell.corner;
-    const Sqrt3Point middle = a + b + c, first = 2 * a + b, second = a + 2 * b;
-    std::array<Sqrt3Point, k_samples> result{9 * a, 9 * b, 9 * c};
-    const std::array<std::array<Sqrt3Point, 2>, 3> edges =
-        cell.cut ? std::array<std::array<Sqrt3Point, 2>, 3>{{{first, c}, {second, c}, {second, c}}}
-                 : std::array<std::array<Sqrt3Point, 2>, 3>{{{middle, a}, {middle, b}, {middle, c}}};
-    result[k_inside] = 3 * middle;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Sqrt3Point &p = cell.corner[k], &q = cell.corner[(k + 1) % 3];
-        std::ranges::copy(std::array{6 * p + 3 * q, 5 * p + 4 * q, 4 * p + 5 * q, 3 * p + 6 * q},
-                          &result[3 + k_on_side * k]);
-        const auto& [new_point, corner] = edges[k];
-        result[k_edges + 2 * k] = new_point + 6 * corner;
-        result[k_edges + 2 * k + 1] = 2 * new_point + 3 * corner;
-    }
-    return result;
-}
+/// Sample points of a cell, two lattice levels below its own: ninths of its corners. First the corners, then four
+/// points a side. From k_inside on: the middle. From k_edges on: two points on each of three inner edges, from the
+/// middle to the corners.
+constexpr std::array<std::array<int, 3>, k_samples> k_ninths{
+    {{9, 0, 0}, {0, 9, 0}, {0, 0, 9}, {6, 3, 0}, {5, 4, 0}, {4, 5, 0}, {3, 6, 0}, {0, 6, 3},
+     {0, 5, 4}, {0, 4, 5}, {0, 3, 6}, {3, 0, 6}, {4, 0, 5}, {5, 0, 4}, {6, 0, 3}, {3, 3, 3},
+     {7, 1, 1}, {5, 2, 2}, {1, 7, 1}, {2, 5, 2}, {1, 1, 7}, {2, 2, 5}}};
+/// Those on inner edges of a cell whose first edge is cut: from the cut's points to the opposite corner.
+constexpr std::array<std::array<int, 3>, 4> k_ninths_at_cut{{{2, 1, 6}, {4, 2, 3}, {1, 2, 6}, {2, 4, 3}}};
 
 }  // namespace
 
@@ -46,8 +34,6 @@ void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std
     std::vector<Sqrt3Cell> cells;
     std::vector<Site> sites;
     std::vector<Vec3d> limits;
-    // Half triangles have no samples on inner edges: the whole triangle that they become has them.
-    const auto used = [&](std::size_t leaf) { return leaves[leaf].half ? k_edges : k_samples; };
     for (std::size_t begin = 0; begin < leaves.size(); begin += k_leaves_at_once) {
         const auto count = static_cast<std::uint32_t>(std::min(k_leaves_at_once, leaves.size() - begin));
         cells.resize(count);
@@ -55,10 +41,16 @@ void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std
         limits.resize(sites.size());
         for_each_index(count, [&](std::uint32_t i) {
             cells[i] = lattice.cell(leaves[begin + i]);
-            const auto all = samples(cells[i]);
-            for (std::size_t k = 0; k < k_samples; ++k)
+            const auto& [a, b, c] = cells[i].corner;
+            for (std::size_t k = 0; k < k_samples; ++k) {
+                // Half triangles have no samples on inner edges: the whole triangle that they become has them.
+                const auto& w = k < k_edges              ? k_ninths[k]
+                                : leaves[begin + i].half ? k_ninths[0]
+                                : cells[i].cut           ? k_ninths_at_cut[k % 4]
+                                                         : k_ninths[k];
                 sites[k_samples * i + k] =
-                    sqrt3_site(points.mesh(), cells[i].root, all[k < used(begin + i) ? k : 0], cells[i].lattice() + 2);
+                    sqrt3_site(points.mesh(), cells[i].root, w[0] * a + w[1] * b + w[2] * c, cells[i].lattice() + 2);
+            }
         });
         limit_positions_once(points, sites, limits);
         for_each_index(
@@ -75,7 +67,7 @@ void sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std
                         error =
                             std::max(error, sharp ? segment_distance(s[k], s[side], s[(side + 1) % 3]) : plane(s[k]));
                 }
-                for (std::size_t k = k_inside; k < used(begin + i); ++k) error = std::max(error, plane(s[k]));
+                for (std::size_t k = k_inside; k < k_samples; ++k) error = std::max(error, plane(s[k]));
                 errors[begin + i] = error;
             },
             k_grain);

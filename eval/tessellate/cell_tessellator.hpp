@@ -103,8 +103,8 @@ class CellTessellator : public TessellationRun {
     /// @param normals  if not empty, may receive limit normals
     virtual void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,
                        std::string_view stage, double share) = 0;
-    /// Errors of the fans in fans_, by face; infinite if there is no bound.
-    virtual std::vector<double> fan_errors() { return {}; }
+    /// Errors of faces' fans; infinite if there is no bound. Called with some thousand faces at a time.
+    virtual void fan_errors(std::span<const FaceId>, std::span<double>) {}
     /// Error of a triangle in the last measurement.
     virtual double error_of(std::uint32_t t) const { return double{result_.triangle_error[t]}; }
     /// Adds the surface's normals; vertices get several if one cannot serve all triangles around.
@@ -267,10 +267,20 @@ class CellTessellator : public TessellationRun {
             place(sites, positions, {}, "coarsest", 0.2);
             for (std::size_t i = 0; i < vertex.size(); ++i) corners_[vertex[i]] = positions[i];
             fans_ = choose_fans(mesh_, corners_);
-            const std::vector<double> errors = fan_errors();
             const double most = options_.max_triangles != 0 ? std::numeric_limits<double>::max() : aim_;
-            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-                if (fans_.has(FaceId(f)) && errors[f] <= most) hierarchy_->accept_fan(FaceId(f), errors[f]);
+            constexpr std::size_t k_block = 2048;  // faces between two reports
+            std::vector<FaceId> faces;
+            std::vector<double> errors;
+            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) {
+                if (fans_.has(FaceId(f))) faces.push_back(FaceId(f));
+                if (faces.size() < k_block && f + 1 < mesh_.face_count()) continue;
+                context_.report("coarsest", 0.4 + 0.6 * f / mesh_.face_count());
+                errors.assign(faces.size(), 0.0);
+                fan_errors(faces, errors);
+                for (std::size_t i = 0; i < faces.size(); ++i)
+                    if (errors[i] <= most) hierarchy_->accept_fan(faces[i], errors[i]);
+                faces.clear();
+            }
         }
     }
 };

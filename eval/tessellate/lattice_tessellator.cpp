@@ -55,15 +55,11 @@ class LatticeTessellator final : public CellTessellator<Family> {
                double share) override {
         limit_positions(points_, sites, positions, [&](double done) { context_.report(stage, share * done); });
     }
-    std::vector<double> fan_errors() override {
-        if (!certified()) return fan_limit_errors(points_, fans_, corners_, context_);
-        std::vector<FaceId> faces;
-        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-            if (fans_.has(FaceId(f))) faces.push_back(FaceId(f));
-        std::vector<double> found(faces.size()), errors(mesh_.face_count(), 0.0);
-        bound_->bound_fans(fans_, faces, corners_, {}, found);
-        for (std::size_t i = 0; i < faces.size(); ++i) errors[faces[i].value] = found[i];
-        return errors;
+    void fan_errors(std::span<const FaceId> faces, std::span<double> errors) override {
+        if (certified())
+            bound_->bound_fans(fans_, faces, corners_, {}, errors);
+        else
+            fan_limit_errors(points_, fans_, faces, corners_, errors);
     }
 
     /// Measures against limit points of all leaves (those under fans, too), each cut in four a few times.

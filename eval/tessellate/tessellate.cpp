@@ -142,24 +142,22 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
             [&](std::uint32_t i) { positions[i] = map_.vertex(sites[i], normals.empty() ? nullptr : &normals[i]); });
     }
 
-    std::vector<double> fan_errors() override {
-        std::vector<double> errors(mesh_.face_count(), 0.0);
+    void fan_errors(std::span<const FaceId> faces, std::span<double> errors) override {
         if constexpr (std::is_same_v<Family, QuadFamily>) {
-            fan_error_.emplace(map_, *estimator_, fans_, corners_);
-            detail::for_each_batch(
-                patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
-                    if (!fans_.has(FaceId(f))) return;
-                    // Within a budget the worst fans are split first, so their errors must be tight.
-                    errors[f] = certified() ? fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0)
-                                            : fan_error_->measured(FaceId(f), aim_);
-                    // If the fan is good enough, the patches of the face's corner cells are not used again: their
-                    // memory is freed.
-                    if (errors[f] <= aim_)
-                        for (std::uint32_t i = 0; i < mesh_.face_size(FaceId(f)); ++i)
-                            patches_->forget_tree(HalfedgeId(mesh_.face_halfedge(FaceId(f)).value + i));
-                });
+            if (!fan_error_) fan_error_.emplace(map_, *estimator_, fans_, corners_);
+            const auto count = static_cast<std::uint32_t>(faces.size());
+            detail::for_each_batch(patches_.get(), count, 4, {}, {}, 0, 1, [&](std::uint32_t i) {
+                const FaceId f = faces[i];
+                // Within a budget the worst fans are split first, so their errors must be tight.
+                errors[i] = certified() ? fan_error_->certified(f, aim_, options_.max_triangles == 0)
+                                        : fan_error_->measured(f, aim_);
+                // If the fan is good enough, the patches of the face's corner cells are not used again: their memory is
+                // freed.
+                if (errors[i] <= aim_)
+                    for (std::uint32_t k = 0; k < mesh_.face_size(f); ++k)
+                        patches_->forget_tree(HalfedgeId(mesh_.face_halfedge(f).value + k));
+            });
         }
-        return errors;
     }
 
     void measure() override {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace tetrakis {
 
@@ -30,8 +29,7 @@ MeshSliding::MeshSliding(std::span<const std::array<std::uint32_t, 3>> triangles
         const Vec3d cross = glm::cross(side[0], side[1]);
         const double area = glm::length(cross);
         if (!(area > 0)) return;
-        for (std::size_t k = 0; k < 3; ++k)
-            facet.normal[k] = static_cast<float>(cross[static_cast<Vec3d::length_type>(k)] / area);
+        facet.normal = Vec3f(cross / area);
         const std::array<double, 3> length{glm::length(side[0]), glm::length(side[1]), glm::length(side[2])};
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t before = next(next(k));
@@ -54,28 +52,22 @@ MeshSliding::MeshSliding(std::span<const std::array<std::uint32_t, 3>> triangles
     }
 }
 
-double MeshSliding::fold(const Facet& a, const Facet& b) {
-    const Vec3d n(a.normal[0], a.normal[1], a.normal[2]), m(b.normal[0], b.normal[1], b.normal[2]);
-    const double along = glm::dot(n, m);
-    if (!(along > 0.5)) return std::numeric_limits<double>::infinity();
-    return k_margin * glm::length(glm::cross(n, m)) / along + k_normal_rounding;
-}
-
-double MeshSliding::flap(std::uint32_t t, std::size_t k, std::uint32_t twin) const {
-    const auto &own = facets_[t].tangent, &other = facets_[twin / 3].tangent;
-    return std::min({own[k], own[next(k)], other[twin % 3], other[next(twin % 3)]});
-}
-
 EdgeSliding MeshSliding::of(std::uint32_t t, const std::array<bool, 3>& soft) const {
     EdgeSliding sliding;
+    const Facet& own = facets_[t];
     for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t twin = twin_[3 * std::size_t{t} + k];
         if (!soft[k] || twin == k_none) continue;
-        const double bend = fold(facets_[t], facets_[twin / 3]);
-        if (!(bend <= k_largest_fold)) continue;
+        const Facet& other = facets_[twin / 3];
+        const Vec3d n(own.normal), m(other.normal);
+        const double along = glm::dot(n, m);
+        // Upper bound on the angle between the planes: its tangent.
+        const double fold = k_margin * glm::length(glm::cross(n, m)) / along + k_normal_rounding;
+        if (!(along > 0.5 && fold <= k_largest_fold)) continue;
         sliding.edge[k] = true;
-        sliding.fold[k] = bend;
-        sliding.flap[k] = flap(t, k, twin);
+        sliding.fold[k] = fold;
+        sliding.flap[k] =
+            std::min({own.tangent[k], own.tangent[next(k)], other.tangent[twin % 3], other.tangent[next(twin % 3)]});
     }
     return sliding;
 }

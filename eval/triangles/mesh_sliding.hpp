@@ -58,12 +58,9 @@ class MeshSliding {
   private:
     static constexpr std::uint32_t k_none = 0xffffffffu;
     struct Facet {
-        std::array<float, 3> normal{};   ///< unit length, or none
+        Vec3f normal{0};                 ///< unit length, or none
         std::array<float, 3> tangent{};  ///< lower bound on the tangent of half the angle at each corner
     };
-    /// Upper bound on the angle between the planes of two triangles (its tangent); infinite above 60 degrees.
-    static double fold(const Facet& a, const Facet& b);
-    double flap(std::uint32_t t, std::size_t k, std::uint32_t twin) const;
 
     std::span<const std::array<std::uint32_t, 3>> triangles_;
     std::vector<std::uint32_t> twin_;  ///< by edge 3 t + k: the edge 3 t' + k' of the triangle across, or k_none

@@ -1,7 +1,7 @@
 #include "../../eval/tessellate/tessellate.hpp"
+#include "../../eval/triangles/face_distance.hpp"
 #include "../../eval/triangles/mesh_sliding.hpp"
 #include "../../eval/triangles/point_triangle.hpp"
-#include "../../eval/triangles/triangle_distance.hpp"
 
 #include "../kit/random_mesh.hpp"
 
@@ -13,7 +13,7 @@
 #include <vector>
 
 using namespace tetrakis;
-using detail::TriangleDistance;
+using detail::FaceDistance;
 
 namespace {
 
@@ -64,7 +64,7 @@ TEST_CASE("[inv9] with sliding, errors bound the distance from a triangle and it
             edges.flap[k] = random.uniform(0.05, 0.17);
             mesh.push_back(flap(c, k, edges.flap[k], random.uniform(-edges.fold[k], edges.fold[k])));
         }
-        const TriangleDistance sliding(c, edges), still(c);
+        const FaceDistance sliding(c, edges), still(c);
         const double size = glm::length(c[1] - c[0]);
         for (int j = 0; j < 200; ++j) {
             // Mostly near an edge, beyond it or not.
@@ -97,7 +97,7 @@ TEST_CASE("[inv9] at the ends of a line errors with sliding bound those on it, a
         EdgeSliding edges;
         const double fold = random.uniform(0.01, k_largest_fold);
         for (std::size_t k = 0; k < 3; ++k) edges.edge[k] = true, edges.fold[k] = fold, edges.flap[k] = 0.17;
-        const TriangleDistance sliding(c, edges);
+        const FaceDistance sliding(c, edges);
         std::vector<Corners> mesh{c};
         for (std::size_t k = 0; k < 3; ++k) mesh.push_back(flap(c, k, 0.17, random.chance(0.5) ? fold : -fold));
         for (int j = 0; j < 100; ++j) {
