@@ -38,8 +38,10 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
         refuse("the tolerance must be a positive number");
     if (options.min_level < 0 || options.max_level > k_max_level || options.min_level > options.max_level)
         refuse("levels must be 0 <= minimum <= maximum <= " + std::to_string(k_max_level));
-    // A rough count: each level has four times the triangles; level 0 of quads has one or two per half-edge.
-    const double triangles = std::ldexp(static_cast<double>(mesh.halfedge_count()), 2 * options.min_level);
+    // A rough count: a level has four times the triangles (sqrt3: nine); level 0 of quads has one or two per half-edge.
+    const SchemeInfo& scheme = options.scheme.info();
+    const std::uint32_t coarsest = scheme.family == MeshFamily::triangles ? mesh.face_count() : mesh.halfedge_count();
+    const double triangles = coarsest * std::pow(scheme.refinement == Refinement::sqrt3 ? 9 : 4, options.min_level);
     if (options.max_triangles == 0 && triangles > std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorCode::unsupported,
                     fmt::format("a minimum level of {} makes some {:.2g} triangles, more than 32 bits can count",
@@ -55,8 +57,8 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
             "the certified estimator bounds the limit surface itself; use the measured estimator with a target or a "
             "displacement");
     if (options.target && options.target->triangles.empty()) refuse("the target mesh has no triangles");
-    if (options.scheme.info().family == MeshFamily::triangles && !mesh.all_triangles())
-        refuse(std::string(options.scheme.name()) + " needs a triangle mesh; triangulate() makes one");
+    if (scheme.family == MeshFamily::triangles && !mesh.all_triangles())
+        refuse(std::string(scheme.name) + " needs a triangle mesh; triangulate() makes one");
 }
 
 template <class Family>
