@@ -12,10 +12,11 @@
 #include "measure.hpp"
 #include "tessellate_run.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -57,8 +58,7 @@ class CellTessellator : public TessellationRun {
         mesh = {};
         mesh.triangles = std::move(exported_.triangles);
         mesh.positions.resize(exported_.sites.size());
-        mesh.normals.resize(options_.normals ? exported_.sites.size() : 0);
-        place(exported_.sites, mesh.positions, mesh.normals, "export", 0.9);
+        place(exported_.sites, mesh.positions, "export", 0.9);
         const std::size_t count = mesh.triangles.size();
         part_.assign(count, 0);
         result_.triangle_face.resize(count);
@@ -72,7 +72,7 @@ class CellTessellator : public TessellationRun {
                 part_[t] = static_cast<std::uint8_t>(part_[t - 1] + 1);
             result_.triangle_face[t] = face.value;
             result_.triangle_error[t] = round_up(estimated_error(t));
-            if (leaf.valid()) result_.deepest_level = std::max(result_.deepest_level, hierarchy_->level(leaf));
+            if (leaf.valid()) result_.deepest_level = std::max(result_.deepest_level, quadtree_level(leaf));
         }
         context_.report("export", 1.0);
     }
@@ -100,27 +100,44 @@ class CellTessellator : public TessellationRun {
     }
 
     /// Computes the output positions of canonical sites. Reports progress of `stage` from 0 to `share`.
-    /// @param normals  if not empty, may receive limit normals
-    virtual void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,
-                       std::string_view stage, double share) = 0;
+    virtual void place(std::span<const Site> sites, std::span<Vec3d> positions, std::string_view stage,
+                       double share) = 0;
+    virtual void limit_normals(std::span<const Site> sites, std::span<Vec3d> normals) const = 0;
+    /// As TessellationRun counts levels.
+    virtual int quadtree_level(LeafId leaf) const { return hierarchy_->level(leaf); }
     /// Errors of faces' fans; infinite if there is no bound. Called with some thousand faces at a time.
     virtual void fan_errors(std::span<const FaceId>, std::span<double>) {}
     /// Error of a triangle in the last measurement.
     virtual double error_of(std::uint32_t t) const { return double{result_.triangle_error[t]}; }
-    /// Adds the surface's normals; vertices get several if one cannot serve all triangles around.
-    virtual void add_normals() = 0;
     /// Texture coordinates of triangle corners, three a triangle; empty if they are left out.
     virtual std::vector<Vec2d> corner_uvs() = 0;
 
-    /// Measures the result against the mesh of limit points of another, finer hierarchy.
-    void measure_against(const typename Family::Hierarchy& finer) {
-        context_.report("measure", 0);
-        ExportedTriangles leaves = finer.forest().exported();
-        TriangleMesh reference;
-        reference.triangles = std::move(leaves.triangles);
-        reference.positions.resize(leaves.sites.size());
-        place(leaves.sites, reference.positions, {}, "measure", 0.5);
-        measure_triangles(reference, result_, options_.measure_samples / 2, context_);
+    /// Adds the limit surface's normals; of the triangles, with a warning, if limit normals need whole levels that are
+    /// too large. Vertices get several if one cannot serve all triangles around.
+    virtual void add_normals() {
+        TriangleMesh& mesh = result_.mesh;
+        mesh.normals.resize(mesh.positions.size());
+        try {
+            constexpr std::size_t k_block = 1u << 16;
+            for (std::size_t begin = 0; begin < mesh.normals.size(); begin += k_block) {
+                context_.report("attributes",
+                                0.4 * static_cast<double>(begin) / static_cast<double>(mesh.normals.size()));
+                const std::size_t size = std::min(k_block, mesh.normals.size() - begin);
+                limit_normals(std::span(exported_.sites).subspan(begin, size), {&mesh.normals[begin], size});
+            }
+            SideNormals side;
+            if constexpr (requires { Family::k_middle; })
+                side = [this](auto corners, auto normals) { normals_from_inside(corners, normals); };
+            split_creases(side);
+        } catch (const Error& error) {
+            if (error.code() != ErrorCode::unsupported && error.code() != ErrorCode::memory_limit) throw;
+            mesh.triangle_normals.clear();
+            geometric_normals(mesh);
+            split_creases();
+            result_.warnings.push_back(
+                "the normals are those of the triangles: for the limit surface's the rules would "
+                "have to make levels that are too large");
+        }
     }
 
     /// Error of a triangle, as estimated for its leaf or fan.
@@ -130,47 +147,49 @@ class CellTessellator : public TessellationRun {
         return refinement_->error(exported_.leaves[t]);
     }
 
+    /// Whether the estimated error of a triangle is certified: within the aim, estimates of the certified estimator
+    /// are, and those of leaves where its basis says so.
+    virtual bool is_bound(std::uint32_t) const { return certified(); }
     /// The largest certified error of all triangles, tight to a twentieth if it is above a floor: the aim of the
     /// certified estimator, or else the measured error. A fan is represented by its first triangle.
-    /// @param known  (t) an error of triangle t that is certified already; infinite: none
-    /// @param bound  (triangles, floor, errors) finds errors of some triangles, which must be tight only above `floor`;
-    ///               triangles of leaves come first, then triangles of fans
-    template <class Known, class Bound>
-    double largest_error(const Known& known, const Bound& bound) const {
+    /// @param bound  (triangles, floor, errors) finds errors of some triangles, which must be tight only above `floor`:
+    ///               all of leaves or all of fans
+    template <class Bound>
+    double largest_error(const Bound& bound) const {
         double largest = 0, floor = 0;
         if (certified())
             floor = aim_;
         else if (result_.measured_error)
             floor = result_.measured_error->hausdorff;  // loose bounds below it suffice for most triangles
-        std::vector<std::uint32_t> open, rest;
+        // Triangles without a known bound come first. Known bounds above the floor may be loose: they are found anew.
+        const auto known = [&](std::uint32_t t) {
+            const double error = estimated_error(t);
+            return is_bound(t) && error > 0 && error <= aim_ ? error : std::numeric_limits<double>::infinity();
+        };
+        std::array<std::vector<std::uint32_t>, 4> open;  // of leaves, of fans; the same with a known bound
+        for (std::uint32_t t = 0; t < part_.size(); ++t)
+            if (const bool fan = !exported_.leaves[t].valid(); !fan || part_[t] == 0)
+                open[(std::isfinite(known(t)) ? 2 : 0) + (fan ? 1 : 0)].push_back(t);
+        std::vector<std::uint32_t> some;
         std::vector<double> errors;
-        // Each block raises the floor, so most triangles of the next block need no tight bound.
-        const auto settle = [&](double from, double to) {
+        std::size_t done = 0;
+        for (const std::vector<std::uint32_t>& triangles : open) {
             constexpr std::size_t k_first = 64, k_most = 2048;
-            for (std::size_t begin = 0, size = k_first; begin < open.size();
-                 begin += size, size = std::min(2 * size, k_most)) {
-                context_.report("certify",
-                                from + (to - from) * static_cast<double>(begin) / static_cast<double>(open.size()));
-                const auto some = std::span(std::as_const(open)).subspan(begin, std::min(size, open.size() - begin));
+            // Each block raises the floor, so most triangles of the next block need no tight bound.
+            for (std::size_t t = 0, size = k_first; t < triangles.size(); size = std::min(2 * size, k_most)) {
+                context_.report("certify", static_cast<double>(done + t) / static_cast<double>(part_.size()));
+                for (some.clear(); t < triangles.size() && some.size() < size; ++t)
+                    if (const double error = known(triangles[t]); error <= floor)
+                        largest = std::max(largest, error);
+                    else
+                        some.push_back(triangles[t]);
                 errors.assign(some.size(), 0.0);
-                bound(some, floor, std::span(errors));
+                bound(std::span(std::as_const(some)), floor, std::span(errors));
                 for (const double error : errors) largest = std::max(largest, error);
                 floor = std::max(floor, largest);
             }
-        };
-        for (const bool fans : {false, true})
-            for (std::uint32_t t = 0; t < part_.size(); ++t)
-                if (exported_.leaves[t].valid() != fans && (!fans || part_[t] == 0))
-                    (std::isfinite(known(t)) ? rest : open).push_back(t);
-        // Triangles without a known bound come first. Known bounds above the floor may be loose: they are found anew.
-        settle(0, 0.9);
-        open.clear();
-        for (const std::uint32_t t : rest)
-            if (const double error = known(t); error <= floor)
-                largest = std::max(largest, error);
-            else
-                open.push_back(t);
-        settle(0.9, 1);
+            done += triangles.size();
+        }
         return largest;
     }
 
@@ -191,46 +210,53 @@ class CellTessellator : public TessellationRun {
     Site corner_site(std::uint32_t t, std::size_t k) const { return origin(t).template corner_site<Family>(mesh_, k); }
     /// Limit normals at triangle corners, from the triangle's own side of a crease: extrapolated linearly from two
     /// points inside the triangle near the corner.
-    /// @param normals  (sites, normals) computes the limit normals of canonical sites
-    SideNormals normals_from_inside(std::function<void(std::span<const Site>, std::span<Vec3d>)> normals) const {
-        return [this, normals = std::move(normals)](std::span<const std::uint64_t> corners, std::span<Vec3d> out) {
-            // At 2^-8 of a triangle's size: the extrapolated normal's error is less than a thousandth of the bend.
-            constexpr int k_finer = 8, k_least = 3;
-            std::vector<Site> sites;
-            std::vector<std::size_t> place;
-            for (std::size_t i = 0; i < corners.size(); ++i) {
-                const OutputTriangle from = origin(static_cast<std::uint32_t>(corners[i] / 3));
-                const int finer = std::min(k_finer, k_max_level - (from.fan.valid() ? 0 : from.cell.level));
-                if (finer < k_least) continue;
-                for (const std::uint32_t steps : {1u, 2u})
-                    sites.push_back(Family::canonical_site(
-                        mesh_, from.template inner_site<Family>(mesh_, corners[i] % 3, finer, steps)));
-                place.push_back(i);
-            }
-            std::vector<Vec3d> found(sites.size());
-            normals(sites, found);
-            for (std::size_t j = 0; j < place.size(); ++j)
-                out[place[j]] = unit_or_zero(2.0 * found[2 * j] - found[2 * j + 1]);
-        };
+    void normals_from_inside(std::span<const std::uint64_t> corners, std::span<Vec3d> normals) const {
+        // At 2^-8 of a triangle's size: the extrapolated normal's error is less than a thousandth of the bend.
+        constexpr int k_finer = 8, k_least = 3;
+        std::vector<Site> sites;
+        std::vector<std::size_t> place;
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            const OutputTriangle from = origin(static_cast<std::uint32_t>(corners[i] / 3));
+            const int finer = std::min(k_finer, k_max_level - (from.fan.valid() ? 0 : from.cell.level));
+            if (finer < k_least) continue;
+            for (const std::uint32_t steps : {1u, 2u})
+                sites.push_back(from.template inner_site<Family>(mesh_, corners[i] % 3, finer, steps));
+            place.push_back(i);
+        }
+        std::vector<Vec3d> found(sites.size());
+        limit_normals(sites, found);
+        for (std::size_t j = 0; j < place.size(); ++j)
+            normals[place[j]] = unit_or_zero(2.0 * found[2 * j] - found[2 * j + 1]);
     }
 
-    Hierarchy chart_hierarchy(const ControlMesh& chart) const {
-        return make_hierarchy(chart, options_.scheme.info(),
-                              {.rules = chart_rules(options_.rules), .whole_levels = true, .context = context_});
-    }
-    /// Texture coordinates at the corners of triangles: limits of the chart by the scheme, or linear.
-    /// @param points   chart_hierarchy(), if the chart can be subdivided
-    /// @param site_of  (corner 3 t + k) the corner's canonical site in the chart; used with `points`
-    /// @param linear   (corner) the corner's coordinates; used without `points`
+    /// Texture coordinates at the corners of triangles: limits of the charts by the scheme, or linear if their tag asks
+    /// for it. If the charts cannot be subdivided: with a warning, linear or none.
+    /// @param site_of  (charts, corner 3 t + k) the corner's canonical site in the charts
+    /// @param linear   (corner) the corner's coordinates
     template <class SiteOf, class Linear>
-    std::vector<Vec2d> chart_uvs(const std::optional<Hierarchy>& points, const SiteOf& site_of,
-                                 const Linear& linear) const {
+    std::vector<Vec2d> chart_uvs(const SiteOf& site_of, const Linear& linear, bool linear_for_want_of_better) {
+        ControlMesh charts;
+        std::optional<Hierarchy> points;
+        try {
+            if (mesh_.face_varying_rule() != FaceVaryingRule::linear_all) {
+                const SchemeInfo& scheme = options_.scheme.info();
+                charts = uv_mesh(without_ignored_tags(mesh_, scheme, options_.rules).value_or(mesh_), options_.rules);
+                points.emplace(make_hierarchy(
+                    charts, scheme, {.rules = chart_rules(options_.rules), .whole_levels = true, .context = context_}));
+            }
+        } catch (const Error& error) {
+            if (error.code() == ErrorCode::cancelled) throw;
+            result_.warnings.push_back(fmt::format("the UV layer cannot be subdivided and is {} ({})",
+                                                   linear_for_want_of_better ? "interpolated linearly" : "left out",
+                                                   error.what()));
+            if (!linear_for_want_of_better) return {};
+        }
         std::vector<Vec2d> uvs(3 * result_.mesh.triangles.size());
         std::vector<Site> sites(points ? uvs.size() : 0);
         for_each_index(static_cast<std::uint32_t>(result_.mesh.triangles.size()), [&](std::uint32_t t) {
             for (std::size_t corner = 3 * std::size_t{t}; corner < 3 * (std::size_t{t} + 1); ++corner)
                 if (points)
-                    sites[corner] = site_of(corner);
+                    sites[corner] = site_of(charts, corner);
                 else
                     uvs[corner] = linear(corner);
         });
@@ -264,7 +290,7 @@ class CellTessellator : public TessellationRun {
                     vertex.push_back(v);
                 }
             std::vector<Vec3d> positions(sites.size());
-            place(sites, positions, {}, "coarsest", 0.2);
+            place(sites, positions, "coarsest", 0.2);
             for (std::size_t i = 0; i < vertex.size(); ++i) corners_[vertex[i]] = positions[i];
             fans_ = choose_fans(mesh_, corners_);
             const double most = options_.max_triangles != 0 ? std::numeric_limits<double>::max() : aim_;

@@ -61,8 +61,9 @@ class FanError {
              std::span<const Vec3d> corner_positions)
         : map_(map), estimator_(estimator), fans_(fans), positions_(corner_positions) {}
 
-    /// Certified upper bound on the error of the fan, a sum of two bounds. The fan lies over a regular polygon; each
-    /// root is bounded against the flat triangle over its sector, and the fan against these triangles.
+    /// Certified upper bound on the error of the fan, a sum of two bounds: of each root against the flat triangle from
+    /// its edge to a centre, and of these triangles against the fan. If there are at most four, they lie in the fan;
+    /// else both are compared with the flattened face, where that is convex.
     /// @param may_reject  the result is infinite if the error is certainly above `decide_at`; else the bound is tight
     double certified(FaceId face, double decide_at, bool may_reject) const;
     /// Error for the measured estimator: the bound if it is within `tolerance`. Else it is the largest distance of

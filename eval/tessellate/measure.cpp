@@ -2,7 +2,6 @@
 
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../distance/limit_samples.hpp"
 #include "../distance/local_maximum.hpp"
 #include "../distance/triangle_bvh.hpp"
 #include "../triangles/point_triangle.hpp"

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../distance/hausdorff.hpp"
+#include "../distance/limit_samples.hpp"
 #include "../distance/surface_family.hpp"
 #include "surface_map.hpp"
 #include "tessellate.hpp"
@@ -30,13 +31,6 @@ void check_reference_memory(std::uint64_t triangles, const RunContext& context);
 void measure_triangles(const TriangleMesh& reference, Tessellation& result, std::uint64_t samples,
                        const RunContext& context);
 
-/// Corner i of the regular polygon of n corners about the origin.
-inline Vec2d polygon_corner(std::uint32_t n, std::uint32_t i) {
-    const double angle = 2 * std::numbers::pi / n * i;
-    return {std::cos(angle), std::sin(angle)};
-}
-inline double cross2(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
-
 }  // namespace tetrakis::detail
 
 namespace tetrakis {
@@ -53,8 +47,11 @@ struct OutputTriangle {
     SurfaceParameter parameter(const ControlMesh& mesh, double b0, double b1, double b2) const {
         if (!fan.valid()) return Family::parameter(mesh, cell, b0, b1, b2);
         const std::uint32_t n = mesh.face_size(fan);
-        using detail::cross2;
-        const auto corner = [n](std::uint32_t i) { return detail::polygon_corner(n, i); };
+        const auto corner = [n](std::uint32_t i) {
+            const double angle = 2 * std::numbers::pi / n * i;
+            return Vec2d(std::cos(angle), std::sin(angle));
+        };
+        const auto cross2 = [](const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; };
         const Vec2d p = b0 * corner(fan_corner[0]) + b1 * corner(fan_corner[1]) + b2 * corner(fan_corner[2]);
         double turns = std::atan2(p.y, p.x) / (2 * std::numbers::pi);
         if (turns < 0) turns += 1;
@@ -73,18 +70,18 @@ struct OutputTriangle {
         if (!fan.valid()) return Family::corner_site(mesh, cell, k);
         return {HalfedgeId(mesh.face_halfedge(fan).value + fan_corner[k]), {0, 0}, 0};
     }
-    /// The site of a point inside the triangle near corner k: `steps` / 2^finer of the way to both others.
+    /// The canonical site of a point inside the triangle near corner k: `steps` / 2^finer of the way to both others.
     /// For a fan's triangle, in the corner's own root. @param finer  number of levels below the triangle's level
     template <class Family>
     Site inner_site(const ControlMesh& mesh, std::size_t k, int finer, std::uint32_t steps) const {
         if (fan.valid())
-            return {HalfedgeId(mesh.face_halfedge(fan).value + fan_corner[k]),
-                    {steps, steps},
-                    static_cast<std::uint8_t>(finer)};
-        const LatticePoint a = cell.corner[k], b = cell.corner[(k + 1) % 3], c = cell.corner[(k + 2) % 3];
-        const std::uint32_t rest = (1u << finer) - 2 * steps;
-        const LatticePoint p{rest * a.x + steps * (b.x + c.x), rest * a.y + steps * (b.y + c.y)};
-        return Family::lattice_site(mesh, cell.root, p, cell.level + finer);
+            return Family::canonical_site(mesh, {HalfedgeId(mesh.face_halfedge(fan).value + fan_corner[k]),
+                                                 {steps, steps},
+                                                 static_cast<std::uint8_t>(finer)});
+        std::array<int, 3> weight;
+        weight.fill(static_cast<int>(steps));
+        weight[k] = (1 << finer) - 2 * weight[k];
+        return detail::lattice_site_of<Family>(mesh, cell, finer, weight[0] + weight[1], weight[1]);
     }
 };
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace tetrakis::detail {
 
@@ -71,31 +72,22 @@ struct VertexFaces {
     }
 };
 
-/// The corners at chosen vertices, vertex by vertex, in the order of their numbers.
+/// The corners at chosen vertices, vertex by vertex.
 struct VertexCorners {
-    std::vector<std::uint32_t> vertices;  ///< chosen ones, in order
     std::vector<std::uint64_t> first, corners;
 
-    /// @param chosen  per vertex: nonzero if it is chosen
-    VertexCorners(const TriangleMesh& mesh, std::span<const std::uint8_t> chosen) {
-        std::vector<std::uint32_t> place(chosen.size(), k_none);
-        for (std::uint32_t v = 0; v < chosen.size(); ++v)
-            if (chosen[v] != 0) {
-                place[v] = static_cast<std::uint32_t>(vertices.size());
-                vertices.push_back(v);
-            }
-        first.assign(vertices.size() + 1, 0);
+    /// @param chosen  per vertex: 1 if it is chosen; others get no corners
+    VertexCorners(const TriangleMesh& mesh, std::span<const std::uint8_t> chosen) : first(chosen.size() + 1, 0) {
         const std::uint64_t count = 3 * std::uint64_t{mesh.triangles.size()};
-        for (std::uint64_t c = 0; c < count; ++c)
-            if (const std::uint32_t i = place[vertex_of(mesh, c)]; i != k_none) ++first[i + 1];
-        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+        for (std::uint64_t c = 0; c < count; ++c) first[vertex_of(mesh, c) + 1] += chosen[vertex_of(mesh, c)];
+        std::partial_sum(first.begin(), first.end(), first.begin());
         corners.resize(first.back());
         std::vector<std::uint64_t> next(first.begin(), first.end() - 1);
         for (std::uint64_t c = 0; c < count; ++c)
-            if (const std::uint32_t i = place[vertex_of(mesh, c)]; i != k_none) corners[next[i]++] = c;
+            if (const std::uint32_t v = vertex_of(mesh, c); chosen[v] != 0) corners[next[v]++] = c;
     }
-    std::span<const std::uint64_t> of(std::uint32_t i) const {
-        return std::span(corners).subspan(first[i], first[i + 1] - first[i]);
+    std::span<const std::uint64_t> of(std::uint32_t v) const {
+        return std::span(corners).subspan(first[v], first[v + 1] - first[v]);
     }
 };
 
@@ -103,23 +95,26 @@ class NormalSplitter {
   public:
     NormalSplitter(TriangleMesh& mesh, std::span<const std::uint32_t> triangle_face, const ControlMesh* control,
                    double crease_degrees)
-        : mesh_(mesh), face_(triangle_face), control_(control), least_cosine_(std::cos(glm::radians(crease_degrees))) {
-        for (std::uint32_t h = 0; control_ != nullptr && h < control_->halfedge_count(); ++h) {
-            if (!divides(HalfedgeId(h))) continue;
-            if (is_beside_sharp_.empty()) is_beside_sharp_.assign(control_->face_count(), 0);
-            is_beside_sharp_[control_->face(HalfedgeId(h)).value] = 1;
+        : mesh_(mesh), face_(triangle_face), least_cosine_(std::cos(glm::radians(crease_degrees))) {
+        for (std::uint32_t h = 0; control != nullptr && h < control->halfedge_count(); ++h) {
+            const HalfedgeId t = control->twin(HalfedgeId(h));
+            if (!t.valid() || control->sharpness(control->edge(t)) != k_sharpness_infinity) continue;
+            const FaceId face = control->face(HalfedgeId(h)), other = control->face(t);
+            if (face != other && !control->is_hole(face) && !control->is_hole(other))
+                divided_.emplace_back(face.value, other.value);
         }
+        std::ranges::sort(divided_);
     }
 
     void run(const SideNormals& side) {
         const std::vector<std::uint8_t> chosen = vertices_to_look_at();
         if (std::find(chosen.begin(), chosen.end(), 1) == chosen.end()) return;
         const VertexCorners around(mesh_, chosen);
-        const auto count = static_cast<std::uint32_t>(around.vertices.size());
+        const auto count = static_cast<std::uint32_t>(chosen.size());
         group_.resize(around.corners.size());
         std::vector<std::uint32_t> groups(count);
         for_each_index(count, [&](std::uint32_t i) {
-            groups[i] = find_groups(around.of(i), std::span(group_).subspan(around.first[i]));
+            if (chosen[i] != 0) groups[i] = find_groups(around.of(i), std::span(group_).subspan(around.first[i]));
         });
         // `side` is called with the first corner of each group.
         std::vector<std::uint64_t> asked;
@@ -134,6 +129,7 @@ class NormalSplitter {
         if (side) side(asked, sides);
         normals_.resize(around.corners.size());
         for_each_index(count, [&](std::uint32_t i) {
+            if (chosen[i] == 0) return;
             choose_normals(around.of(i), std::span(group_).subspan(around.first[i]), groups[i],
                            std::span(sides).subspan(first_asked[i]), chosen,
                            std::span(normals_).subspan(around.first[i]));
@@ -142,18 +138,9 @@ class NormalSplitter {
     }
 
   private:
-    /// Whether the edge of a control half-edge is infinitely sharp and lies between two faces that are no holes.
-    bool divides(HalfedgeId h) const {
-        const HalfedgeId t = control_->twin(h);
-        return control_->sharpness(control_->edge(h)) == k_sharpness_infinity && t.valid() &&
-               !control_->is_hole(control_->face(h)) && !control_->is_hole(control_->face(t));
-    }
-    bool sharp_between(std::uint32_t face, std::uint32_t other) const {
-        if (face == other || is_beside_sharp_[face] == 0) return false;
-        const std::uint32_t h0 = control_->face_halfedge(FaceId(face)).value;
-        for (std::uint32_t h = h0; h < h0 + control_->face_size(FaceId(face)); ++h)
-            if (divides(HalfedgeId(h)) && control_->face(control_->twin(HalfedgeId(h))).value == other) return true;
-        return false;
+    bool is_beside_sharp(std::uint32_t face) const {
+        const auto from = std::ranges::lower_bound(divided_, std::pair(face, 0u));
+        return from != divided_.end() && from->first == face;
     }
 
     /// Per vertex: 1 if its normal does not agree with all its triangles, or if it may be on a crease.
@@ -165,10 +152,10 @@ class NormalSplitter {
             for (const std::uint32_t v : mesh_.triangles[t])
                 if (!agrees(mesh_.normals[v], area, least_cosine_)) chosen[v] = 1;
         }
-        if (is_beside_sharp_.empty()) return chosen;
+        if (divided_.empty()) return chosen;
         std::vector<std::uint32_t> seen(mesh_.positions.size(), k_none);  // a control face around each vertex
         for (std::uint32_t t = 0; t < count; ++t)
-            if (is_beside_sharp_[face_[t]] != 0)
+            if (is_beside_sharp(face_[t]))
                 for (const std::uint32_t v : mesh_.triangles[t]) {
                     if (seen[v] != k_none && seen[v] != face_[t]) chosen[v] = 1;
                     seen[v] = face_[t];
@@ -184,7 +171,7 @@ class NormalSplitter {
     /// number of groups.
     std::uint32_t find_groups(std::span<const std::uint64_t> corners, std::span<std::uint32_t> group) const {
         const auto count = static_cast<std::uint32_t>(corners.size());
-        if (is_beside_sharp_.empty()) {
+        if (divided_.empty()) {
             std::fill_n(group.begin(), count, 0u);
             return 1;
         }
@@ -192,7 +179,7 @@ class NormalSplitter {
         for (std::uint32_t i = 0; i < count; ++i)
             for (std::uint32_t j = 0; j < count; ++j)
                 if (end(corners[i], 2) == end(corners[j], 1) &&
-                    !sharp_between(face_[corners[i] / 3], face_[corners[j] / 3]))
+                    !std::ranges::binary_search(divided_, std::pair(face_[corners[i] / 3], face_[corners[j] / 3])))
                     sets.unite(i, j);
         std::uint32_t groups = 0;
         for (std::uint32_t i = 0; i < count; ++i) group[i] = sets.find(i) == i ? groups++ : group[sets.find(i)];
@@ -242,11 +229,11 @@ class NormalSplitter {
     void number_normals(const VertexCorners& around) {
         const std::size_t vertex_count = mesh_.normals.size();
         std::vector<std::array<std::uint32_t, 3>> numbers = mesh_.triangles;
-        for (std::uint32_t i = 0; i < around.vertices.size(); ++i) {
-            const std::uint32_t v = around.vertices[i];
+        for (std::uint32_t v = 0; v < vertex_count; ++v) {
+            if (around.of(v).empty()) continue;
             const std::size_t first_extra = mesh_.normals.size();
-            mesh_.normals[v] = normals_[around.first[i]];
-            for (std::uint64_t c = around.first[i]; c < around.first[i + 1]; ++c) {
+            mesh_.normals[v] = normals_[around.first[v]];
+            for (std::uint64_t c = around.first[v]; c < around.first[v + 1]; ++c) {
                 std::size_t number = v;
                 if (normals_[c] != mesh_.normals[v])
                     number = static_cast<std::size_t>(
@@ -262,11 +249,10 @@ class NormalSplitter {
 
     TriangleMesh& mesh_;
     std::span<const std::uint32_t> face_;
-    const ControlMesh* control_;
     double least_cosine_;
-    std::vector<std::uint8_t> is_beside_sharp_;  ///< per control face; empty: no edge is infinitely sharp
-    std::vector<std::uint32_t> group_;           ///< per corner at a chosen vertex: its group at the vertex
-    std::vector<Vec3d> normals_;                 ///< per corner at a chosen vertex
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> divided_;  ///< control faces with a sharp edge between, sorted
+    std::vector<std::uint32_t> group_;  ///< per corner at a chosen vertex: its group at the vertex
+    std::vector<Vec3d> normals_;        ///< per corner at a chosen vertex
 };
 
 }  // namespace

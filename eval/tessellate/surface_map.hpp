@@ -78,12 +78,10 @@ class SurfaceMap {
     bool has_detail() const { return heights && !target; }
     /// Height of the displacement at a point, as a length.
     double height(HalfedgeId root, double x, double y) const { return amplitude * heights->sample(uv->at(root, x, y)); }
-    /// Position of an output vertex, by its canonical site. @param normal  receives the limit normal; may be null
-    Vec3d vertex(const Site& site, Vec3d* normal) const {
-        if (!normal && plain()) return patches->limit(site.root, site.at, site.level);
-        const SurfacePoint point = patches->vertex(site.root, site.at, site.level);
-        if (normal) *normal = point.normal;
-        return apply(point, heights ? uv->at(site) : Vec2d(0));
+    /// Position of an output vertex, by its canonical site.
+    Vec3d vertex(const Site& site) const {
+        if (plain()) return patches->limit(site.root, site.at, site.level);
+        return apply(patches->vertex(site.root, site.at, site.level), heights ? uv->at(site) : Vec2d(0));
     }
     /// Output point at any parameter. On edges where a displacement jumps (UV seams, hard creases): of the given root.
     Vec3d operator()(const SurfaceParameter& at) const {

@@ -38,8 +38,10 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
         refuse("the tolerance must be a positive number");
     if (options.min_level < 0 || options.max_level > k_max_level || options.min_level > options.max_level)
         refuse("levels must be 0 <= minimum <= maximum <= " + std::to_string(k_max_level));
-    // A rough count: each level has four times the triangles; level 0 of quads has one or two per half-edge.
-    const double triangles = std::ldexp(static_cast<double>(mesh.halfedge_count()), 2 * options.min_level);
+    // A rough count: a level has four times the triangles (sqrt3: nine); level 0 of quads has one or two per half-edge.
+    const SchemeInfo& scheme = options.scheme.info();
+    const std::uint32_t coarsest = scheme.family == MeshFamily::triangles ? mesh.face_count() : mesh.halfedge_count();
+    const double triangles = coarsest * std::pow(scheme.refinement == Refinement::sqrt3 ? 9 : 4, options.min_level);
     if (options.max_triangles == 0 && triangles > std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorCode::unsupported,
                     fmt::format("a minimum level of {} makes some {:.2g} triangles, more than 32 bits can count",
@@ -55,8 +57,8 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
             "the certified estimator bounds the limit surface itself; use the measured estimator with a target or a "
             "displacement");
     if (options.target && options.target->triangles.empty()) refuse("the target mesh has no triangles");
-    if (options.scheme.info().family == MeshFamily::triangles && !mesh.all_triangles())
-        refuse(std::string(options.scheme.name()) + " needs a triangle mesh; triangulate() makes one");
+    if (scheme.family == MeshFamily::triangles && !mesh.all_triangles())
+        refuse(std::string(scheme.name) + " needs a triangle mesh; triangulate() makes one");
 }
 
 template <class Family>
@@ -135,11 +137,14 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     void refine() override { this->refine_by(*estimator_, patches_->memory_bytes(), k_patch_bytes); }
 
-    void place(std::span<const Site> sites, std::span<Vec3d> positions, std::span<Vec3d> normals,
-               std::string_view stage, double share) override {
+    void place(std::span<const Site> sites, std::span<Vec3d> positions, std::string_view stage, double share) override {
+        detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), 32, context_, stage, 0, share,
+                               [&](std::uint32_t i) { positions[i] = map_.vertex(sites[i]); });
+    }
+    void limit_normals(std::span<const Site> sites, std::span<Vec3d> normals) const override {
         detail::for_each_batch(
-            patches_.get(), static_cast<std::uint32_t>(sites.size()), 32, context_, stage, 0, share,
-            [&](std::uint32_t i) { positions[i] = map_.vertex(sites[i], normals.empty() ? nullptr : &normals[i]); });
+            patches_.get(), static_cast<std::uint32_t>(sites.size()), 32, {}, {}, 0, 1,
+            [&](std::uint32_t i) { normals[i] = patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal; });
     }
 
     void fan_errors(std::span<const FaceId> faces, std::span<double> errors) override {
@@ -183,18 +188,15 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     bool left_over() const override { return refinement_->left_over() || estimator_->gave_up(); }
 
+    bool is_bound(std::uint32_t t) const override {
+        const LeafId leaf = exported_.leaves[t];
+        return leaf.valid() ? refinement_->basis(leaf) == ErrorBasis::bound : certified();
+    }
     void certify() override {
         if (!map_.plain()) return;
-        // Estimates within the aim are bounds for leaves with that basis; for fans with the certified estimator.
-        const auto known = [&](std::uint32_t t) {
-            const LeafId leaf = exported_.leaves[t];
-            const double error = this->estimated_error(t);
-            const bool bounded = leaf.valid() ? refinement_->basis(leaf) == ErrorBasis::bound : certified();
-            return bounded && error > 0 && error <= aim_ ? error : std::numeric_limits<double>::infinity();
-        };
         const MeshSliding granted(result_.mesh.triangles, result_.mesh.positions);
-        result_.certified_error = this->largest_error(
-            known, [&](std::span<const std::uint32_t> triangles, double floor, std::span<double> errors) {
+        result_.certified_error =
+            this->largest_error([&](std::span<const std::uint32_t> triangles, double floor, std::span<double> errors) {
                 detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(triangles.size()), 32, {}, {}, 0, 1,
                                        [&](std::uint32_t i) { errors[i] = bound(triangles[i], floor, granted); });
             });
@@ -233,18 +235,9 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     }
 
     void add_normals() override {
-        detail::SideNormals side;
-        if (map_.plain())
-            side = this->normals_from_inside([this](std::span<const Site> sites, std::span<Vec3d> normals) {
-                detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), k_default_grain, {},
-                                       {}, 0, 1, [&](std::uint32_t i) {
-                                           normals[i] =
-                                               patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal;
-                                       });
-            });
-        else
-            detail::geometric_normals(result_.mesh);
-        this->split_creases(side);
+        if (map_.plain()) return Base::add_normals();
+        detail::geometric_normals(result_.mesh);
+        this->split_creases();
     }
 
     std::unique_ptr<typename Family::Patches> patches_;

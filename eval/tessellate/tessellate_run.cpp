@@ -243,7 +243,6 @@ Tessellation detail::tessellate_by_limits(const ControlMesh& mesh, const Tessell
     try {
         if (!scheme_support(options.scheme, options.rules).adaptive)
             return tessellate_by_levels(mesh, options, context);
-        if (options.scheme.info().refinement == Refinement::sqrt3) return tessellate_sqrt3(mesh, options, context);
         const bool dual = fan_lattice(options.scheme.info(), options.rules) == FanLattice::dual;
         if (dual) return tessellate_dual(mesh, options, context);
         if (boundary_recedes(options.scheme.info(), options.rules) && mesh.has_boundary())

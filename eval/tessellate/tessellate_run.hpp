@@ -19,16 +19,13 @@ namespace tetrakis::detail {
 Tessellation tessellate_by_limits(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context);
 
 /// tessellate() by limit points for schemes whose vertices are sites of corner cells (4-8 bisection) or of face
-/// triangles (red-green quadtrees).
+/// triangles (red-green quadtrees, sqrt(3) forests: levels in options and result are those of refine(), two simple
+/// steps each).
 Tessellation tessellate_on_lattice(const ControlMesh& mesh, const TessellateOptions& options,
                                    const RunContext& context);
 
 /// tessellate() by limit points for dual schemes: vertices are the leaves of vertex quadtrees.
 Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context);
-
-/// tessellate() by limit points for the sqrt(3) scheme: triangles are the leaves of a Sqrt3Forest. Levels in options
-/// and result are those of refine(), two simple steps each.
-Tessellation tessellate_sqrt3(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context);
 
 /// tessellate() by whole levels, for schemes without a hierarchy (honeycomb): the first level of refine() that is
 /// within the tolerance, its faces cut into triangles.
