@@ -63,56 +63,58 @@ std::vector<FaceCorner> corners_of(const DualCells& cells, const VertexForest& f
     return corners;
 }
 
-/// Bounds the error over pieces of cells, against one face after the other.
+struct Task {
+    const DualCells& cells;
+    bool midedge;
+    double rounding;
+    DualBound::Wanted wanted;
+};
+
+/// Bounds the error over pieces of cells against a face.
 template <class Face>
 class PieceBounder : private PatchBounder<Face> {
   public:
-    PieceBounder(const DualCells& cells, bool midedge, double rounding, const DualBound::Wanted& wanted)
-        : PatchBounder<Face>(rounding), cells_(cells), midedge_(midedge), wanted_(wanted) {}
+    PieceBounder(const Task& task, const Face& face) : PatchBounder<Face>(task.rounding), task_(task), target_(face) {}
 
-    void aim_at(const Face& face) { target_ = face; }
     double error(const VertexCell& cell, const DualPiece& piece) {
-        this->start(wanted_.decide_at, !wanted_.tight);
+        this->start(task_.wanted.decide_at, !task_.wanted.tight);
         this->set_face(target_);
         const auto on_net = [&](const Net9& net, const DualPiece& part) {
-            DualCells::for_each_polynomial(net, part, midedge_, [&](const auto& patch, const DualPiece& of) {
+            DualCells::for_each_polynomial(net, part, task_.midedge, [&](const auto& patch, const DualPiece& of) {
                 if (!this->rejected_) this->bound_surface(patch, of.edge);
             });
         };
         const auto on_hull = [&](std::span<const Vec3d> points) {
             this->needs_split(0, [&](bool) { return this->hull_error(points, {-1, -1, -1}, false); });
         };
-        cells_.visit(cell, piece, on_net, on_hull);
+        task_.cells.visit(cell, piece, on_net, on_hull);
         const LeafError found = this->finish();
-        return this->rejected_ ? std::max(found.lower, std::nextafter(wanted_.decide_at, k_unbounded)) : found.upper;
+        return this->rejected_ ? std::max(found.lower, std::nextafter(task_.wanted.decide_at, k_unbounded))
+                               : found.upper;
     }
 
   private:
-    const DualCells& cells_;
-    bool midedge_;
-    DualBound::Wanted wanted_;
-    Face target_;
+    const Task& task_;
+    const Face& target_;
 };
 
 /// The errors over a face's corners.
 class FaceErrors {
   public:
-    FaceErrors(const PieceBounder<TriangleDistance>& by_triangle, const PieceBounder<ConvexFace>& by_face,
-               std::span<const FaceCorner> corners, std::span<double> of_corner)
-        : by_triangle_(by_triangle), by_face_(by_face), corners_(corners), of_corner_(of_corner) {}
+    FaceErrors(const Task& task, std::span<const FaceCorner> corners, std::span<double> of_corner)
+        : task_(task), corners_(corners), of_corner_(of_corner) {}
 
     /// @param sliding  per triangle
     void bound_triangles(std::size_t start, std::span<const EdgeSliding> sliding) {
         const std::size_t n = corners_.size();
         for (std::size_t t = 0; t + 2 < n; ++t) {
             const std::array<std::size_t, 3> corner{start, (start + t + 1) % n, (start + t + 2) % n};
-            by_triangle_.aim_at(
-                TriangleDistance({position(corner[0]), position(corner[1]), position(corner[2])}, sliding[t]));
+            const TriangleDistance face({position(corner[0]), position(corner[1]), position(corner[2])}, sliding[t]);
             const int diagonal = n == 3 ? -1 : t == 0 ? 2 : 0;
             const auto diagonal_at = [&](int k) { return diagonal == k || diagonal == (k + 2) % 3 ? diagonal : -1; };
             for (int k = 0; k < 3; ++k)
                 if (k != diagonal)
-                    bound_side(by_triangle_, corner[static_cast<std::size_t>(k)],
+                    bound_side(face, corner[static_cast<std::size_t>(k)],
                                {k, diagonal_at(k), diagonal_at((k + 1) % 3)});
         }
     }
@@ -134,8 +136,7 @@ class FaceErrors {
                 const Vec3d normal = unit_or_zero(glm::cross(at[t + 1] - at[0], at[t + 2] - at[0]));
                 if (sliding[t].edge[edge]) face.set_sliding(k, sliding[t].fold[edge], sliding[t].flap[edge], normal);
             }
-            by_face_.aim_at(face);
-            for (std::size_t i = 0; i < n; ++i) bound_side(by_face_, (start + i) % n, {static_cast<int>(i), -1, -1});
+            for (std::size_t i = 0; i < n; ++i) bound_side(face, (start + i) % n, {static_cast<int>(i), -1, -1});
         }
         for (std::size_t i = 0; i < n; ++i)
             of_corner_[i] = face.convex() ? of_corner_[i] + 2 * face.height()
@@ -153,8 +154,8 @@ class FaceErrors {
         if (largest() >= before) std::copy(corner.begin(), corner.end(), of_corner_.begin());
     }
     void bound_by_edge(const Vec3d& a, const Vec3d& b) {
-        by_triangle_.aim_at(TriangleDistance({a, b, b}));
-        for (std::size_t i = 0; i < corners_.size(); ++i) bound_side(by_triangle_, i, {-1, -1, -1});
+        const TriangleDistance edge({a, b, b});
+        for (std::size_t i = 0; i < corners_.size(); ++i) bound_side(edge, i, {-1, -1, -1});
     }
 
   private:
@@ -186,16 +187,16 @@ class FaceErrors {
     }
     /// What lies between the line from a corner to the next one and the face's point.
     /// @param edges  that the line lies over, and those from both corners to the point; -1: none
-    template <class Bounder>
-    void bound_side(Bounder& bounder, std::size_t i, const std::array<int, 3>& edges) {
+    template <class Face>
+    void bound_side(const Face& face, std::size_t i, const std::array<int, 3>& edges) {
+        PieceBounder<Face> bounder(task_, face);
         const std::size_t j = (i + 1) % corners_.size();
         const FaceCorner &a = corners_[i], &b = corners_[j];
         of_corner_[i] = std::max(of_corner_[i], bound_corner(bounder, a, {a.after, a.point}, {edges[0], edges[1]}));
         of_corner_[j] = std::max(of_corner_[j], bound_corner(bounder, b, {b.point, b.before}, {edges[2], edges[0]}));
     }
 
-    PieceBounder<TriangleDistance> by_triangle_;
-    PieceBounder<ConvexFace> by_face_;
+    const Task& task_;
     std::span<const FaceCorner> corners_;
     std::span<double> of_corner_;
 };
@@ -263,6 +264,7 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
     Errors errors;
     errors.of_vertex.assign(mesh.vertex_count(), 0.0);
     std::vector<double> of_corner(faces.face_vertices.size(), 0.0);
+    const Task task{cells_, midedge_, rounding_, wanted};
     constexpr std::uint32_t k_grain = 32;
     report(0.5);
     for_each_index(
@@ -279,8 +281,7 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
                 std::ranges::fill(here, k_unbounded);
                 return;
             }
-            FaceErrors bound({cells_, midedge_, rounding_, wanted}, {cells_, midedge_, rounding_, wanted}, corners,
-                             here);
+            FaceErrors bound(task, corners, here);
             if (!is_face) return bound.bound_by_edge(corners[0].position, corners[n > 1 ? 1 : 0].position);
             // Every face before this one has two triangles less than corners.
             std::vector<EdgeSliding> sliding(n - 2);
