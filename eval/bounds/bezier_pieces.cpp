@@ -1,5 +1,7 @@
 #include "bezier_pieces.hpp"
 
+#include "../patches/cell.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -140,11 +142,7 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
     quarter(2, 0) = 0.25 * (own + before + beside(s) + next);
     quarter(1, 1) = 0.5 * (own + next);
     quarter(0, 2) = 0.25 * (own + next + beside(s + 2) + after);
-    constexpr std::array<std::array<double, 2>, 4> k_corner = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-    const auto from_centre = [&](int c) {
-        const auto& p = k_corner[static_cast<std::size_t>(c) % 4];
-        return Vec2d(p[0] - 0.5, p[1] - 0.5);
-    };
+    const auto from_centre = [](int c) { return cell_corner(c % 4, 4) - Vec2d(0.5); };
     const Vec2d start = from_centre(side), end = from_centre(side + 1);  // at a right angle
     std::array<std::array<double, 3>, 3> at;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -4,11 +4,12 @@
 #include "../patches/box_spline.hpp"
 
 #include <array>
+#include <span>
 
 namespace tetrakis::detail {
 
 /// 3 x 3 control points, row by row.
-using Net9 = std::array<Vec3d, 9>;
+using Net9 = std::span<const Vec3d, 9>;
 
 /// A bicubic patch over a triangle in its parameters is a polynomial of degree 6: the weights of the net's points, in
 /// its order, in the control points of the polynomial.

@@ -77,7 +77,13 @@ Vec2d DualCells::vertex(const VertexCell& cell) const {
     return {place(cell.at.x, 3, 1), place(cell.at.y, 0, 2)};
 }
 
-std::array<VertexCell, 9> DualCells::cells_of_net(const VertexCell& cell) const {
+void DualCells::add_control_cells(const VertexCell& cell, std::vector<VertexCell>& wanted) const {
+    if (irregular(cell)) {
+        for (const VertexRoots::Corner& c : points_[point_of(cell)].corners)
+            for (const std::uint32_t y : {0u, 1u})
+                for (const std::uint32_t x : {0u, 1u}) wanted.push_back(corner_cell(c, cell.level, x, y));
+        return;
+    }
     constexpr std::array<std::size_t, 4> k_at_side = {1, 5, 7, 3}, k_at_corner = {0, 2, 8, 6};
     std::array<VertexCell, 9> cells;
     cells[4] = cell;
@@ -93,27 +99,19 @@ std::array<VertexCell, 9> DualCells::cells_of_net(const VertexCell& cell) const 
         if (next)
             if (const auto second = across(next->cell, (next->side + 3) % 4)) diagonal = second->cell;
     }
-    return cells;
+    wanted.insert(wanted.end(), cells.begin(), cells.end());
 }
 
-void DualCells::add_cells_of_hull(const VertexCell& cell, std::vector<VertexCell>& cells) const {
-    for (const VertexRoots::Corner& c : points_[point_of(cell)].corners)
-        for (const std::uint32_t y : {0u, 1u})
-            for (const std::uint32_t x : {0u, 1u}) cells.push_back(corner_cell(c, cell.level, x, y));
-}
-
-std::span<const Vec3d> DualCells::hull(const VertexCell& cell) const {
-    return hulls_.at(corner_cell(points_[point_of(cell)].corners[0], cell.level));
+VertexCell DualCells::keeper(const VertexCell& cell) const {
+    const std::uint32_t point = point_of(cell);
+    return point == k_none ? cell : corner_cell(points_[point].corners[0], cell.level);
 }
 
 void DualCells::collect(const VertexCell& cell, int levels, std::vector<VertexCell>& wanted) const {
-    if (!irregular(cell)) {
-        if (!nets_.contains(cell)) wanted.push_back(cell);
-    } else if (levels == 0) {
-        const VertexCell first = corner_cell(points_[point_of(cell)].corners[0], cell.level);
-        if (!hulls_.contains(first)) wanted.push_back(first);
-    } else {
+    if (irregular(cell) && levels > 0) {
         for (int k = 0; k < 4; ++k) collect(quarter(cell, k), levels - 1, wanted);
+    } else if (const VertexCell by = keeper(cell); !control_.contains(by)) {
+        wanted.push_back(by);
     }
 }
 
@@ -128,31 +126,21 @@ void DualCells::find(std::span<const VertexCell> leaves, const std::function<voi
         report(static_cast<double>(begin) / static_cast<double>(wanted.size()));
         const auto some = std::span(wanted).subspan(begin, std::min(k_block, wanted.size() - begin));
         each.clear();
-        for (const VertexCell& cell : some)
-            if (irregular(cell)) {
-                add_cells_of_hull(cell, each);
-            } else {
-                const auto net = cells_of_net(cell);
-                each.insert(each.end(), net.begin(), net.end());
-            }
+        for (const VertexCell& cell : some) {
+            const std::size_t before = each.size();
+            add_control_cells(cell, each);
+            control_[cell].resize(each.size() - before);
+        }
         cells = each;
         std::sort(cells.begin(), cells.end());
         cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
         found.resize(cells.size());
         written_positions(source_, cell_sites(cells), found);
         auto next = each.begin();
-        const auto take = [&] {
-            return found[static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), *next++) -
-                                                  cells.begin())];
-        };
         for (const VertexCell& cell : some)
-            if (irregular(cell)) {
-                auto& hull = hulls_[cell];
-                hull.resize(4 * points_[point_of(cell)].corners.size());
-                for (Vec3d& p : hull) p = take();
-            } else {
-                for (Vec3d& p : nets_[cell]) p = take();
-            }
+            for (Vec3d& p : control_[cell])
+                p = found[static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), *next++) -
+                                                   cells.begin())];
     }
 }
 

@@ -63,12 +63,13 @@ class DualCells {
     /// Nothing where the surface ends or a crease runs.
     std::optional<VertexRoots::Across> across(const VertexCell& cell, int side) const;
     bool irregular(const VertexCell& cell) const;
-    std::array<VertexCell, 9> cells_of_net(const VertexCell& cell) const;
-    /// At the level of this cell, those whose control points span the hull of what touches its extraordinary point.
-    void add_cells_of_hull(const VertexCell& cell, std::vector<VertexCell>& cells) const;
+    /// The cells whose control points a cell keeps: of a regular one it and those around it, row by row. Of others
+    /// those of its level whose points span the hull of what touches the extraordinary point.
+    void add_control_cells(const VertexCell& cell, std::vector<VertexCell>& cells) const;
     std::uint32_t point_of(const VertexCell& cell) const;
+    /// The cell that keeps a cell's control points: that of an extraordinary point's first corner does for all there.
+    VertexCell keeper(const VertexCell& cell) const;
     void collect(const VertexCell& cell, int levels, std::vector<VertexCell>& wanted) const;
-    std::span<const Vec3d> hull(const VertexCell& cell) const;
     static VertexCell quarter(const VertexCell& cell, int number) {
         const std::uint32_t x = number == 1 || number == 2, y = number >= 2;
         return {cell.root, {2 * cell.at.x + x, 2 * cell.at.y + y}, static_cast<std::uint8_t>(cell.level + 1)};
@@ -77,16 +78,15 @@ class DualCells {
     const LevelSource& source_;
     const VertexRoots& roots_;
     std::vector<Point> points_;
-    std::vector<std::uint32_t> point_at_;                             // 4 per root
-    std::unordered_map<VertexCell, Net9, Hash> nets_;                 // of regular cells
-    std::unordered_map<VertexCell, std::vector<Vec3d>, Hash> hulls_;  // by the cell of the point's first corner
+    std::vector<std::uint32_t> point_at_;                               // 4 per root
+    std::unordered_map<VertexCell, std::vector<Vec3d>, Hash> control_;  // by keeper()
 };
 
 template <class OnNet, class OnHull>
 void DualCells::visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on_net, OnHull&& on_hull,
                       int levels) const {
-    if (!irregular(cell)) return on_net(nets_.at(cell), piece);
-    if (levels == 0) return on_hull(hull(cell));
+    if (!irregular(cell)) return on_net(Net9(control_.at(cell)), piece);
+    if (levels == 0) return on_hull(std::span<const Vec3d>(control_.at(keeper(cell))));
     for (int k = 0; k < 4; ++k)
         in_quarter(piece, k, 4).for_each_triangle([&](const DualPiece& part) {
             visit(quarter(cell, k), part, on_net, on_hull, levels - 1);

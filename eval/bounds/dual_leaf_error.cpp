@@ -115,34 +115,22 @@ std::vector<DualFaces::LeafOfVertex> DualTriangles::leaves() const {
     return result;
 }
 
-void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
-                          const std::function<void(double)>& report) {
-    constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
-    layer.place.resize(forest.leaf_slots(), k_none);
-    std::vector<LeafId> fresh;
-    for (const LeafId leaf : leaves)
-        if (layer.place[leaf.value] == k_none) fresh.push_back(leaf);
-    constexpr std::size_t k_cells = 1u << 15;  // evaluated between two reports
-    const std::size_t block = k_cells / layer.each();
-    std::vector<VertexCell> cells;
-    for (std::size_t begin = 0; begin < fresh.size(); begin += block) {
-        report(static_cast<double>(begin) / static_cast<double>(fresh.size()));
-        cells.clear();
-        const auto some = std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin));
-        for (const LeafId leaf : some) add_cells_below(forest.cell(leaf), layer.bits, cells);
-        const std::size_t known = layer.points.size();
-        layer.points.resize(known + cells.size());
-        limits_(cell_sites(cells), std::span(layer.points).subspan(known));
-        for (std::size_t i = 0; i < some.size(); ++i)
-            layer.place[some[i].value] = static_cast<std::uint32_t>(known / layer.each() + i);
+void DualLeafErrors::evaluate(std::span<const VertexCell> cells, std::span<Vec3d> points,
+                              const std::function<void(double)>& report) const {
+    constexpr std::size_t k_block = 1u << 15;  // between two reports
+    for (std::size_t begin = 0; begin < cells.size(); begin += k_block) {
+        report(static_cast<double>(begin) / static_cast<double>(cells.size()));
+        const std::size_t size = std::min(k_block, cells.size() - begin);
+        limits_(cell_sites(cells.subspan(begin, size)), points.subspan(begin, size));
     }
 }
 
 std::vector<Vec3d> DualLeafErrors::positions(const VertexForest& forest, const DualTriangles& mesh,
-                                             const std::function<void(double)>& report) {
-    find(own_, forest, mesh.faces.leaves, report);
-    std::vector<Vec3d> positions(mesh.vertex_count());
-    for (std::size_t v = 0; v < positions.size(); ++v) positions[v] = own_.of(mesh.faces.leaves[v])[0];
+                                             const std::function<void(double)>& report) const {
+    std::vector<VertexCell> cells;
+    for (const LeafId leaf : mesh.faces.leaves) cells.push_back(forest.cell(leaf));
+    std::vector<Vec3d> positions(cells.size());
+    evaluate(cells, positions, report);
     return positions;
 }
 
@@ -150,16 +138,25 @@ std::vector<double> DualLeafErrors::errors(const VertexForest& forest, const Dua
                                            std::span<const Vec3d> positions,
                                            std::span<const DualFaces::LeafOfVertex> asked,
                                            const std::function<void(double)>& report) {
-    std::vector<LeafId> leaves;
-    for (const auto& [vertex, leaf] : asked) leaves.push_back(leaf);
-    find(below_, forest, leaves, report);
+    constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+    place_.resize(forest.leaf_slots(), k_none);
+    const std::size_t known = points_.size();
+    std::vector<VertexCell> fresh;
+    for (const auto& [vertex, leaf] : asked) {
+        if (place_[leaf.value] != k_none) continue;
+        place_[leaf.value] = static_cast<std::uint32_t>((known + fresh.size()) / k_below);
+        add_cells_below(forest.cell(leaf), k_bits, fresh);
+    }
+    points_.resize(known + fresh.size());
+    evaluate(fresh, std::span(points_).subspan(known), report);
     std::vector<double> errors(asked.size());
     constexpr std::uint32_t k_grain = 64;
     for_each_index(
         static_cast<std::uint32_t>(asked.size()),
         [&](std::uint32_t i) {
             const auto& [vertex, leaf] = asked[i];
-            errors[i] = leaf_error(forest, mesh, positions, vertex, leaf, below_.of(leaf));
+            errors[i] = leaf_error(forest, mesh, positions, vertex, leaf,
+                                   std::span(points_).subspan(place_[leaf.value] * k_below, k_below));
         },
         k_grain);
     return errors;

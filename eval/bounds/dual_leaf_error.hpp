@@ -35,7 +35,7 @@ DualTriangles dual_triangles(const VertexForest& forest);
 void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells);
 
 /// Limit points of a forest's leaves, and of their cells' grandchildren, which tell how far the surface is from the
-/// mesh between the leaves. Each is found when it is first needed, in large batches, and kept.
+/// mesh between the leaves. The latter are found when they are first needed, in large batches, and kept.
 class DualLeafErrors {
   public:
     static constexpr int k_bits = 2;  ///< levels below a leaf that are looked at
@@ -46,7 +46,7 @@ class DualLeafErrors {
 
     /// Limit positions of the mesh's vertices.
     std::vector<Vec3d> positions(const VertexForest& forest, const DualTriangles& mesh,
-                                 const std::function<void(double)>& report);
+                                 const std::function<void(double)>& report) const;
     /// Per leaf asked for, how far the surface over its cell is from the triangles around it, and along the boundary
     /// from the mesh's.
     std::vector<double> errors(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
@@ -54,21 +54,14 @@ class DualLeafErrors {
                                const std::function<void(double)>& report);
 
   private:
-    /// Points of leaves' cells `bits` levels down, row by row, `4^bits` each.
-    struct Layer {
-        int bits;
-        std::vector<std::uint32_t> place{};  ///< by slot: which of them
-        std::vector<Vec3d> points{};
-        std::size_t each() const { return std::size_t{1} << (2 * bits); }
-        std::span<const Vec3d> of(LeafId leaf) const {
-            return std::span(points).subspan(place[leaf.value] * each(), each());
-        }
-    };
-    void find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
-              const std::function<void(double)>& report);
+    /// Limit positions of cells, block by block.
+    void evaluate(std::span<const VertexCell> cells, std::span<Vec3d> points,
+                  const std::function<void(double)>& report) const;
 
+    static constexpr std::size_t k_below = std::size_t{1} << (2 * k_bits);  ///< cells below a leaf
     Limits limits_;
-    Layer own_{0}, below_{k_bits};
+    std::vector<std::uint32_t> place_;  ///< by leaf slot: which of them are its cells'
+    std::vector<Vec3d> points_;         ///< of the cells below leaves, row by row, k_below each
 };
 
 }  // namespace tetrakis::detail

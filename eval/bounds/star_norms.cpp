@@ -9,43 +9,40 @@
 #include <memory>
 #include <mutex>
 #include <numbers>
-#include <type_traits>
 
 namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::size_t k_most_valence = 32;
+constexpr int k_most_valence = 32;
 constexpr double k_rounding_of_sums = 1 + 1e-12;  // of some dozens of points
 /// Steps to the innermost star, and to the largest cells that are taken as a whole.
 constexpr int k_steps = 10, k_cuts = 3;
 
-template <class Star>
-constexpr int k_corners = std::is_same_v<Star, QuadStar> ? 4 : 3;
 /// The parameters of a star's corners.
-using Corners = std::array<Vec2d, 4>;
+using Parameters = std::array<Vec2d, 4>;
 
 /// Calls take(p, parameters) with points such that the hull of the p less any bilinear function of the parameters holds
 /// the surface of a regular cell less that function: a cubic spline's own points.
 template <class Take>
-void take_regular(const QuadStar& star, const Corners& at, const Take& take) {
-    const Net16 net = star.net(0);
+void take_regular(const QuadStar& star, const Parameters& at, const Take& take) {
+    const Net16 net = net_of(star, 0);
     for (int y = -1; y <= 2; ++y)
         for (int x = -1; x <= 2; ++x)
             take(net.at(x, y), at[0] + double(x) * (at[1] - at[0]) + double(y) * (at[3] - at[0]));
 }
 /// The same for linear functions.
 template <class Take>
-void take_regular(const LoopStar& star, const Corners& at, const Take& take) {
-    const BezierTriangle<4> patch = box_spline_triangle(star.net(0));
+void take_regular(const LoopStar& star, const Parameters& at, const Take& take) {
+    const BezierTriangle<4> patch = box_spline_triangle(net_of(star, 0));
     for (int j = 0; j <= 4; ++j)
         for (int i = 0; i + j <= 4; ++i)
             take(patch(i, j), 0.25 * ((4.0 - i - j) * at[0] + double(i) * at[1] + double(j) * at[2]));
 }
 /// The same for a star.
 template <class Star, class Take>
-void take_star(const Star& star, const Corners& at, int step, const Take& take) {
-    constexpr int n = k_corners<Star>;
+void take_star(const Star& star, const Parameters& at, int step, const Take& take) {
+    constexpr int n = Star::k_corners;
     if (star.regular() && step >= k_cuts) return take_regular(star, at, take);
     if (step == k_steps) {
         for (const Vec3d& p : star.points)
@@ -55,7 +52,7 @@ void take_star(const Star& star, const Corners& at, int step, const Take& take) 
     std::array<Star, 4> quarters;
     subdivide(star, quarters);
     for (int k = 0; k < 4; ++k) {
-        Corners of_quarter;
+        Parameters of_quarter;
         for (int c = 0; c < n; ++c)
             of_quarter[c] = 0.5 * (k < n ? at[k] + at[(k + c) % n] : at[(c + 1) % n] + at[(c + 2) % n]);
         take_star(quarters[k], of_quarter, step + 1, take);
@@ -65,38 +62,37 @@ void take_star(const Star& star, const Corners& at, int step, const Take& take) 
 Vec2d polar(double radius, double angle) { return radius * Vec2d(std::cos(angle), std::sin(angle)); }
 
 /// A flat star with equal angles at the extraordinary vertex; the faces beyond go on from those there.
-template <class Star>
+template <int Corners>
 std::vector<Vec2d> reference_star(int valence) {
     const double angle = 2 * std::numbers::pi / valence;
     std::vector<Vec2d> points = {Vec2d(0)};
     for (int i = 0; i < valence; ++i) {
         points.push_back(polar(1, i * angle));
-        if (k_corners<Star> == 4) points.push_back(polar(std::cos(angle / 2) + std::sin(angle / 2), (i + 0.5) * angle));
+        if (Corners == 4) points.push_back(polar(std::cos(angle / 2) + std::sin(angle / 2), (i + 0.5) * angle));
     }
     const auto add = [&](std::initializer_list<Vec2d> beyond) { points.insert(points.end(), beyond); };
     const Vec2d before = points.back(), a = points[1], b = points[2], c = points[3];
-    if (k_corners<Star> == 4)
+    if (Corners == 4)
         add({a + before, 2.0 * a, a + b, 2.0 * b, b + c, 2.0 * c, c + Vec2d(points[4])});
     else
         add({a + before, 2.0 * a, a + b, 2.0 * b, b + c});
     return points;
 }
 
-void set_valence(QuadStar& star, int valence) { star.resize(valence); }
-void set_valence(LoopStar& star, int valence) { star.resize({valence, 6, 6}); }
-
 }  // namespace
 
-template <class Star>
-StarNorms::StarNorms(Star star, int valence)
-    : reference_(reference_star<Star>(valence)), norm_(reference_.size(), 0.0) {
+template <int Corners>
+StarNorms::StarNorms(Star<Corners> star, int valence)
+    : reference_(reference_star<Corners>(valence)), norm_(reference_.size(), 0.0) {
     const std::size_t count = reference_.size();
-    set_valence(star, valence);
+    star.resize(Star<Corners>::with_first(valence));
     const auto for_each_deviation = [&](const auto& take) {
-        constexpr int n = k_corners<Star>;
-        const Vec3d c0 = star.corner_limit(0), by_x = star.corner_limit(1) - c0, by_y = star.corner_limit(n - 1) - c0,
-                    twist = n == 4 ? star.corner_limit(2) - c0 - by_x - by_y : Vec3d(0);
-        const Corners at = n == 4 ? Corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}} : Corners{{{0, 0}, {1, 0}, {0, 1}, {}}};
+        constexpr int n = Corners;
+        const Vec3d c0 = corner_limit(star, 0), by_x = corner_limit(star, 1) - c0,
+                    by_y = corner_limit(star, n - 1) - c0,
+                    twist = n == 4 ? corner_limit(star, 2) - c0 - by_x - by_y : Vec3d(0);
+        const Parameters at =
+            n == 4 ? Parameters{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}} : Parameters{{{0, 0}, {1, 0}, {0, 1}, {}}};
         take_star(star, at, 0, [&](const Vec3d& p, const Vec2d& q) {
             take(p - (c0 + q.x * by_x + q.y * by_y + q.x * q.y * twist));
         });
@@ -118,27 +114,22 @@ StarNorms::StarNorms(Star star, int valence)
     for (const Vec2d& p : reference_) fit_.push_back(glm::inverse(normal) * Vec3d(1, p.x, p.y));
 }
 
-template <class Star>
-const StarNorms* StarNorms::find(std::size_t valence) {
+template <int Corners>
+const StarNorms* StarNorms::of(const Star<Corners>& star) {
     struct Slot {
         std::once_flag once;
         std::unique_ptr<const StarNorms> norms;
     };
     static std::array<Slot, k_most_valence + 1> known;
-    if (valence < 3 || valence > k_most_valence) return nullptr;
-    Slot& slot = known[valence];
-    std::call_once(slot.once, [&] { slot.norms.reset(new StarNorms(Star(), static_cast<int>(valence))); });
+    const int valence = star.valence[0];
+    if (star.valence != star.with_first(valence) || valence > k_most_valence) return nullptr;
+    Slot& slot = known[static_cast<std::size_t>(valence)];
+    std::call_once(slot.once, [&] { slot.norms.reset(new StarNorms(Star<Corners>(), valence)); });
     return slot.norms.get();
 }
 
-const StarNorms* StarNorms::of(const QuadStar& star) {
-    return star.far_valence == 4 ? find<QuadStar>(static_cast<std::size_t>(star.valence)) : nullptr;
-}
-
-const StarNorms* StarNorms::of(const LoopStar& star) {
-    if (star.is_extraordinary(1) || star.is_extraordinary(2)) return nullptr;
-    return find<LoopStar>(static_cast<std::size_t>(star.valence[0]));
-}
+template const StarNorms* StarNorms::of(const QuadStar&);
+template const StarNorms* StarNorms::of(const LoopStar&);
 
 double StarNorms::deviation(std::span<const Vec3d> points) const {
     Vec3d at(0), x(0), y(0);

@@ -17,17 +17,15 @@ class StarNorms {
   public:
     /// Of a star with one extraordinary corner, of valence 3 to 32; null for others. Found at the first call, from any
     /// thread.
-    static const StarNorms* of(const QuadStar& star);
-    static const StarNorms* of(const LoopStar& star);
+    template <int Corners>
+    static const StarNorms* of(const Star<Corners>& star);
 
     /// Upper bound on |S - L|; but for rounding.
     double deviation(std::span<const Vec3d> points) const;
 
   private:
-    template <class Star>
-    StarNorms(Star star, int valence);
-    template <class Star>
-    static const StarNorms* find(std::size_t valence);
+    template <int Corners>
+    StarNorms(Star<Corners> star, int valence);
 
     std::vector<Vec2d> reference_;    ///< the reference star's points
     std::vector<Vec3d> fit_;          ///< weights of a star's points in its affine map

@@ -68,20 +68,6 @@ class BezierTriangle {
     /// The same polynomial over another triangle, by the barycentrics of its corners in this one.
     BezierTriangle over(const std::array<std::array<double, 3>, 3>& corners) const {
         BezierTriangle result;
-        // Often they are its own, in another order.
-        std::array<std::size_t, 3> own{3, 3, 3};
-        for (std::size_t k = 0; k < 3; ++k)
-            for (std::size_t c = 0; c < 3; ++c)
-                if (corners[k][c] == 1) own[k] = c;
-        if (own[0] < 3 && own[1] < 3 && own[2] == 3 - own[0] - own[1] && own[0] != own[1]) {
-            for (int j = 0; j <= Degree; ++j)
-                for (int i = 0; i + j <= Degree; ++i) {
-                    std::array<int, 3> exponent;
-                    exponent[own[0]] = Degree - i - j, exponent[own[1]] = i, exponent[own[2]] = j;
-                    result.point[index(i, j)] = point[index(exponent[1], exponent[2])];
-                }
-            return result;
-        }
         result.take_arguments(point, Degree, corners, 0, 0, 0);
         return result;
     }

@@ -84,6 +84,9 @@ template <std::size_t Corners>
 struct CellRings {
     std::array<CornerRing, Corners> corner;
 
+    /// Of the side from corner k to the next one.
+    float side_sharpness(std::size_t k) const { return corner[k].spoke(corner[k].cell).sharpness; }
+
     /// The quarters at the corners, whose frames are the cell's: corner k of quarter k is corner k of the cell. Of a
     /// triangle also [3] the centre, with corner k on the side opposite corner k.
     std::array<CellRings, 4> children() const;

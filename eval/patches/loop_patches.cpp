@@ -10,18 +10,12 @@ namespace tetrakis {
 
 namespace detail {
 
-namespace {
-
-/// Six neighbours, counter-clockwise from the cell's next corner, with which the regular rules give what this ring's
-/// rules give, at this level and below, on the cell's side; empty if there are none. Across a boundary or crease with
-/// three triangles on the cell's side the missing neighbours are reflected: c + p_0 - p_1; at a corner with a single
-/// triangle, through the centre too. Or as many as there are, at a smooth corner.
-std::vector<Vec3d> neighbours(const CornerRing& ring) {
+std::vector<Vec3d> LoopShape::beyond(const CornerRing& ring) {
     const int cell = ring.cell;
     const Vec3d& centre = ring.centre;
     std::vector<Vec3d> out;
     if (ring.is_smooth()) {
-        for (int i = 0; i < ring.size(); ++i) out.push_back(ring.spoke(cell + i).point);
+        for (int i = 2; i < ring.size(); ++i) out.push_back(ring.spoke(cell + i).point);
         return out;
     }
     const auto sector = ring.sector();
@@ -31,15 +25,13 @@ std::vector<Vec3d> neighbours(const CornerRing& ring) {
     const auto p = [&ring, first = first](int i) { return ring.spoke(first + i).point; };
     if (!corner && faces == 3) {
         const std::array<Vec3d, 6> around{p(0), p(1), p(2), p(3), centre + p(3) - p(2), centre + p(0) - p(1)};
-        for (int i = 0; i < 6; ++i) out.push_back(around[(i + offset) % 6]);
+        for (int i = 2; i < 6; ++i) out.push_back(around[(i + offset) % 6]);
         return out;
     }
     if (corner && faces == 1)
-        return {p(0), p(1), centre + p(1) - p(0), 2.0 * centre - p(0), 2.0 * centre - p(1), centre + p(0) - p(1)};
+        return {centre + p(1) - p(0), 2.0 * centre - p(0), 2.0 * centre - p(1), centre + p(0) - p(1)};
     return {};
 }
-
-}  // namespace
 
 SurfacePoint LoopShape::evaluate(const Net12& net, const Vec2d& at, bool second) {
     const BezierTriangle<2> p = box_spline_triangle(net).around<2>(bary(at));
@@ -52,28 +44,6 @@ SurfacePoint LoopShape::evaluate(const Net12& net, const Vec2d& at, bool second)
     return point;
 }
 
-bool LoopShape::find_simpler(const CellRings<3>& rings, LoopNode& node) {
-    std::array<std::vector<Vec3d>, 3> around;
-    int corner = 0;
-    for (int k = 0; k < 3; ++k) {
-        auto& here = around[static_cast<std::size_t>(k)];
-        here = neighbours(rings.corner[static_cast<std::size_t>(k)]);
-        if (here.size() < 3) return false;
-        if (here.size() != 6) corner = k;
-    }
-    const auto turned = [&](int k) { return static_cast<std::size_t>((corner + k) % 3); };
-    const auto valence = [&](int k) { return static_cast<int>(around[turned(k)].size()); };
-    LoopStar star;
-    star.resize({valence(0), valence(1), valence(2)});
-    for (int k = 0; k < 3; ++k) {
-        star.points[static_cast<std::size_t>(k)] = rings.corner[turned(k)].centre;
-        for (int i = 0; i < valence(k); ++i)
-            star.points[star.ring_place(k, i)] = around[turned(k)][static_cast<std::size_t>(i)];
-    }
-    node.become(std::move(star), corner);
-    return true;
-}
-
 }  // namespace detail
 
 using detail::CornerRing;
@@ -83,13 +53,19 @@ namespace {
 
 constexpr std::array<Vec2d, 3> k_corner_parameters{Vec2d(0, 0), Vec2d(1, 0), Vec2d(0, 1)};
 
+/// Interior, nothing sharp, three triangles or more.
+bool is_smooth(const ControlMesh& mesh, VertexId v) {
+    bool smooth = !mesh.is_boundary(v) && !is_sharp(mesh.sharpness(v)) && mesh.face_valence(v) > 2;
+    if (smooth) for_each_outgoing(mesh, v, [&](HalfedgeId h) { smooth &= !is_sharp(mesh.sharpness(mesh.edge(h))); });
+    return smooth;
+}
+
 const ControlMesh& checked_triangles(const ControlMesh& mesh, const RunContext& context) {
     detail::refuse_corner_angles(mesh);
     if (!mesh.all_triangles())
         throw Error(ErrorCode::invalid_input,
                     "Loop subdivision needs triangles, but some faces have more corners; triangulate first");
-    detail::check_memory("the patch trees need",
-                         mesh.halfedge_count() * sizeof(detail::LoopNode*) + mesh.vertex_count(),
+    detail::check_memory("the patch trees need", mesh.halfedge_count() * sizeof(detail::LoopNode*),
                          context.max_memory_bytes, "raise the limit");
     return mesh;
 }
@@ -97,16 +73,7 @@ const ControlMesh& checked_triangles(const ControlMesh& mesh, const RunContext& 
 }  // namespace
 
 LoopPatches::LoopPatches(const ControlMesh& mesh, const RunContext& context)
-    : PatchTree(checked_triangles(mesh, context)), smooth_(mesh.vertex_count()) {
-    for_each_index(mesh.vertex_count(), [&](std::uint32_t i) {
-        const VertexId v(i);
-        bool smooth =
-            !mesh.is_isolated(v) && !mesh.is_boundary(v) && !is_sharp(mesh.sharpness(v)) && mesh.face_valence(v) > 2;
-        if (smooth)
-            for_each_outgoing(mesh, v, [&](HalfedgeId h) { smooth &= !is_sharp(mesh.sharpness(mesh.edge(h))); });
-        smooth_[i] = smooth;
-    });
-}
+    : PatchTree(checked_triangles(mesh, context)) {}
 
 CornerRing LoopPatches::root_ring(HalfedgeId root, std::uint32_t corner) const {
     return detail::control_ring(mesh_, SchemeKind::loop, HalfedgeId(root.value + corner));
@@ -119,7 +86,7 @@ std::optional<detail::LoopStar> LoopPatches::root_star(HalfedgeId root, int& tur
     for (std::size_t k = 0; k < 3; ++k) {
         at[k] = HalfedgeId(root.value + static_cast<std::uint32_t>(k));
         const VertexId v = mesh_.origin(at[k]);
-        if (smooth_[v.value] == 0) return std::nullopt;
+        if (!is_smooth(mesh_, v)) return std::nullopt;
         valence[k] = static_cast<int>(mesh_.face_valence(v));
         if (valence[k] != 6) turn = static_cast<int>(k);
     }
@@ -127,13 +94,11 @@ std::optional<detail::LoopStar> LoopPatches::root_star(HalfedgeId root, int& tur
     std::ranges::rotate(valence, valence.begin() + turn);
     detail::LoopStar star;
     star.resize(valence);
-    Vec3d *out = star.points.data(), *const end = out + star.points.size();
-    for (const HalfedgeId h : at) *out++ = mesh_.position(mesh_.origin(h));
-    for (std::size_t k = 0; k < 3; ++k) {
-        HalfedgeId o = at[k];
-        // Neighbours that are corners, or a corner's before, are known.
-        for (int i = 0; i < valence[k] && out != end; ++i, o = mesh_.ccw_outgoing(o))
-            if (i >= (k == 0 ? 2 : 3)) *out++ = mesh_.position(mesh_.target(o));
+    for (int k = 0; k < 3; ++k) {
+        HalfedgeId o = at[static_cast<std::size_t>(k)];
+        star.points[static_cast<std::size_t>(k)] = mesh_.position(mesh_.origin(o));
+        for (int i = 0; i < star.valence_of(k); ++i, o = mesh_.ccw_outgoing(o))
+            if (i >= 2) star.points[star.ring_place(k, i)] = mesh_.position(mesh_.target(o));
     }
     return star;
 }

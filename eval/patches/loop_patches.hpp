@@ -2,7 +2,6 @@
 
 #include "box_spline.hpp"
 #include "patch_tree.hpp"
-#include "star.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -15,21 +14,22 @@ namespace detail {
 /// Cells of Loop, with corners (0, 0), (1, 0), (0, 1). Leaves are quartic box splines, at regular boundaries and
 /// creases too. Quarters: [0..2] at the corners, [3] the centre, whose corners lie opposite the cell's.
 struct LoopShape {
-    static constexpr std::size_t k_corners = 3;
+    static constexpr int k_corners = 3;
     using Patch = Net12;
-    using Star = LoopStar;
 
     static const Vec3d& corner_point(const Net12& net, int k) { return net[static_cast<std::size_t>(k)]; }
     static void set_corner_point(Net12& net, int k, const Vec3d& p) { net[static_cast<std::size_t>(k)] = p; }
-    static Vec3d patch_corner(const Net12& net, int k) { return box_spline_corner(net, k); }
     static Vec3d position(const Net12& net, const Vec2d& at) {
         return is_cell_corner(at) ? box_spline_corner(net, quarter_of(at, 3)) : box_spline_position(net, bary(at));
     }
     /// Without the normal.
     static SurfacePoint evaluate(const Net12& net, const Vec2d& at, bool second);
 
-    /// Makes a node the regular cell or star that rings are, or can be made; false if they are neither.
-    static bool find_simpler(const CellRings<3>& rings, PatchNode<LoopShape>& node);
+    /// The neighbours of a corner beyond the cell's sides, counter-clockwise, with which the regular rules give what
+    /// its ring's rules give, at this level and below, on the cell's side; empty if there are none. Across a boundary
+    /// or crease with three triangles on the cell's side the missing neighbours are reflected: c + p_0 - p_1; at a
+    /// corner with a single triangle, through the centre too. Or as many as there are, at a smooth corner.
+    static std::vector<Vec3d> beyond(const CornerRing& ring);
 };
 
 using LoopNode = PatchNode<LoopShape>;
@@ -51,9 +51,6 @@ class LoopPatches final : public PatchTree<detail::LoopShape> {
     /// the mean of the normals of both sides, and at a control vertex with the mean of its sectors'.
     SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
 
-    /// Bytes of everything, of trees (forgettable_bytes()) as well.
-    std::uint64_t memory_bytes() const { return PatchTree::memory_bytes() + smooth_.size(); }
-
   private:
     void build_root(HalfedgeId root, detail::LoopNode& node) const override;
     /// Of a root with smooth corners, from one that is extraordinary on; nothing: it is none.
@@ -61,8 +58,6 @@ class LoopPatches final : public PatchTree<detail::LoopShape> {
     std::optional<detail::LoopStar> root_star(HalfedgeId root, int& turn) const;
     /// Around a corner of a root.
     detail::CornerRing root_ring(HalfedgeId root, std::uint32_t corner) const;
-
-    std::vector<std::uint8_t> smooth_;  ///< per vertex: interior, nothing sharp, three triangles or more
 };
 
 }  // namespace tetrakis

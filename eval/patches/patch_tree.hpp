@@ -4,9 +4,11 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/site.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/sharpness.hpp"
 #include "../surface/surface_point.hpp"
 #include "cell.hpp"
 #include "corner_ring.hpp"
+#include "star.hpp"
 
 #include <algorithm>
 #include <array>
@@ -18,6 +20,7 @@
 #include <span>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace tetrakis {
 
@@ -36,8 +39,8 @@ struct PatchNode : PoolNew {
         generic,  ///< anything else: the rings of its corners
     };
     using Rings = CellRings<Shape::k_corners>;
-    using Star = typename Shape::Star;
-    static constexpr int k_corners = static_cast<int>(Shape::k_corners);
+    static constexpr int k_corners = Shape::k_corners;
+    using Star = detail::Star<k_corners>;
 
     Kind kind = Kind::regular;
     std::uint8_t turn = 0;  ///< star: the corner of the cell that is (0, 0) of the star
@@ -58,7 +61,8 @@ struct PatchNode : PoolNew {
     const PatchNode* grown() const;
     /// Limit position of a corner.
     Vec3d corner(int k) const {
-        return kind == Kind::regular ? Shape::patch_corner(patch, k) : Shape::corner_point(patch, k);
+        return kind == Kind::regular ? Shape::position(patch, cell_corner(k, k_corners))
+                                     : Shape::corner_point(patch, k);
     }
     /// Which corner of its star a corner of the cell is.
     int in_star(int corner) const { return (corner - turn + k_corners) % k_corners; }
@@ -70,21 +74,50 @@ struct PatchNode : PoolNew {
     /// Becomes the cell of a star, whose corner (0, 0) is one of the cell's.
     void become(Star of, int corner) {
         if (of.regular()) {
-            patch = typename Shape::Patch{of.net(corner)};
+            patch = typename Shape::Patch{net_of(of, corner)};
             return;
         }
         kind = Kind::star;
         turn = static_cast<std::uint8_t>(corner);
         star = std::make_unique<const Star>(std::move(of));
-        for (int k = 0; k < k_corners; ++k) Shape::set_corner_point(patch, k, star->corner_limit(in_star(k)));
+        for (int k = 0; k < k_corners; ++k) Shape::set_corner_point(patch, k, detail::corner_limit(*star, in_star(k)));
     }
     /// Becomes the cell of these rings, as simple as represents it exactly.
     void become(Rings of) {
-        if (Shape::find_simpler(of, *this)) return;
+        if (become_simpler(of)) return;
         kind = Kind::generic;
         rings = std::make_unique<Rings>(std::move(of));
         for (int k = 0; k < k_corners; ++k)
             Shape::set_corner_point(patch, k, rings->corner[static_cast<std::size_t>(k)].limit().position);
+    }
+    /// Becomes the regular cell or star that rings are, or can be made; false if they are neither.
+    bool become_simpler(const Rings& of) {
+        constexpr int k_per_edge = Star::k_per_edge;
+        std::array<std::vector<Vec3d>, Shape::k_corners> beyond;
+        typename Star::Valences valence;
+        int corner = 0, special = 0, crease = -1;
+        for (std::size_t k = 0; k < beyond.size(); ++k) {
+            beyond[k] = Shape::beyond(of.corner[k]);
+            if (beyond[k].empty()) return false;
+            valence[k] = (static_cast<int>(beyond[k].size()) + 3 * k_per_edge - 1) / k_per_edge;
+            if (valence[k] != Star::k_regular) corner = static_cast<int>(k), ++special;
+            if (is_semi_sharp(of.side_sharpness(k))) crease = static_cast<int>(k), ++special;
+        }
+        if (k_corners == 4 && special > 1) return false;
+        std::ranges::rotate(valence, valence.begin() + corner);
+        Star of_rings;
+        of_rings.resize(valence);
+        for (int k = 0; k < k_corners; ++k) {
+            const auto from = static_cast<std::size_t>((corner + k) % k_corners);
+            of_rings.points[static_cast<std::size_t>(k)] = of.corner[from].centre;
+            for (int i = 2 * k_per_edge; const Vec3d& p : beyond[from])
+                of_rings.points[of_rings.ring_place(k, i++)] = p;
+        }
+        become(std::move(of_rings), corner);
+        if constexpr (k_corners == 4)
+            if (crease >= 0)
+                patch.crease = {static_cast<std::int8_t>(crease), of.side_sharpness(static_cast<std::size_t>(crease))};
+        return true;
     }
     /// Bytes of its star or rings; neither the node itself nor its quarters.
     std::uint64_t own_bytes() const { return (star ? star->memory_bytes() : 0) + (rings ? rings->memory_bytes() : 0); }
@@ -166,6 +199,8 @@ class PatchTree {
         return node ? *node : made_root(root);
     }
 
+    /// Bytes of everything, of trees (forgettable_bytes()) as well.
+    std::uint64_t memory_bytes() const { return roots_.size() * sizeof(roots_[0]) + forgettable_bytes(); }
     std::uint64_t forgettable_bytes() const { return tree_bytes_.load(std::memory_order_relaxed); }
     /// What trees may take before they should be forgotten: enough for all of an ordinary model's.
     std::uint64_t bytes_to_keep() const {
@@ -209,7 +244,6 @@ class PatchTree {
 
     /// Makes a fresh node the cell of a root.
     virtual void build_root(HalfedgeId root, Node& node) const = 0;
-    std::uint64_t memory_bytes() const { return roots_.size() * sizeof(roots_[0]) + forgettable_bytes(); }
 
     const ControlMesh& mesh_;
 

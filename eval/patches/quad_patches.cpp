@@ -11,18 +11,20 @@ namespace tetrakis {
 
 namespace detail {
 
-namespace {
-
-/// The points at (-1, 0), (0, -1) and (-1, -1) as seen from a corner, with which the regular rules give what its ring's
-/// rules give, at this level and below, on the cell's side; but for a crease of finite sharpness along one side.
-/// Nothing if there are none. Beyond infinitely sharp sides p_-1 = 2 p_0 - p_1 makes the B-spline rules those of the
-/// boundary.
-std::optional<std::array<Vec3d, 3>> points_beyond(const CornerRing& ring) {
+std::vector<Vec3d> QuadShape::beyond(const CornerRing& ring) {
     const Vec3d& c = ring.centre;
     const auto e = [&](int i) { return ring.spoke(ring.cell + i).point; };
     const auto f = [&](int i) { return ring.spoke(ring.cell + i).face; };
     const auto sharpness = [&](int i) { return ring.spoke(ring.cell + i).sharpness; };
-    if (ring.is_smooth() || !ring.is_stationary()) {
+    if (ring.is_smooth()) {
+        std::vector<Vec3d> out;
+        for (int i = 2; i < ring.size(); ++i) {
+            out.push_back(e(i));
+            if (i + 1 < ring.size()) out.push_back(f(i));
+        }
+        return out;
+    }
+    if (!ring.is_stationary()) {
         if (ring.boundary || ring.size() != 4 || ring.sharpness != 0) return {};
         const int along = is_sharp(sharpness(0)) ? 0 : 1;
         // By Chaikin's method an edge's halves, and so the levels to come, depend on the next edges.
@@ -33,39 +35,14 @@ std::optional<std::array<Vec3d, 3>> points_beyond(const CornerRing& ring) {
         const bool straight = sharpness(along) == sharpness(along + 2) && even(along) && even(along + 2) &&
                               sharpness(along + 1) == 0 && sharpness(along + 3) == 0;
         if (!straight) return {};
-        return std::array{e(2), e(3), f(2)};
+        return {e(2), f(2), e(3)};
     }
     const auto sector = ring.sector();
     if (!sector || sector->faces != (sector->corner ? 1 : 2)) return {};
-    if (sector->corner) return std::array{2.0 * c - e(0), 2.0 * c - e(1), 4.0 * c - 2.0 * (e(0) + e(1)) + f(0)};
-    if (sector->first == ring.cell) return std::array{e(2), 2.0 * c - e(1), 2.0 * e(2) - f(1)};
-    return std::array{2.0 * c - e(0), e(-1), 2.0 * e(-1) - f(-1)};
+    if (sector->corner) return {2.0 * c - e(0), 4.0 * c - 2.0 * (e(0) + e(1)) + f(0), 2.0 * c - e(1)};
+    if (sector->first == ring.cell) return {e(2), 2.0 * e(2) - f(1), 2.0 * c - e(1)};
+    return {2.0 * c - e(0), 2.0 * e(-1) - f(-1), e(-1)};
 }
-
-/// Whether rings are those of a regular cell.
-bool find_patch(const CellRings<4>& rings, QuadShape::Patch& patch) {
-    patch.crease = {};
-    for (int k = 0; k < 4; ++k) {
-        const CornerRing& ring = rings.corner[static_cast<std::size_t>(k)];
-        const auto beyond = points_beyond(ring);
-        if (!beyond) return false;
-        if (const float side = ring.spoke(ring.cell).sharpness; is_semi_sharp(side)) {
-            if (patch.crease) return false;
-            patch.crease = SideCrease{static_cast<std::int8_t>(k), side};
-        }
-        const auto put = [&](int dx, int dy, const Vec3d& p) {
-            const auto [x, y] = from_corner(k, dx, dy);
-            patch.net.set(x, y, p);
-        };
-        put(0, 0, ring.centre);
-        put(-1, 0, (*beyond)[0]);
-        put(0, -1, (*beyond)[1]);
-        put(-1, -1, (*beyond)[2]);
-    }
-    return true;
-}
-
-}  // namespace
 
 SurfacePoint QuadShape::evaluate(const Patch& patch, const Vec2d& at, bool second) {
     const auto derivative = [&](int by_x, int by_y) {
@@ -75,29 +52,6 @@ SurfacePoint QuadShape::evaluate(const Patch& patch, const Vec2d& at, bool secon
     SurfacePoint point{derivative(0, 0), derivative(1, 0), derivative(0, 1)};
     if (second) point.duu = derivative(2, 0), point.duv = derivative(1, 1), point.dvv = derivative(0, 2);
     return point;
-}
-
-bool QuadShape::find_simpler(const CellRings<4>& rings, QuadNode& node) {
-    if (find_patch(rings, node.patch)) return true;
-    int corner = -1;
-    for (int k = 0; k < 4; ++k) {
-        const CornerRing& ring = rings.corner[static_cast<std::size_t>(k)];
-        if (!ring.is_smooth() || ring.size() < 3 || (ring.size() != 4 && corner >= 0)) return false;
-        if (ring.size() != 4) corner = k;
-    }
-    QuadStar star;
-    star.resize(rings.corner[static_cast<std::size_t>(corner)].size());
-    for (int k = 0; k < 4; ++k) {
-        const CornerRing& ring = rings.corner[static_cast<std::size_t>((corner + k) & 3)];
-        star.points[static_cast<std::size_t>(k)] = ring.centre;
-        for (int i = 0; i < ring.size(); ++i) {
-            const CornerRing::Spoke& spoke = ring.spoke(ring.cell + i);
-            star.points[star.ring_place(k, 2 * i)] = spoke.point;
-            star.points[star.ring_place(k, 2 * i + 1)] = spoke.face;
-        }
-    }
-    node.become(std::move(star), corner);
-    return true;
 }
 
 }  // namespace detail
@@ -111,9 +65,7 @@ namespace {
 /// What the rings of the largest face or vertex take: each of its corner cells keeps all of its own.
 std::uint64_t ring_bytes(const ControlMesh& mesh) {
     std::uint64_t bytes = 0;
-    const auto add = [&](std::uint64_t n) {
-        bytes = std::max(bytes, n * detail::QuadStar::point_count(static_cast<int>(n)) * sizeof(Vec3d));
-    };
+    const auto add = [&](std::uint64_t n) { bytes = std::max(bytes, n * 2 * (n + 4) * sizeof(Vec3d)); };
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.face_size(FaceId(f)));
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
         if (!mesh.is_isolated(VertexId(v))) add(mesh.face_valence(VertexId(v)));
@@ -174,7 +126,7 @@ void QuadPatches::first_step() {
 void QuadPatches::gather_star(HalfedgeId h, detail::QuadStar& star) const {
     const ControlMesh& m = mesh_;
     const std::uint32_t n = m.face_valence(m.origin(h)), k = m.face_size(m.face(h));
-    star.resize(static_cast<int>(n), static_cast<int>(k));
+    star.resize({static_cast<int>(n), 4, static_cast<int>(k), 4});
     Vec3d* out = star.points.data();
     *out++ = vertex_point(m.origin(h));
     HalfedgeId g = h;
@@ -231,25 +183,15 @@ SurfacePoint QuadPatches::vertex(HalfedgeId root, LatticePoint at, int level) co
     const double step = std::ldexp(1.0, -level);
     SurfacePoint point = frame(root, at.x * step, at.y * step);
     const ControlMesh& m = mesh_;
-    const auto normal_at = [&](HalfedgeId h, std::uint32_t x, std::uint32_t y) {
-        return frame(h, x * step, y * step).normal;
+    const auto mean_normal = [&](HalfedgeId beyond, std::uint32_t x, std::uint32_t y) {
+        return unit_or_zero(point.normal + frame(beyond, x * step, y * step).normal);
     };
-    Vec3d sum(0);
-    if (at.x == 0 && at.y == 0) {
-        // A control vertex with hard edges: the mean over its corner cells.
-        bool hard = false;
-        for_each_outgoing(m, m.origin(root), [&](HalfedgeId h) { hard |= is_hard(m, h); });
-        if (!hard) return point;
-        for_each_outgoing(m, m.origin(root), [&](HalfedgeId h) { sum += normal_at(h, 0, 0); });
-    } else if (at.y == 0 && is_hard(m, root)) {
-        sum = point.normal + normal_at(m.cw_outgoing(root), 0, at.x);
-    } else if (at.x == 0 && is_hard(m, m.prev(root))) {
-        sum = point.normal + normal_at(m.ccw_outgoing(root), at.y, 0);
-    } else {
-        return point;
-    }
-    const double length = glm::length(sum);
-    if (length > 0) point.normal = sum / length;
+    if (at.x == 0 && at.y == 0)
+        point.normal = detail::control_ring(m, SchemeKind::catmull_clark, root, face_points()).limit().normal;
+    else if (at.y == 0 && is_hard(m, root))
+        point.normal = mean_normal(m.cw_outgoing(root), 0, at.x);
+    else if (at.x == 0 && is_hard(m, m.prev(root)))
+        point.normal = mean_normal(m.ccw_outgoing(root), at.y, 0);
     return point;
 }
 

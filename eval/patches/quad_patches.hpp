@@ -2,7 +2,6 @@
 
 #include "bicubic.hpp"
 #include "patch_tree.hpp"
-#include "star.hpp"
 
 #include <array>
 #include <cstdint>
@@ -16,24 +15,25 @@ namespace detail {
 
 /// Cells of Catmull-Clark. Leaves are bicubic patches, single-crease patches included (Niessner et al. 2012).
 struct QuadShape {
-    static constexpr std::size_t k_corners = 4;
+    static constexpr int k_corners = 4;
     struct Patch {
         Net16 net;
         SideCrease crease{};
     };
-    using Star = QuadStar;
 
     static Vec3d corner_point(const Patch& patch, int k) { return patch.net.at(k == 1 || k == 2, k >= 2); }
     static void set_corner_point(Patch& patch, int k, const Vec3d& p) { patch.net.set(k == 1 || k == 2, k >= 2, p); }
-    static Vec3d patch_corner(const Patch& patch, int k) { return position(patch, cell_corner(k, 4)); }
     static Vec3d position(const Patch& patch, const Vec2d& at) {
         return regular_position(patch.net, patch.crease, at.x, at.y);
     }
     /// Without the normal.
     static SurfacePoint evaluate(const Patch& patch, const Vec2d& at, bool second);
 
-    /// Makes a node the regular cell or star that rings are; false if they are neither.
-    static bool find_simpler(const CellRings<4>& rings, PatchNode<QuadShape>& node);
+    /// The points around a corner beyond the cell's sides, counter-clockwise from (-1, 0) to (0, -1) as seen from
+    /// there, with which the regular rules give what its ring's rules give, at this level and below, on the cell's
+    /// side; but for a crease of finite sharpness along one side. Empty if there are none. Beyond infinitely sharp
+    /// sides p_-1 = 2 p_0 - p_1 makes the B-spline rules those of the boundary.
+    static std::vector<Vec3d> beyond(const CornerRing& ring);
 };
 
 using QuadNode = PatchNode<QuadShape>;
@@ -50,7 +50,7 @@ class QuadPatches final : public PatchTree<detail::QuadShape> {
     explicit QuadPatches(const ControlMesh&&, const RunContext& = {}) = delete;
 
     /// Limit position and normal of a vertex: as evaluate(), but on an infinitely sharp edge with the mean of the
-    /// normals on both sides, and at a control vertex of such edges with the mean over its corner cells.
+    /// normals on both sides, and at a control vertex with the mean of its sectors'.
     SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
 
     /// Bytes of everything, of trees (forgettable_bytes()) as well.

@@ -8,38 +8,21 @@
 
 namespace tetrakis::detail {
 
-std::size_t QuadStar::ring_place(int corner, int i) const {
-    if (i < 3) return static_cast<std::size_t>((corner + 1 + i) & 3);
-    // Two neighbours of each corner are the next one's, too.
-    constexpr int k_regular = 3;
-    const int around[4] = {0, 2 * valence - 5, 2 * valence - 5 + k_regular,
-                           2 * (valence + far_valence) - 10 + k_regular};
-    const auto outer = static_cast<std::size_t>(around[corner] + i - 3), count = points.size() - 4;
-    return 4 + (outer < count ? outer : outer - count);
-}
-
-Vec3d QuadStar::corner_limit(int corner) const {
+Vec3d corner_limit(const QuadStar& star, int corner) {
     Vec3d edges(0), faces(0);
-    for (int i = 0; i < valence_of(corner); ++i) edges += ring(corner, 2 * i), faces += ring(corner, 2 * i + 1);
-    const double n = valence_of(corner);
-    return (n * n * points[static_cast<std::size_t>(corner)] + 4.0 * edges + faces) / (n * (n + 5));
+    const int n = star.valence_of(corner);
+    for (int i = 0; i < n; ++i) edges += star.ring(corner, 2 * i), faces += star.ring(corner, 2 * i + 1);
+    return (double(n) * n * star.points[static_cast<std::size_t>(corner)] + 4.0 * edges + faces) /
+           (double(n) * (n + 5));
 }
 
-CornerRing QuadStar::corner_ring(int corner) const {
-    CornerRing out;
-    out.scheme = SchemeKind::catmull_clark;
-    out.centre = points[static_cast<std::size_t>(corner)];
-    for (int i = 0; i < valence_of(corner); ++i) out.spokes.push_back({ring(corner, 2 * i), ring(corner, 2 * i + 1)});
-    return out;
-}
-
-Net16 QuadStar::net(int corner) const {
+Net16 net_of(const QuadStar& star, int corner) {
     constexpr int k_place[16][2] = {{0, 0},  {1, 0},  {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1},
                                     {1, -1}, {2, -1}, {2, 0}, {2, 1}, {2, 2},  {1, 2},  {0, 2},   {-1, 2}};
     Net16 net;
     for (std::size_t i = 0; i < 16; ++i) {
         const auto [x, y] = from_corner(corner, k_place[i][0], k_place[i][1]);
-        net.set(x, y, points[i]);
+        net.set(x, y, star.points[i]);
     }
     return net;
 }
@@ -50,7 +33,7 @@ void subdivide(const QuadStar& star, std::array<QuadStar, 4>& quarters) {
         QuadStar& quarter = quarters[static_cast<std::size_t>(k)];
         const int n = star.valence_of(k);
         const Vec3d& corner = star.points[static_cast<std::size_t>(k)];
-        quarter.resize(n);
+        quarter.resize(QuadStar::with_first(n));
         const auto edge = [&](int i) -> const Vec3d& { return star.ring(k, i < n ? 2 * i : 0); };
         Vec3d* const new_edge = quarter.points.data() + 1;  // every other one
         Vec3d* const new_face = new_edge + 1;
@@ -76,29 +59,21 @@ void subdivide(const QuadStar& star, std::array<QuadStar, 4>& quarters) {
     }
 }
 
-Net12 LoopStar::net(int corner) const {
+Net12 net_of(const LoopStar& star, int corner) {
     Net12 net;
-    for (int k = 0; k < 3; ++k) net[static_cast<std::size_t>((k + corner) % 3)] = points[static_cast<std::size_t>(k)];
-    for (int i = 0; i < 9; ++i)
-        net[static_cast<std::size_t>(3 + (i + 3 * corner) % 9)] = points[static_cast<std::size_t>(3 + i)];
+    const auto turn = static_cast<std::size_t>(corner);
+    for (std::size_t k = 0; k < 3; ++k) net[(k + turn) % 3] = star.points[k];
+    for (std::size_t i = 0; i < 9; ++i) net[3 + (i + 3 * turn) % 9] = star.points[3 + i];
     return net;
 }
 
-CornerRing LoopStar::corner_ring(int corner) const {
-    const auto k = static_cast<std::size_t>(corner);
-    CornerRing out;
-    out.centre = points[k];
-    for (int i = 0; i < valence[k]; ++i) out.spokes.push_back({ring(corner, i)});
-    return out;
-}
-
-Vec3d LoopStar::corner_limit(int corner) const {
-    const auto k = static_cast<std::size_t>(corner);
+Vec3d corner_limit(const LoopStar& star, int corner) {
+    const int n = star.valence_of(corner);
     static const RingMask regular = Loop::limit_mask(6);  // most are: no cosine
-    const RingMask mask = valence[k] == 6 ? regular : Loop::limit_mask(valence[k]);
+    const RingMask mask = n == 6 ? regular : Loop::limit_mask(n);
     Vec3d sum(0);
-    for (int i = 0; i < valence[k]; ++i) sum += ring(corner, i);
-    return mask.vertex * points[k] + mask.edge * sum;
+    for (int i = 0; i < n; ++i) sum += star.ring(corner, i);
+    return mask.vertex * star.points[static_cast<std::size_t>(corner)] + mask.edge * sum;
 }
 
 void subdivide(const LoopStar& star, std::array<LoopStar, 4>& quarters) {
@@ -107,9 +82,9 @@ void subdivide(const LoopStar& star, std::array<LoopStar, 4>& quarters) {
     // to neighbours 0, 1, 2 and so on.
     for (int k = 0; k < 3; ++k) {
         LoopStar& quarter = quarters[static_cast<std::size_t>(k)];
-        const int n = star.valence[static_cast<std::size_t>(k)];
+        const int n = star.valence_of(k);
         const Vec3d& corner = star.points[static_cast<std::size_t>(k)];
-        quarter.resize({n, 6, 6});
+        quarter.resize(LoopStar::with_first(n));
         Vec3d sum(0);
         const Vec3d* before = &star.ring(k, n - 1);
         for (int i = 0; i < n; ++i) {
@@ -132,8 +107,7 @@ void subdivide(const LoopStar& star, std::array<LoopStar, 4>& quarters) {
     const auto across_after = [&](int k) -> const Vec3d& { return point(k, -1); };
     const auto across_before = [&](int k) -> const Vec3d& { return point(k, 3); };
     for (int k = 0; k < 3; ++k) {
-        Vec3d* out = &quarters[static_cast<std::size_t>(k)]
-                          .points[static_cast<std::size_t>(star.valence[static_cast<std::size_t>(k)] + 1)];
+        Vec3d* out = &quarters[static_cast<std::size_t>(k)].points[static_cast<std::size_t>(star.valence_of(k) + 1)];
         *out++ = across_before(k + 1), *out++ = vertex(k + 1), *out++ = middle(k + 1), *out++ = vertex(k + 2);
         *out++ = across_after(k + 2);
     }

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../distance/limit_samples.hpp"
-#include "../triangles/convex_face.hpp"
+#include "../triangles/face_distance.hpp"
 #include "../triangles/point_triangle.hpp"
 #include "measure.hpp"
 
@@ -195,7 +195,7 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
         centre = 0.5 * (corners[(opposite + 1) % n] + corners[(opposite + 3) % n]);
     } else {
         for (const Vec3d& corner : corners) centre += corner / static_cast<double>(n);
-        const detail::ConvexFace flat(corners);
+        const detail::FaceDistance flat(corners);
         if (n > 4) departure = flat.convex() ? 2 * flat.height() : bounding_box(corners).diagonal();
     }
     const double left = std::max(decide_at - departure, 0.0);
