@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../../hier/forest/corner_cell.hpp"
+#include "../../refine/adaptive/family_addresses.hpp"
 #include "../../refine/adaptive/hierarchy_view.hpp"
 #include "../bounds/cell_bounder.hpp"
 #include "../patches/quad_patches.hpp"
@@ -12,9 +13,6 @@
 
 namespace tetrakis {
 
-/// The 4-8 triangle over an edge: from the edge's ends to the centre of the half-edge's face.
-inline CellTriangle root_triangle(HalfedgeId h) { return {h, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}}; }
-
 /// The root parameters of a triangle's point with barycentrics (b0, b1, b2); the root's sides have length 1.
 inline std::array<double, 2> point_of(const CellTriangle& t, double b0, double b1, double b2) {
     const double unit = std::ldexp(1.0, -t.level);
@@ -23,59 +21,17 @@ inline std::array<double, 2> point_of(const CellTriangle& t, double b0, double b
 }
 
 /// Types and functions of the quad family for tessellation: Catmull-Clark on the 4-8 bisection forest.
-struct QuadFamily {
+struct QuadFamily : QuadAddresses {
     using Patches = QuadPatches;
     using Bounder = QuadBounder;
     using Hierarchy = BisectionHierarchy;
 
-    static Site canonical_site(const ControlMesh& mesh, const Site& site) { return canonical(mesh, site); }
-    /// Whether parameters in [0, 1]^2 lie in the root.
-    static bool inside(double, double) { return true; }
-    static constexpr double k_middle = 0.5;  ///< both parameters of a root's middle
-    static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-        return bisection_control_edge(mesh, t, k);
-    }
-    /// The control edge that corner k lies on, except at its ends; invalid if there is none.
-    static HalfedgeId control_edge_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-        const LatticePoint p = t.corner[k];
-        if (control_vertex_at(mesh, t, k).valid()) return {};
-        return p.y == 0 ? t.root : p.x == 0 ? mesh.prev(t.root) : HalfedgeId{};
-    }
-    /// The control vertex at corner k; invalid if there is none.
-    static VertexId control_vertex_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-        const LatticePoint p = t.corner[k];
-        if (p == LatticePoint{0, 0}) return mesh.origin(t.root);
-        return t.level == 0 && p.x == 2 ? mesh.origin(mesh.next(t.root)) : VertexId{};
-    }
     /// The point of a leaf with barycentrics (b0, b1, b2).
     static SurfaceParameter parameter(const ControlMesh& mesh, const CellTriangle& t, double b0, double b1, double b2) {
         const auto [x, y] = point_of(t, b0, b1, b2);
         if (x > 1 && t.corner[1].x == 2 && t.level == 0)
             return {mesh.next(t.root), std::min(y, 1.0), std::clamp(2 - x, 0.0, 1.0)};
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0)};
-    }
-    /// The site of a leaf's corner, as an address inside one root.
-    static Site corner_site(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-        const LatticePoint p = t.corner[k];
-        if (t.level == 0 && p.x == 2) return {mesh.next(t.root), {0, 0}, 0};
-        return {t.root, p, t.level};
-    }
-    /// The site, inside one root, of a lattice point of any level. `p` may lie in the next root, beyond x = 2^level.
-    static Site lattice_site(const ControlMesh& mesh, HalfedgeId root, LatticePoint p, int level) {
-        const std::uint32_t n = 1u << level;
-        if (p.x > n) return {mesh.next(root), {p.y, 2 * n - p.x}, static_cast<std::uint8_t>(level)};
-        return {root, p, static_cast<std::uint8_t>(level)};
-    }
-    /// Bilinear interpolation of a per-corner attribute in the corner cell of `root`.
-    template <class Value>
-    static auto linear(const ControlMesh& mesh, HalfedgeId root, double x, double y, Value&& corner) {
-        using V = std::remove_cvref_t<decltype(corner(root))>;
-        const std::uint32_t size = mesh.face_size(mesh.face(root)), h0 = mesh.face_halfedge(mesh.face(root)).value;
-        V centre{};
-        for (std::uint32_t i = 0; i < size; ++i) centre += corner(HalfedgeId(h0 + i));
-        centre *= 1.0 / size;
-        const V v = corner(root), a = 0.5 * (v + corner(mesh.next(root))), b = 0.5 * (v + corner(mesh.prev(root)));
-        return V((1 - y) * ((1 - x) * v + x * a) + y * ((1 - x) * b + x * centre));
     }
     /// Moves parameters outside a root into the root beyond that side; on boundaries, onto the side.
     static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {
@@ -97,45 +53,14 @@ struct QuadFamily {
 };
 
 /// The triangle family: Loop on red-green triangle quadtrees.
-struct LoopFamily {
+struct LoopFamily : TriangleAddresses {
     using Patches = LoopPatches;
     using Bounder = LoopBounder;
     using Hierarchy = TriangleHierarchy;
 
-    static Site canonical_site(const ControlMesh& mesh, const Site& site) {
-        return canonical_triangle_site(mesh, site);
-    }
-    static bool inside(double x, double y) { return x + y <= 1; }
-    static constexpr double k_middle = 1.0 / 3;
-    static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-        return triangle_control_edge(mesh, t, k);
-    }
-    static HalfedgeId control_edge_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-        const LatticePoint p = t.corner[k];
-        if (control_vertex_at(mesh, t, k).valid()) return {};
-        if (p.x + p.y == 1u << t.level) return mesh.next(t.root);
-        return p.y == 0 ? t.root : p.x == 0 ? mesh.prev(t.root) : HalfedgeId{};
-    }
-    static VertexId control_vertex_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-        const LatticePoint p = t.corner[k];
-        if (p == LatticePoint{0, 0}) return mesh.origin(t.root);
-        if (p == LatticePoint{1u << t.level, 0}) return mesh.origin(mesh.next(t.root));
-        return p == LatticePoint{0, 1u << t.level} ? mesh.origin(mesh.prev(t.root)) : VertexId{};
-    }
     static SurfaceParameter parameter(const ControlMesh&, const CellTriangle& t, double b0, double b1, double b2) {
         const auto [x, y] = point_of(t, b0, b1, b2);
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0 - std::clamp(x, 0.0, 1.0))};
-    }
-    static Site corner_site(const ControlMesh&, const CellTriangle& t, std::size_t k) {
-        return {t.root, t.corner[k], t.level};
-    }
-    static Site lattice_site(const ControlMesh&, HalfedgeId root, LatticePoint p, int level) {
-        return {root, p, static_cast<std::uint8_t>(level)};
-    }
-    template <class Value>
-    static auto linear(const ControlMesh& mesh, HalfedgeId root, double x, double y, Value&& corner) {
-        using V = std::remove_cvref_t<decltype(corner(root))>;
-        return V((1 - x - y) * corner(root) + x * corner(mesh.next(root)) + y * corner(mesh.prev(root)));
     }
     static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {
         std::array<double, 3> b{1 - at.x - at.y, at.x, at.y};
@@ -158,21 +83,6 @@ struct LoopFamily {
         at.x = b[1] / sum, at.y = b[2] / sum;
     }
 };
-
-/// Whether edge k of a hierarchy's triangle lies on a boundary, at a hole, or on an infinitely sharp edge.
-template <class Family>
-bool is_hard_edge(const ControlMesh& mesh, const CellTriangle& triangle, std::size_t k) {
-    const HalfedgeId h = Family::control_edge(mesh, triangle, k);
-    if (!h.valid()) return false;
-    const HalfedgeId t = mesh.twin(h);
-    return !t.valid() || mesh.is_hole(mesh.face(t)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
-}
-
-template <class Family>
-std::array<bool, 3> hard_edges(const ControlMesh& mesh, const CellTriangle& triangle) {
-    return {is_hard_edge<Family>(mesh, triangle, 0), is_hard_edge<Family>(mesh, triangle, 1),
-            is_hard_edge<Family>(mesh, triangle, 2)};
-}
 
 /// Distance from q to a nearby point of a surface: Gauss-Newton from `at`, across roots but not across the boundary.
 /// The result is at most the distance to the start, and at least the distance to the surface.

@@ -92,24 +92,6 @@ class BisectionHierarchy : public LatticeView {
     std::vector<LeafId> created_;
 };
 
-/// The control half-edge that contains edge k of a triangle (corner k to corner k + 1); invalid if none. Quad family.
-inline HalfedgeId bisection_control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-    const LatticePoint a = t.corner[k], b = t.corner[(k + 1) % 3];
-    if (a.y == 0 && b.y == 0) return t.root;
-    if (a.x == 0 && b.x == 0) return mesh.prev(t.root);
-    return {};
-}
-
-/// The same for the triangle family.
-inline HalfedgeId triangle_control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-    const LatticePoint a = t.corner[k], b = t.corner[(k + 1) % 3];
-    const std::uint32_t n = 1u << t.level;
-    if (a.y == 0 && b.y == 0) return t.root;
-    if (a.x + a.y == n && b.x + b.y == n) return mesh.next(t.root);
-    if (a.x == 0 && b.x == 0) return mesh.prev(t.root);
-    return {};
-}
-
 /// Triangle quadtrees with red-green closure, adapted to AdaptiveRefinement.
 class TriangleHierarchy : public LatticeView {
   public:
