@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <utility>
 
-// Both versions give the same bits: neither fuses products and sums. ThreadSanitizer is not there yet when the loader
-// chooses between them.
+// Both versions of a function give the same bits, because neither fuses products and sums. ThreadSanitizer builds have
+// one version: the loader would choose before the sanitizer's runtime is ready.
 #if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_THREAD__)
 #    define TETRAKIS_FOR_AVX2_TOO __attribute__((target_clones("avx2", "default")))
@@ -17,14 +17,14 @@
 
 namespace tetrakis::detail {
 
-/// A polynomial of some degree over a triangle in Bernstein-Bezier form: it lies in the convex hull of its control
-/// points, its sides in the hulls of theirs.
+/// A polynomial over a triangle in Bernstein-Bezier form. It lies in the convex hull of its control points, and each
+/// side of it in the convex hull of the control points on that side.
 template <int Degree>
 class BezierTriangle {
   public:
     static constexpr std::size_t k_count = (Degree + 1) * (Degree + 2) / 2;
 
-    /// Number of the control point with exponents Degree - i - j, i, j of corners 0, 1, 2.
+    /// Index of the control point whose exponents at corners 0, 1, 2 are Degree - i - j, i, j.
     static constexpr std::size_t index(int i, int j) {
         return static_cast<std::size_t>(j * (Degree + 1) - j * (j - 1) / 2 + i);
     }
@@ -49,8 +49,8 @@ class BezierTriangle {
         return side;
     }();
 
-    /// The polar form with all but N of its arguments at a point: the last but N rows of de Casteljau's algorithm.
-    /// Their differences are derivatives there.
+    /// The polar form with Degree - N arguments equal to `at`: the control net after Degree - N steps of de Casteljau's
+    /// algorithm. Differences of its points give the derivatives at `at`.
     template <int N>
     BezierTriangle<N> around(const std::array<double, 3>& at) const {
         if constexpr (N == Degree) {
@@ -95,7 +95,7 @@ class BezierTriangle {
     }
 
   private:
-    /// Gives the polar form `left` more arguments, from corner `first` on, after i times corner 1 and j times corner 2.
+    /// Inserts the last `left` arguments, from corner `first` on; i of the earlier ones are corner 1, j are corner 2.
     void take_arguments(const std::array<Vec3d, k_count>& polar, int left,
                         const std::array<std::array<double, 3>, 3>& corners, std::size_t first, int i, int j) {
         if (left == 0) {
@@ -103,7 +103,7 @@ class BezierTriangle {
             return;
         }
         for (std::size_t k = first; k < 3; ++k) {
-            // One step of de Casteljau's algorithm; rows of `polar` have one point less than those before.
+            // One step of de Casteljau's algorithm; each row of `polar` has one point less than the row before.
             std::array<Vec3d, k_count> next;
             std::size_t out = 0, row = 0;
             for (int n = left; n > 0; row += static_cast<std::size_t>(n) + 1, --n)

@@ -8,7 +8,7 @@ namespace {
 
 using Rows4 = std::array<Weights4, 4>;
 
-/// Weights of a curve's control points in those of its part over [low, high].
+/// Row i: weights of a curve's control points in control point i of its part over [low, high].
 Rows4 rows_over(double low, double high) {
     const double h = high - low;
     Rows4 rows;
@@ -17,7 +17,7 @@ Rows4 rows_over(double low, double high) {
     return rows;
 }
 
-/// Rows by those of other rows.
+/// Matrix product.
 Rows4 product(const Rows4& a, const Rows4& b) {
     Rows4 rows{};
     for (std::size_t i = 0; i < 4; ++i)
@@ -35,13 +35,13 @@ CreasePieces pieces_of(float sharpness) {
     const auto add = [&](const CreasePieces::Piece& piece) {
         out.piece[static_cast<std::size_t>(out.count++)] = piece;
     };
-    // Its points at level `floor`, with the real one beyond the crease.
+    // Control points at level `floor`; row 0 is the actual point beyond the crease, not its reflection.
     Rows4 level = product(rows_over(0, h), k_sharp);
     level[0] = {h, 1 - h, 0, 0};
     if (fraction == 0) {
         add({0, h, 0, h, level});
     } else {
-        // The smooth rule's halves, but for the point on the crease.
+        // Both halves by the smooth rule, except that the point on the crease is blended.
         Rows4 low = product(rows_over(0, 0.5), level), high = product(rows_over(0.5, 1), level);
         for (std::size_t j = 0; j < 4; ++j)
             low[1][j] = high[0][j] = fraction * level[1][j] + (1 - fraction) * low[1][j];

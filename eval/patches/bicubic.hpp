@@ -60,15 +60,15 @@ struct SideCrease {
     std::int8_t side = -1;
     float sharpness = 0;
     explicit operator bool() const { return side >= 0; }
-    /// Across which it lies: 0 x, 1 y.
+    /// Parameter axis across the crease: 0 for x, 1 for y.
     int axis() const { return side == 0 || side == 2 ? 1 : 0; }
-    /// The crease is at 1, not at 0.
+    /// Whether the crease is at 1, not at 0, of that axis.
     bool far() const { return side == 1 || side == 2; }
 };
 
-/// Where the across-crease curve is one cubic: pieces, ascending, with the weights of their control points.
-/// t = 0 is the crease; p_-1 lies beyond it. With s = floor + fraction: [2^-floor, 1] follows the infinitely sharp
-/// rule; [0, 2^-floor] the smooth rule after one blended step, if there is a fraction.
+/// The curve across a crease, as cubic B-spline pieces in ascending order. Parameter t = 0 is on the crease; control
+/// point p_-1 lies beyond it. For sharpness floor + fraction, [2^-floor, 1] follows the infinitely sharp rule. [0,
+/// 2^-floor] follows the smooth rule, after one blended step if the fraction is not 0.
 struct CreasePieces {
     struct Piece {
         double begin, end;
@@ -85,14 +85,14 @@ struct CreasePieces {
     }
 };
 
-/// Of a sharpness; known from this thread's last call where that asked for the same one.
+/// Pieces for a sharpness. A thread caches its last result; the reference is valid until the thread's next call.
 const CreasePieces& crease_pieces(float sharpness);
 
-/// The net of the part of a cell over [low.x, high.x] x [low.y, high.y] that follows one piece of the curve across its
-/// crease, if it has one: that is one bicubic patch.
+/// Control net of a cell over [low.x, high.x] x [low.y, high.y]: one bicubic patch. If the cell has a crease, the
+/// rectangle must lie in piece `piece` of the curve across it.
 Net16 net_over(const Net16& net, SideCrease crease, int piece, const Vec2d& low, const Vec2d& high);
 
-/// Basis of the curve across a crease, or its first or second derivative, by the parameter of the cell.
+/// Basis of the curve across a crease, or its first or second derivative, at parameter t of the cell.
 Weights4 crease_basis(SideCrease crease, double t, int derivative);
 
 /// Basis of a regular or single-crease cell along an axis, or its first or second derivative.

@@ -6,14 +6,14 @@ namespace {
 
 using Quartic = BezierTriangle<4>;
 
-// Bernstein coefficients of the basis functions by symmetry classes, 12 times their value; u, v, w are the exponents of
-// the corners they are near. A point beside one corner u, on the side of v.
+// Bernstein coefficients of the basis functions, times 12; u, v, w are exponents of the triangle's corners. single():
+// the basis function's point is a neighbour of corner u alone, on the side of v.
 constexpr double single(int u, int v) { return u == 4 ? 1 : u == 3 && v == 1 ? 0.5 : 0; }
-// A point across the edge of u and v.
+// The basis function's point lies across the edge of corners u and v.
 constexpr double across(int u, int v, int w) {
     return w == 0 ? (u == 2 ? 2 : u == 1 || v == 1 ? 1.5 : 1) : w == 1 ? 0.5 : 0;
 }
-// The corner u itself; symmetric in v and w.
+// The basis function's point is corner u; symmetric in v and w.
 constexpr double corner(int u, int v, int w) {
     if (u >= 3) return 6;
     if (u == 2) return v == 1 ? 5 : 4;
@@ -23,7 +23,7 @@ constexpr double corner(int u, int v, int w) {
 
 constexpr double k_scale = 1.0 / 12;
 
-/// By control point, and the same by point of the net.
+/// k_rows[i][k]: weight of net point k in Bezier control point i; k_columns is the transpose.
 constexpr auto k_rows = [] {
     std::array<std::array<double, 12>, Quartic::k_count> table{};
     for (int j = 0; j <= 4; ++j)

@@ -11,10 +11,10 @@ namespace tetrakis::detail {
 using Bary = std::array<double, 3>;
 inline Bary bary(const Vec2d& p) { return {1 - p.x - p.y, p.x, p.y}; }
 
-/// The 12 control points around a regular triangle of a Loop mesh (quartic box spline, directions each twice). With the
-/// triangle's corners at (0,0) (1,0) (0,1) of the triangular lattice:
-/// [0..2] the corners; [3..6] (-1,1) (-1,0) (0,-1) (1,-1): the rest of the ring of (0,0), counter-clockwise; [7..9]
-/// (2,-1) (2,0) (1,1): of (1,0); [10, 11] (0,2) (-1,2): of (0,1).
+/// The 12 control points around a regular triangle of a Loop mesh (quartic box spline, each direction twice). With the
+/// triangle's corners at (0,0) (1,0) (0,1) of the triangular lattice: [0..2] are the corners; [3..6] (-1,1) (-1,0)
+/// (0,-1) (1,-1) complete the ring of (0,0), counter-clockwise; [7..9] (2,-1) (2,0) (1,1) complete the ring of (1,0);
+/// [10, 11] (0,2) (-1,2) complete the ring of (0,1).
 using Net12 = std::array<Vec3d, 12>;
 
 /// The patch as a polynomial of degree 4. Source: Stam 1998 (subdivision surfaces of Loop), appendix A, in another

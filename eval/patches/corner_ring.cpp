@@ -30,8 +30,8 @@ std::vector<float> by_spoke(const CornerRing& ring, float CornerRing::Spoke::*sh
 
 bool is_crease(const CornerRing::Spoke& s) { return is_sharp(s.sharpness); }
 
-/// Masks of a sector or of a whole ring. Where there is no tangent plane at a corner, they give the plane that fits the
-/// edges.
+/// Limit masks of a sector or of a whole ring. At a corner without a tangent plane, the tangent masks span a plane
+/// fitted to the edges.
 ClosedMasks masks_of(SchemeKind scheme, const FanShape& shape) {
     const SchemeInfo& info = *find_scheme(name(scheme));
     if (!shape.corner) return limit_masks(info, shape, {});
@@ -52,7 +52,7 @@ const ClosedMasks& known_masks(SchemeKind scheme, const FanShape& shape) {
     return at != known.end() ? at->second : known.try_emplace({scheme, shape}, masks_of(scheme, shape)).first->second;
 }
 
-/// A mask's sum of differences from the centre, because a far origin must not cost digits. Zero if it is only rounding.
+/// A mask applied to differences from the centre, so that a far origin costs no digits. Zero if it is only rounding.
 /// @param first  the spoke on which the mask's sector 0 begins
 Vec3d weighed(const CornerRing& ring, const ClosedMasks::Mask& mask, int first) {
     constexpr double k_rounding = 1e-12;
@@ -143,7 +143,7 @@ CornerRing side_ring(const CornerRing& from, const CornerRing& to, const CornerR
     ring.chaikin = from.chaikin;
     ring.boundary = from.boundary && from.cell == 0;
     ring.centre = from.edge_point(from.cell);
-    // The ends' rings one level down give the halves of the halves.
+    // The ends' rings one level down give the sharpness of each half's own half.
     const auto add_half = [&](const CornerRing& child, int spoke, const Vec3d& face) {
         const CornerRing::Spoke& s = child.spoke(spoke);
         ring.spokes.push_back({child.centre, face, s.sharpness, 0, s.near_half});
@@ -266,7 +266,7 @@ CornerRing control_ring(const ControlMesh& mesh, SchemeKind scheme, HalfedgeId h
 float half_sharpness(const ControlMesh& mesh, HalfedgeId h) {
     const float s = mesh.sharpness(mesh.edge(h));
     if (mesh.crease_method() != CreaseMethod::chaikin || !is_semi_sharp(s)) return child_sharpness(s);
-    std::vector<float> around;  // infinite ones do not weigh in
+    std::vector<float> around;  // infinite ones do not count in the mean
     for_each_outgoing(mesh, mesh.origin(h), [&](HalfedgeId o) { around.push_back(mesh.sharpness(mesh.edge(o))); });
     return child_sharpness_chaikin(s, around);
 }

@@ -12,9 +12,8 @@
 
 namespace tetrakis::detail {
 
-/// A corner of a cell of Catmull-Clark or Loop with everything around it that its rules look at. A ring evolves from
-/// level to level by itself: the next ring are the vertex point and the edge points around it and, of quads, the face
-/// points.
+/// A corner of a Catmull-Clark or Loop cell, with the points and tags around it that the rules use. A ring determines
+/// the ring of the next level: the vertex point, the edge points around it and, for Catmull-Clark, the face points.
 struct CornerRing {
     /// An edge at the centre.
     struct Spoke {
@@ -28,8 +27,8 @@ struct CornerRing {
     Vec3d centre{0};
     float sharpness = 0;        ///< of the centre
     bool boundary = false;      ///< the first and last spokes are boundary edges
-    bool chaikin = false;       ///< how sharpness passes on
-    int cell = 0;               ///< the cell lies between spokes cell, towards its next corner, and cell + 1
+    bool chaikin = false;       ///< sharpness is refined by Chaikin's method
+    int cell = 0;               ///< the cell lies between spokes `cell` (to its next corner) and `cell` + 1
     std::vector<Spoke> spokes;  ///< counter-clockwise
 
     int size() const { return static_cast<int>(spokes.size()); }
@@ -39,20 +38,20 @@ struct CornerRing {
 
     /// Fills the spokes' near_half from their sharpness.
     void halve();
-    /// Of the face between a spoke and the next one.
+    /// Face point of the face between a spoke and the next one; quads.
     Vec3d face_point(int spoke) const;
     Vec3d edge_point(int spoke) const;
     Vec3d vertex_point() const;
     /// The ring one level further down, around the same vertex.
     CornerRing child() const;
 
-    /// No tag that will go away.
+    /// Whether no tag is semi-sharp, so that all later levels have the same tags.
     bool is_stationary() const;
-    /// Interior, and nothing sharp.
+    /// Whether the centre is interior, and neither it nor a spoke is sharp.
     bool is_smooth() const;
-    /// The faces between two sharp spokes, one of which is the face after spoke `at`; empty if fewer spokes are sharp.
+    /// The faces between two sharp spokes, among them the face after spoke `at`; empty if fewer than two are sharp.
     struct Sector {
-        int first, faces;  ///< the first spoke, at most `at`
+        int first, faces;  ///< the first spoke (at most `at`, maybe negative); number of faces
         bool corner;       ///< the centre, or a third spoke, is sharp
     };
     std::optional<Sector> sector(int at) const;
@@ -70,9 +69,10 @@ struct CornerRing {
 CornerRing side_ring(const CornerRing& from, const CornerRing& to, const CornerRing& from_child,
                      const CornerRing& to_child);
 
-/// The ring of a control vertex; its cell is at a half-edge that leaves the vertex.
-/// @param face_points  of Catmull-Clark, by face. Each face counts as a quad with such a far corner that its centre is
-///                     this point
+/// The ring of the control vertex that half-edge `h` leaves; its cell is on the left of `h`.
+/// @param face_points  by face, for Catmull-Clark. Spoke::face is chosen such that the mean of the quad's corners is
+/// this
+///                     point
 CornerRing control_ring(const ControlMesh& mesh, SchemeKind scheme, HalfedgeId h,
                         std::span<const Vec3d> face_points = {});
 
@@ -84,13 +84,13 @@ template <std::size_t Corners>
 struct CellRings {
     std::array<CornerRing, Corners> corner;
 
-    /// Of the side from corner k to the next one.
+    /// Sharpness of the side from corner k to the next one.
     float side_sharpness(std::size_t k) const { return corner[k].spoke(corner[k].cell).sharpness; }
 
-    /// The quarters at the corners, whose frames are the cell's: corner k of quarter k is corner k of the cell. Of a
-    /// triangle also [3] the centre, with corner k on the side opposite corner k.
+    /// The four quarters. Corner k of quarter k is corner k of the cell. For triangles [3] is the central one; its
+    /// corner k is the midpoint of the side opposite corner k.
     std::array<CellRings, 4> children() const;
-    /// All points; the limit surface over the cell is in their convex hull.
+    /// All points of the rings; the limit surface over the cell lies in their convex hull.
     std::vector<Vec3d> points() const;
     std::size_t memory_bytes() const;
 };

@@ -13,14 +13,14 @@
 namespace tetrakis {
 
 /// The limit surface of Catmull-Clark or Loop, exact at any point, by a patch tree over the control mesh
-/// (eval/patches/README.md). The plain rules only. Keeps a reference to the mesh; thread-safe; a result depends on its
-/// arguments alone.
+/// (eval/patches/README.md). Corner angles are not supported. Keeps a reference to the mesh; thread-safe; a result
+/// depends on its arguments alone.
 ///
-/// A Hierarchy takes its limit points from here, too (HierarchyOptions::limit_positions): in half the time of those by
-/// the scheme's rules, which they equal to rounding error.
+/// A Hierarchy can take its limit points from here (HierarchyOptions::limit_positions). They equal those by the
+/// scheme's rules to rounding error, and take half the time.
 ///
-/// Cost: building it O(half-edges); then about one patch a point. Sources: Stam 1998 (extraordinary points); Niessner
-/// et al. 2012 (semi-sharp creases), in closed form here.
+/// Cost: O(half-edges) to build; then about one patch evaluation per point. Sources: Stam 1998 (extraordinary points);
+/// Niessner et al. 2012 (semi-sharp creases), in closed form here.
 class LimitSurface final : public PositionSource {
   public:
     /// @throws Error  invalid_input: Loop, and a face is not a triangle; unsupported: corner angles; memory_limit
@@ -30,15 +30,15 @@ class LimitSurface final : public PositionSource {
 
     /// Position, derivatives by x and y, and normal at parameters of a root. Catmull-Clark: of the half-edge's corner
     /// cell, in [0, 1]^2; (0, 0) is the vertex, (1, 1) the centre of the face. Loop: of the triangle of the half-edge,
-    /// its face's first one; x, y >= 0, x + y <= 1. On creases and at corners, of this root's side.
+    /// its face's first one; x, y >= 0, x + y <= 1. On creases and at corners, values are of this root's side.
     /// @throws Error  invalid_input: no such root, or parameters outside of it
     SurfacePoint evaluate(HalfedgeId root, double x, double y) const;
-    /// Position and normal of a vertex, with first derivatives: on an infinitely sharp edge with the mean of the
+    /// Position, first derivatives and normal of a vertex. On an infinitely sharp edge the normal is the mean of the
     /// normals on both sides.
     /// @throws Error  invalid_input: no site of a root
     SurfacePoint vertex(const Site& site) const;
     /// @param sites  of corner cells (Catmull-Clark) or face triangles (Loop), of levels up to k_max_level
-    /// @throws Error  invalid_input: another one, or the spans differ in length
+    /// @throws Error  invalid_input: any other site, or spans of different lengths
     void positions(std::span<const Site> sites, std::span<Vec3d> out) const override;
 
     /// Bytes of the trees, which grow with the points asked for.

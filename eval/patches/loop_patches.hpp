@@ -22,13 +22,13 @@ struct LoopShape {
     static Vec3d position(const Net12& net, const Vec2d& at) {
         return is_cell_corner(at) ? box_spline_corner(net, quarter_of(at, 3)) : box_spline_position(net, bary(at));
     }
-    /// Without the normal.
+    /// Position and derivatives, without the normal.
     static SurfacePoint evaluate(const Net12& net, const Vec2d& at, bool second);
 
-    /// The neighbours of a corner beyond the cell's sides, counter-clockwise, with which the regular rules give what
-    /// its ring's rules give, at this level and below, on the cell's side; empty if there are none. Across a boundary
-    /// or crease with three triangles on the cell's side the missing neighbours are reflected: c + p_0 - p_1; at a
-    /// corner with a single triangle, through the centre too. Or as many as there are, at a smooth corner.
+    /// The corner's neighbours outside the cell, counter-clockwise. With them, the smooth rules give on the cell's side
+    /// what the ring's rules give, at this level and below. Empty if no such points exist. At a smooth corner they are
+    /// the ring's own. At a boundary or crease with three triangles on the cell's side, missing ones are reflected: c +
+    /// p_0 - p_1; at a corner with a single triangle, through the centre too.
     static std::vector<Vec3d> beyond(const CornerRing& ring);
 };
 
@@ -53,10 +53,10 @@ class LoopPatches final : public PatchTree<detail::LoopShape> {
 
   private:
     void build_root(HalfedgeId root, detail::LoopNode& node) const override;
-    /// Of a root with smooth corners, from one that is extraordinary on; nothing: it is none.
-    /// @param turn  receives the root's corner that is the star's first one
+    /// Star of a root with smooth corners, from an extraordinary one on if there is any; empty for other roots.
+    /// @param turn  receives the number of the root's corner that is corner 0 of the star
     std::optional<detail::LoopStar> root_star(HalfedgeId root, int& turn) const;
-    /// Around a corner of a root.
+    /// Ring of a corner of a root.
     detail::CornerRing root_ring(HalfedgeId root, std::uint32_t corner) const;
 };
 

@@ -46,15 +46,15 @@ struct PatchNode : PoolNew {
     std::uint8_t turn = 0;  ///< star: the corner of the cell that is (0, 0) of the star
     std::uint8_t depth = 0;
     std::atomic<PatchQuarters<Shape>*> quarters{nullptr};
-    std::atomic<std::uint64_t>* bytes = nullptr;  ///< of the tree and its siblings: grows with them
-    typename Shape::Patch patch;                  ///< irregular: the limit positions of the corners alone
+    std::atomic<std::uint64_t>* bytes = nullptr;  ///< bytes of all trees, to which a node adds what it grows
+    typename Shape::Patch patch;                  ///< irregular cells: only the corners' limit positions
     std::unique_ptr<const Star> star;
     std::unique_ptr<Rings> rings;  ///< generic
 
     PatchNode() = default;
     PatchNode(const PatchNode&) = delete;
     PatchNode& operator=(const PatchNode&) = delete;
-    /// Forgets what has grown, however deep; nobody else may be reading it.
+    /// Deletes all cells below; no other thread may be reading them.
     ~PatchNode() { delete quarters.load(std::memory_order_acquire); }
 
     /// The four quarters, grown at the first call; every thread would build the same bits.
@@ -64,14 +64,14 @@ struct PatchNode : PoolNew {
         return kind == Kind::regular ? Shape::position(patch, cell_corner(k, k_corners))
                                      : Shape::corner_point(patch, k);
     }
-    /// Which corner of its star a corner of the cell is.
+    /// Number in the star of a corner of the cell.
     int in_star(int corner) const { return (corner - turn + k_corners) % k_corners; }
-    /// The corner of an irregular cell that a point is, or is as good as; -1: none.
+    /// The corner of an irregular cell at a point, or for it in a cell too small for more points; -1: none.
     int corner_at(const Vec2d& at) const {
         constexpr int k_deepest = 52;  // below this a cell is a point: parameters have no more bits
         return is_cell_corner(at) || depth > k_deepest ? quarter_of(at, k_corners) % k_corners : -1;
     }
-    /// Becomes the cell of a star, whose corner (0, 0) is one of the cell's.
+    /// Becomes the cell of a star; `corner` is the cell's corner that is (0, 0) of the star.
     void become(Star of, int corner) {
         if (of.regular()) {
             patch = typename Shape::Patch{net_of(of, corner)};
@@ -82,7 +82,7 @@ struct PatchNode : PoolNew {
         star = std::make_unique<const Star>(std::move(of));
         for (int k = 0; k < k_corners; ++k) Shape::set_corner_point(patch, k, detail::corner_limit(*star, in_star(k)));
     }
-    /// Becomes the cell of these rings, as simple as represents it exactly.
+    /// Becomes the cell of these rings: regular or a star if that represents it exactly, else generic.
     void become(Rings of) {
         if (become_simpler(of)) return;
         kind = Kind::generic;
@@ -90,7 +90,7 @@ struct PatchNode : PoolNew {
         for (int k = 0; k < k_corners; ++k)
             Shape::set_corner_point(patch, k, rings->corner[static_cast<std::size_t>(k)].limit().position);
     }
-    /// Becomes the regular cell or star that rings are, or can be made; false if they are neither.
+    /// Becomes a regular cell or a star if one represents the rings exactly; else returns false.
     bool become_simpler(const Rings& of) {
         constexpr int k_per_edge = Star::k_per_edge;
         std::array<std::vector<Vec3d>, Shape::k_corners> beyond;
@@ -132,7 +132,7 @@ struct PatchNode : PoolNew {
     }
 };
 
-/// What a node grows, in one block.
+/// The four quarters of a node, allocated as one block.
 template <class Shape>
 struct PatchQuarters : PoolNew {
     std::array<PatchNode<Shape>, 4> cell;
@@ -169,10 +169,10 @@ const PatchNode<Shape>* PatchNode<Shape>::grown() const {
 
 }  // namespace detail
 
-/// Patch trees of a control mesh: exact evaluation of the limit surface anywhere. One tree per root; leaves are regular
-/// patches, boundary and crease patches included; all grow where they are asked for, below a root towards irregular
-/// places only, and can be forgotten again. Thread-safe but for that; a result depends on its arguments alone. Source:
-/// Stam 1998.
+/// Patch trees of a control mesh: exact evaluation of the limit surface at any point. There is one tree per root; its
+/// leaves are regular patches, boundary and crease patches included. Trees grow on demand, below a root towards
+/// irregular points only, and can be deleted. Thread-safe but for deletion; a result depends on its arguments alone.
+/// Source: Stam 1998.
 template <class Shape>
 class PatchTree {
   public:
@@ -182,7 +182,7 @@ class PatchTree {
 
     const ControlMesh& mesh() const { return mesh_; }
 
-    /// The limit surface at parameters (x, y) of a root. On creases and at corners, of this root's side.
+    /// The limit surface at parameters (x, y) of a root. On creases and at corners, values are of this root's side.
     SurfacePoint evaluate(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, true); }
     /// The same without second derivatives: cheaper, and the same bits.
     SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
@@ -202,19 +202,19 @@ class PatchTree {
     /// Bytes of everything, of trees (forgettable_bytes()) as well.
     std::uint64_t memory_bytes() const { return roots_.size() * sizeof(roots_[0]) + forgettable_bytes(); }
     std::uint64_t forgettable_bytes() const { return tree_bytes_.load(std::memory_order_relaxed); }
-    /// What trees may take before they should be forgotten: enough for all of an ordinary model's.
+    /// Bytes that trees may take before they should be deleted: enough for all trees of an ordinary model.
     std::uint64_t bytes_to_keep() const {
         constexpr std::uint64_t k_least = 16 << 20, k_of_root = 256;
         return std::max(k_least, k_of_root * roots_.size());
     }
-    /// Forgets all trees; nobody else may be reading, and nodes are no longer valid.
+    /// Deletes all trees and so all nodes; no other thread may be reading them.
     void forget_trees() const {
         for_each_index(
             static_cast<std::uint32_t>(roots_.size()),
             [&](std::uint32_t root) { delete roots_[root].exchange(nullptr, std::memory_order_acquire); }, 1024);
         tree_bytes_.store(0, std::memory_order_relaxed);
     }
-    /// Forgets the tree of one root, which nobody else may be reading.
+    /// Deletes the tree of one root, which no other thread may be reading.
     void forget_tree(HalfedgeId root) const {
         const std::unique_ptr<Node> tree(roots_[root.value].exchange(nullptr, std::memory_order_acquire));
         if (!tree) return;
@@ -242,7 +242,7 @@ class PatchTree {
     explicit PatchTree(const ControlMesh& mesh) : mesh_(mesh), roots_(mesh.halfedge_count()) {}
     ~PatchTree() { forget_trees(); }
 
-    /// Makes a fresh node the cell of a root.
+    /// Makes a new node the cell of a root.
     virtual void build_root(HalfedgeId root, Node& node) const = 0;
 
     const ControlMesh& mesh_;
@@ -251,7 +251,7 @@ class PatchTree {
     SurfacePoint evaluate(HalfedgeId root, double x, double y, bool second) const {
         const Node* node = &root_node(root);
         Vec2d at(x, y);
-        std::optional<Vec3d> kept;  // the same bits as position()
+        std::optional<Vec3d> kept;  // with the bits of position()
         double scale = 1;
         while (node->kind != Node::Kind::regular) {
             if (const int corner = node->corner_at(at); corner >= 0) {
@@ -286,16 +286,16 @@ class PatchTree {
         return *fresh.release();
     }
 
-    mutable detail::PoolVector<std::atomic<Node*>> roots_;  ///< null until asked for
+    mutable detail::PoolVector<std::atomic<Node*>> roots_;  ///< null until first used
     mutable std::atomic<std::uint64_t> tree_bytes_{0};
 };
 
 namespace detail {
 
-/// for_each_reported over what asks patches, in batches after each of which large trees are forgotten: some are grown
-/// again, but memory does not grow with the number of irregular places. Batches are as long as what grows meanwhile
-/// allows.
-/// @param patches  null: none are asked
+/// for_each_reported() for a body that evaluates patches. After each batch, all trees are deleted if they take more
+/// than bytes_to_keep(). Some are grown again, but memory does not grow with the number of irregular cells. A batch is
+/// half as long as the last one if trees have grown much, else twice as long.
+/// @param patches  null: the body evaluates none
 template <class Patches, class Body>
 void for_each_batch(const Patches* patches, std::uint32_t count, std::uint32_t grain, const RunContext& context,
                     std::string_view stage, double from, double to, Body&& body) {

@@ -27,7 +27,7 @@ std::vector<Vec3d> QuadShape::beyond(const CornerRing& ring) {
     if (!ring.is_stationary()) {
         if (ring.boundary || ring.size() != 4 || ring.sharpness != 0) return {};
         const int along = is_sharp(sharpness(0)) ? 0 : 1;
-        // By Chaikin's method an edge's halves, and so the levels to come, depend on the next edges.
+        // With Chaikin's method an edge's halves, and so all later levels, depend on adjacent edges.
         const auto even = [&](int i) {
             const CornerRing::Spoke& s = ring.spoke(ring.cell + i);
             return !ring.chaikin || s.near_half == s.far_half;
@@ -62,7 +62,7 @@ using detail::QuadNode;
 
 namespace {
 
-/// What the rings of the largest face or vertex take: each of its corner cells keeps all of its own.
+/// Bytes of the rings around the largest face or vertex: each corner cell there keeps a ring of its own.
 std::uint64_t ring_bytes(const ControlMesh& mesh) {
     std::uint64_t bytes = 0;
     const auto add = [&](std::uint64_t n) { bytes = std::max(bytes, n * 2 * (n + 4) * sizeof(Vec3d)); };
@@ -74,7 +74,7 @@ std::uint64_t ring_bytes(const ControlMesh& mesh) {
 
 const ControlMesh& checked(const ControlMesh& mesh, const RunContext& context) {
     detail::refuse_corner_angles(mesh);
-    // Beside the trees: a pointer for each half-edge, two points for each edge or so.
+    // Besides the trees: a pointer for each half-edge, and about two points for each edge.
     constexpr std::uint64_t k_of_root = sizeof(QuadNode*) + sizeof(Vec3d);
     detail::check_memory("the patch trees need", mesh.halfedge_count() * k_of_root + ring_bytes(mesh),
                          context.max_memory_bytes,

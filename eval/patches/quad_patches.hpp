@@ -26,13 +26,13 @@ struct QuadShape {
     static Vec3d position(const Patch& patch, const Vec2d& at) {
         return regular_position(patch.net, patch.crease, at.x, at.y);
     }
-    /// Without the normal.
+    /// Position and derivatives, without the normal.
     static SurfacePoint evaluate(const Patch& patch, const Vec2d& at, bool second);
 
-    /// The points around a corner beyond the cell's sides, counter-clockwise from (-1, 0) to (0, -1) as seen from
-    /// there, with which the regular rules give what its ring's rules give, at this level and below, on the cell's
-    /// side; but for a crease of finite sharpness along one side. Empty if there are none. Beyond infinitely sharp
-    /// sides p_-1 = 2 p_0 - p_1 makes the B-spline rules those of the boundary.
+    /// The points around a corner outside the cell, counter-clockwise from (-1, 0) to (0, -1) as seen from the corner.
+    /// With them, the smooth rules give on the cell's side what the ring's rules give, at this level and below, except
+    /// for a crease of finite sharpness along one side. Empty if no such points exist. Beyond infinitely sharp sides,
+    /// p_-1 = 2 p_0 - p_1 turns the B-spline rules into those of the boundary.
     static std::vector<Vec3d> beyond(const CornerRing& ring);
 };
 
@@ -69,7 +69,7 @@ class QuadPatches final : public PatchTree<detail::QuadShape> {
     detail::CellRings<4> root_rings(HalfedgeId root) const;
 
     std::vector<Vec3d> first_;          ///< level-1 points: vertices, edges, faces
-    std::vector<std::uint8_t> smooth_;  ///< per vertex: interior, nothing sharp at level 1
+    std::vector<std::uint8_t> smooth_;  ///< per vertex: whether it is interior with nothing sharp at level 1
 };
 
 }  // namespace tetrakis

@@ -28,7 +28,7 @@ Net16 net_of(const QuadStar& star, int corner) {
 }
 
 void subdivide(const QuadStar& star, std::array<QuadStar, 4>& quarters) {
-    // A quarter's point i + 1 belongs to neighbour i of its corner of the star: an edge's point or a face's.
+    // Point i + 1 of a quarter belongs to ring point i of its corner of the star: an edge point or a face point.
     for (int k = 0; k < 4; ++k) {
         QuadStar& quarter = quarters[static_cast<std::size_t>(k)];
         const int n = star.valence_of(k);
