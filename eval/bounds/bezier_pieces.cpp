@@ -41,7 +41,7 @@ std::array<double, 3> polar_weights(const std::array<double, 2>& at) {
     return {(1 - u) * (1 - v) / 2, (1 - u) * (1 + v) / 2 + u * (2 - v) / 2, u * v / 2};
 }
 
-/// For each control point over a triangle, with these coordinates of its corners.
+/// polar_weights() for each control point over a triangle whose corners have the coordinates `at` on one axis.
 template <int D>
 auto weights_over(const std::array<double, 3>& at) {
     std::array<std::array<double, D + 1>, BezierTriangle<D>::k_count> weights;
@@ -135,7 +135,7 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
     const auto beside = [&](int i) { return net[k_around[static_cast<std::size_t>(i) % 8]]; };
     const int s = 2 * side;
     const Vec3d &own = net[4], before = beside(s + 7), next = beside(s + 1), after = beside(s + 3);
-    BezierTriangle<2> quarter;  // the cell's centre, the side's start and end
+    BezierTriangle<2> quarter;  // its corners: the cell's centre, the side's start and end
     quarter(0, 0) = 0.5 * own + 0.125 * (net[1] + net[3] + net[5] + net[7]);
     quarter(1, 0) = 0.25 * (2.0 * own + before + next);
     quarter(0, 1) = 0.25 * (2.0 * own + next + after);
@@ -143,7 +143,7 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
     quarter(1, 1) = 0.5 * (own + next);
     quarter(0, 2) = 0.25 * (own + next + beside(s + 2) + after);
     const auto from_centre = [](int c) { return cell_corner(c % 4, 4) - Vec2d(0.5); };
-    const Vec2d start = from_centre(side), end = from_centre(side + 1);  // at a right angle
+    const Vec2d start = from_centre(side), end = from_centre(side + 1);  // perpendicular
     std::array<std::array<double, 3>, 3> at;
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec2d p = triangle[k] - Vec2d(0.5);

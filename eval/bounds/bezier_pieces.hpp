@@ -11,14 +11,14 @@ namespace tetrakis::detail {
 /// 3 x 3 control points, row by row.
 using Net9 = std::span<const Vec3d, 9>;
 
-/// A bicubic patch over a triangle in its parameters is a polynomial of degree 6: the weights of the net's points, in
-/// its order, in the control points of the polynomial.
+/// A bicubic patch over a triangle in its parameters is a polynomial of degree 6. Entry [p][i] is the weight of net
+/// point p in control point i of that polynomial.
 using SexticWeights = std::array<std::array<double, BezierTriangle<6>::k_count>, 16>;
 SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle);
 BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights);
 
 /// Bound on |S - L| over a triangle of a bicubic patch, L the linear interpolant of its corners: with u and v two
-/// sides, (|S_uu| + 2 |S_uv| + |S_vv|) / 8 (Filip, Magedson, Markot 1986). Tightest with the longest side first.
+/// sides, (|S_uu| + 2 |S_uv| + |S_vv|) / 8 (Filip, Magedson, Markot 1986). Tightest if side 0 is longest.
 double bicubic_deviation(const Net16& net, const std::array<Vec2d, 3>& triangle);
 
 /// A biquadratic patch (Doo-Sabin) over a triangle in its parameters: a polynomial of degree 4.
@@ -29,8 +29,8 @@ BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& 
 /// @param side  of the cell, 0 to 3: the triangle lies between that side and the centre
 BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::array<Vec2d, 3>& triangle);
 
-/// Bound on |S - L| over a regular triangle of a Loop surface, L the linear interpolant of its corners. A triangle
-/// within whose sides are those of this one times h has at most h^2 times that.
+/// Bound on |S - L| over a regular triangle of a Loop surface, L the linear interpolant of its corners. A triangle in
+/// it whose sides are parallel to its sides and h times as long has at most h^2 times this bound.
 double linear_deviation(const Net12& net);
 
 }  // namespace tetrakis::detail

@@ -158,8 +158,8 @@ template <class Shape>
 double CellBounder<Shape>::corner_error_in(const Node& cell, const Piece& piece) const {
     std::array<Vec3d, 4> of_cell{};
     for (int k = 0; k < k_corners; ++k) of_cell[static_cast<std::size_t>(k)] = cell.corner(k);
-    // A bilinear function is off the one linear between its values at the piece's corners by its twist times what x y
-    // is: a quarter of |dx dy| along a side at most.
+    // A bilinear function differs from the linear interpolant of the piece's corners by its twist times the same
+    // difference of x y: at most a quarter of |dx dy| along a side.
     std::array<Vec3d, 3> corner;
     double bend = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -190,19 +190,19 @@ void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int
     const auto longest = std::ranges::max_element(length) - length.begin();
     std::ranges::rotate(at, at.begin() + longest);
     std::ranges::rotate(edge, edge.begin() + longest);
-    // The net of no more than the piece.
+    // The control net over the piece's bounding box alone.
     const Vec2d low = glm::min(glm::min(at[0], at[1]), at[2]), high = glm::max(glm::max(at[0], at[1]), at[2]);
     const bool whole = !cell.crease && low == Vec2d(0) && high == Vec2d(1);
     const detail::Net16 net = whole ? cell.net : net_over(cell.net, cell.crease, strip, low, high);
     for (Vec2d& p : at)
         for (int k = 0; k < 2; ++k) p[k] = high[k] > low[k] ? (p[k] - low[k]) / (high[k] - low[k]) : 0;
-    double off = 0;  // of its corners; a leaf's are the triangle's
+    double off = 0;  // error at the piece's corners; a leaf's corners are the triangle's
     if (!is_leaf) {
         std::array<Vec3d, 3> corners;
         for (std::size_t k = 0; k < 3; ++k) corners[k] = face_.local(regular_position(net, {}, at[k].x, at[k].y));
         off = corner_error(corners, edge);
     }
-    // Most pieces need no more.
+    // This bound settles most pieces.
     if (settled(detail::bicubic_deviation(net, at) + off + pad_)) return;
     detail::Net16 local;
     for (int y = -1; y <= 2; ++y)

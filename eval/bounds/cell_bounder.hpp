@@ -31,20 +31,20 @@ class CellBounder : private detail::PatchBounder {
   public:
     explicit CellBounder(const PatchTree<Shape>& patches);
 
-    /// The error of a leaf, or bounds on it: refined until they lie on one side of `decide_at` or within a twentieth;
-    /// where `lower` exceeds `decide_at`, `upper` may be infinite.
-    /// @param sliding  of the leaf's edges (corner k to k + 1): where there is some, the error is that of EdgeSliding
-    /// @param may_reject  ends as soon as the error is certainly above `decide_at`, which then has no upper bound
+    /// Bounds on the error of a leaf. They are refined until both lie on one side of `decide_at`, or are within a
+    /// twentieth of each other. Where `lower` exceeds `decide_at`, `upper` may be infinite.
+    /// @param sliding  of the leaf's edges (corner k to k + 1); with any, the error is the one defined at EdgeSliding
+    /// @param may_reject  whether to stop, without an upper bound, once the error is certainly above `decide_at`
     LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding = {},
                          bool may_reject = true);
 
-    /// Certified bound, tight to a twentieth where it exceeds `floor`: the largest over many leaves takes little more
-    /// than one pass.
+    /// Certified upper bound, tight to a twentieth where it exceeds `floor`. If `floor` is the largest bound so far,
+    /// the largest over many leaves takes little more than one pass.
     double certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding = {}) {
         return leaf_error(leaf, floor, sliding, false).upper;
     }
 
-    /// The same of any triangle of a root's parameters, with its corners on the surface. It is not rejected.
+    /// The same for any triangle in a root's parameters, with its corners on the surface. `upper` is never infinite.
     LeafError part_error(HalfedgeId root, const std::array<Vec2d, 3>& corners, double decide_at);
 
     /// The error of the depth-0 leaf of a quad's root against a triangle with another corner in place of the face's
@@ -54,30 +54,30 @@ class CellBounder : private detail::PatchBounder {
   private:
     using Node = typename PatchTree<Shape>::Node;
     using Corners = std::array<Vec2d, 3>;
-    /// A triangle in a cell; edges are the leaf's.
+    /// A triangle in a cell; its edge numbers are those of the leaf.
     using Piece = detail::LabelledTriangle;
     static constexpr int k_corners = Node::k_corners;
 
-    /// @param at    in a root; of quads also in the next corner's cell, from (1, 0) to (2, 1)
-    /// @param apex  of the triangle in place of the surface's, or null
+    /// @param at    corners in a root; for quads also in the next corner's cell, then from (1, 0) to (2, 1)
+    /// @param apex  third corner of the triangle, in place of the surface's point; or null
     LeafError error_over(HalfedgeId root, const Corners& at, const Vec3d* apex, const EdgeSliding& sliding);
-    /// The cell that a triangle lies in, as far down as it is irregular. @param at  its corners in the root, then in it
+    /// The first regular cell, else the deepest, around a triangle. @param at  corners in the root, then in the cell
     const Node& locate(HalfedgeId root, Corners& at) const;
     void bound_cell(const Node& cell, const Piece& piece, int depth);
     /// @param is_leaf  the piece is all of the leaf
     void bound_regular(const Node& cell, const Piece& piece, bool is_leaf);
-    /// @param strip  of a cell with a crease of finite sharpness: the piece of the curve across it that `piece` is in
+    /// @param strip  in a cell with a crease of finite sharpness: number of the curve piece across it with `piece`
     void bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece, bool is_leaf);
     const detail::SexticWeights& weights_over(const Corners& at);
 
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
-    /// @param may_split  as hull_error() has it
+    /// @param may_split  as in hull_error()
     double irregular_error(const Node& cell, const Piece& piece, bool may_split) const;
-    /// Bound on the error, over a piece, of the linear or bilinear function with a cell's corners.
+    /// Bound on the error over a piece if the surface were the linear or bilinear interpolant of a cell's corners.
     double corner_error_in(const Node& cell, const Piece& piece) const;
 
     const PatchTree<Shape>& patches_;
-    std::vector<std::pair<Corners, detail::SexticWeights>> weights_{};  ///< by triangles they are for
+    std::vector<std::pair<Corners, detail::SexticWeights>> weights_{};  ///< sextic_weights(), by triangle
 };
 
 using QuadBounder = CellBounder<detail::QuadShape>;

@@ -18,22 +18,22 @@ constexpr double k_unbounded = std::numeric_limits<double>::infinity();
 /// Leaves below this level are too small to be looked at.
 constexpr int k_deepest_leaf = k_max_level - DualCells::k_hull_levels - 1;
 
-/// Counter-clockwise.
+/// `v` turned by quarter turns, counter-clockwise.
 Vec2d turned(Vec2d v, int quarters) {
     for (quarters &= 3; quarters > 0; --quarters) v = {-v.y, v.x};
     return v;
 }
 
-/// A leaf of a face, and places in lengths of its cell's sides.
+/// A leaf at a corner of a face; points are in lengths of its cell's sides.
 struct FaceCorner {
     VertexCell cell;
     Vec2d point, vertex;
-    Vec2d before{0}, after{0};  ///< where the lines from the corner before and to the next one cross the cell's side
+    Vec2d before{0}, after{0};  ///< where the lines from the previous and to the next corner cross the cell's side
     Vec3d position;
 };
 
-/// Nothing where one is too small.
-/// @param closed  the last one lies beside the first
+/// The corners of a face; none if a leaf is too small.
+/// @param closed  whether the last leaf is adjacent to the first
 std::vector<FaceCorner> corners_of(const DualCells& cells, const VertexForest& forest,
                                    std::span<const DualFaces::Corner> leaves, bool closed) {
     std::vector<FaceCorner> corners;
@@ -49,7 +49,7 @@ std::vector<FaceCorner> corners_of(const DualCells& cells, const VertexForest& f
         FaceCorner &a = corners[i], &b = corners[j];
         const bool on_side = leaves[i].at >= DualFaces::Corner::k_on_side;
         const double side_a = std::ldexp(1.0, -a.cell.level), side_b = std::ldexp(1.0, -b.cell.level);
-        // In a plane with the side between both: x away from it, as if vertices were in the middle; y along it.
+        // In a plane with the side between both: x is the distance to it from vertices in the middle; y lies along it.
         const Vec2d along_a = turned(on_side ? Vec2d(-1, 0) : Vec2d(0, 1), leaves[i].at % 4);
         const Vec2d along_b = turned({1, 0}, leaves[j].at % 4);
         const Vec2d here{glm::dot(Vec2d(0.5) - a.point, turned(along_a, -1)), glm::dot(a.vertex - a.point, along_a)};
@@ -62,7 +62,7 @@ std::vector<FaceCorner> corners_of(const DualCells& cells, const VertexForest& f
     return corners;
 }
 
-/// Bounds the error over pieces of cells, against one face after the other.
+/// Bounds the error over pieces of cells against one face, which aim_at() sets.
 class PieceBounder : private PatchBounder {
   public:
     PieceBounder(const DualCells& cells, bool midedge, double rounding, const DualBound::Wanted& wanted)
@@ -92,7 +92,7 @@ class PieceBounder : private PatchBounder {
     FaceDistance target_;
 };
 
-/// The errors over a face's corners.
+/// Bounds on the errors over the parts of the surface at a face's corners.
 class FaceErrors {
   public:
     FaceErrors(const PieceBounder& bounder, std::span<const FaceCorner> corners, std::span<double> of_corner)
@@ -124,7 +124,7 @@ class FaceErrors {
             bound_by_edge(at[0], at[0]);
         } else {
             for (std::size_t k = 0; k < n; ++k) {
-                // The fan's triangle at that edge.
+                // The fan's triangle at edge k.
                 const std::size_t t = std::clamp<std::size_t>(k, 1, n - 2) - 1, edge = k == 0 ? 0 : k + 1 < n ? 1 : 2;
                 const Vec3d normal = unit_or_zero(glm::cross(at[t + 1] - at[0], at[t + 2] - at[0]));
                 if (sliding[t].edge[edge]) face.set_sliding(k, sliding[t].fold[edge], sliding[t].flap[edge], normal);
@@ -136,8 +136,8 @@ class FaceErrors {
             of_corner_[i] = face.convex() ? of_corner_[i] + 2 * face.height()
                                           : std::max(of_corner_[i], glm::length(position(i) - at[0]));
     }
-    /// The same of a quad, if that makes its error less: beside extraordinary points it is flatter than lines over its
-    /// diagonal are straight.
+    /// bound_whole() of a quad, where that gives a smaller error: beside extraordinary points a quad may be flatter
+    /// than lines over its diagonal are straight.
     void bound_whole_if_better(double decide_at, std::size_t start, std::span<const EdgeSliding> sliding) {
         const auto largest = [&] { return *std::max_element(of_corner_.begin(), of_corner_.end()); };
         const double before = largest();
@@ -155,9 +155,9 @@ class FaceErrors {
   private:
     const Vec3d& position(std::size_t i) const { return corners_[i].position; }
 
-    /// What lies between two lines from a corner's vertex. At distance t from the end of the surface, that depends on
-    /// t^2: there the lines are parabolas, in some parts.
-    /// @param edges  that the lines lie over
+    /// Bounds the error between two lines from a corner's vertex. At distance t from the end of the surface, the
+    /// surface depends on t^2: lines from there are parabolas, cut into some parts.
+    /// @param edges  numbers of the edges that the lines lie over
     double bound_corner(const FaceCorner& c, const std::array<Vec2d, 2>& to, const std::array<int, 2>& edges) {
         const auto on_line = [&](std::size_t line, int i, int parts) {
             const double share = static_cast<double>(i) / parts;
@@ -177,8 +177,8 @@ class FaceErrors {
         }
         return largest;
     }
-    /// What lies between the line from a corner to the next one and the face's point.
-    /// @param edges  that the line lies over, and those from both corners to the point; -1: none
+    /// Bounds the error between the line from a corner to the next one and the face's point.
+    /// @param edges  the edges that this line and those from both corners to the point lie over; -1: none
     void bound_side(std::size_t i, const std::array<int, 3>& edges) {
         const std::size_t j = (i + 1) % corners_.size();
         const FaceCorner &a = corners_[i], &b = corners_[j];

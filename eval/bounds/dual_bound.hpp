@@ -26,17 +26,17 @@ class DualBound {
     /// Doo-Sabin and midedge, by either of their weights: quadratic, with no negative weight anywhere.
     static bool has(const SchemeInfo& scheme);
 
-    /// @param points  gives the control points; lives longer
-    /// @param roots   without holes; live longer
+    /// @param points  gives the control points; must outlive this object
+    /// @param roots   without holes; must outlive this object
     DualBound(const LevelSource& points, const SchemeInfo& scheme, const VertexRoots& roots, const ControlMesh& mesh);
 
-    /// How well errors are to be known.
+    /// How tight errors must be.
     struct Wanted {
-        double decide_at;  ///< errors up to this need not be smaller
-        bool tight;        ///< errors above it are bounds, too; else they may be any number above it
+        double decide_at;  ///< bounds up to this value need not be tight
+        bool tight;        ///< whether larger errors are bounds, too; else they are any number above `decide_at`
     };
     struct Errors {
-        std::vector<double> of_vertex;  ///< the largest over its cell
+        std::vector<double> of_vertex;  ///< per vertex, the largest over its cell
         double largest = 0;
     };
     /// @param positions  of the mesh's vertices: their limit points

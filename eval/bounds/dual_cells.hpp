@@ -16,7 +16,7 @@
 
 namespace tetrakis::detail {
 
-/// A triangle of a cell, in lengths of the cell's sides; edges are those of the mesh's face.
+/// A triangle of a cell, in lengths of the cell's sides; its edge numbers are those of the mesh's face.
 using DualPiece = LabelledTriangle;
 
 /// Control points of the limit surface of a quadratic dual scheme, by cells of the vertex quadtrees. A cell is regular
@@ -45,9 +45,9 @@ class DualCells {
 
     /// Finds the control points that visit() needs of these leaves.
     void find(std::span<const VertexCell> leaves, const std::function<void(double)>& report);
-    /// Goes over the surface over a piece of a leaf.
-    /// @param on_net   (net, piece): part of a regular cell
-    /// @param on_hull  (points): their convex hull holds the rest
+    /// Visits the parts of the surface over a piece of a leaf.
+    /// @param on_net   called with (net, piece) for each part in a regular cell
+    /// @param on_hull  called with (points) for the rest: the surface is in their convex hull
     template <class OnNet, class OnHull>
     void visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on_net, OnHull&& on_hull,
                int levels = k_hull_levels) const;
@@ -60,14 +60,14 @@ class DualCells {
     struct Hash {
         std::size_t operator()(const VertexCell& cell) const;
     };
-    /// Nothing where the surface ends or a crease runs.
+    /// The neighbour across a side; none where the surface ends or a crease runs.
     std::optional<VertexRoots::Across> across(const VertexCell& cell, int side) const;
     bool irregular(const VertexCell& cell) const;
-    /// The cells whose control points a cell keeps: of a regular one it and those around it, row by row. Of others
-    /// those of its level whose points span the hull of what touches the extraordinary point.
+    /// Appends the cells whose control points are stored for a cell. For a regular cell: it and those around it, row by
+    /// row. Else: cells of its level whose points span the hull of all cells that touch the extraordinary point.
     void add_control_cells(const VertexCell& cell, std::vector<VertexCell>& cells) const;
     std::uint32_t point_of(const VertexCell& cell) const;
-    /// The cell that keeps a cell's control points: that of an extraordinary point's first corner does for all there.
+    /// The cell that stores a cell's control points; at an extraordinary point, all cells share its first corner's.
     VertexCell keeper(const VertexCell& cell) const;
     void collect(const VertexCell& cell, int levels, std::vector<VertexCell>& wanted) const;
     static VertexCell quarter(const VertexCell& cell, int number) {

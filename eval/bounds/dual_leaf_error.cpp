@@ -14,7 +14,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Per vertex the neighbours across edges that one triangle alone has.
+/// Per vertex its neighbours across edges that only one triangle has.
 std::vector<std::array<std::uint32_t, 2>> boundary_neighbours(const DualFaces& faces, std::uint32_t vertex_count) {
     const auto edges = sorted_edge_uses(faces.face_offsets, faces.face_vertices, vertex_count);
     std::vector<std::array<std::uint32_t, 2>> beside(vertex_count);
@@ -41,8 +41,8 @@ double leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::sp
     double most = 0;
     for (std::uint32_t nearest = 0; const Vec3d& p : points) {
         double squared = std::numeric_limits<double>::infinity();
-        // A point that a triangle is near enough to does not raise the error, however near the others are; the next
-        // point mostly is near the same one.
+        // A point's search ends at a triangle near enough not to raise the error. The next point is mostly near the
+        // same triangle, so its search starts there.
         const std::uint32_t first = nearest;
         for (std::uint32_t i = 0; squared > most && i < count; ++i) {
             const std::uint32_t at = (first + i) % count;

@@ -20,7 +20,7 @@ struct DualTriangles {
     /// Per vertex its neighbours along the mesh's boundary; itself where there is none.
     std::vector<std::array<std::uint32_t, 2>> beside;
 
-    /// Every leaf that is a vertex: on creases one a side.
+    /// All leaves with their vertices; a vertex on a crease has one leaf on each side.
     std::vector<DualFaces::LeafOfVertex> leaves() const;
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(faces.cells.size()); }
     std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(faces.control_faces.size()); }
@@ -34,11 +34,11 @@ DualTriangles dual_triangles(const VertexForest& forest);
 /// Appends the cells that a cell has `bits` levels down, row by row.
 void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells);
 
-/// Limit points of a forest's leaves, and of their cells' grandchildren, which tell how far the surface is from the
-/// mesh between the leaves. The latter are found when they are first needed, in large batches, and kept.
+/// Errors of leaves, by samples: limit points of the cells two levels below each leaf show how far the surface is from
+/// the mesh between vertices. They are computed on demand, in large batches, and cached.
 class DualLeafErrors {
   public:
-    static constexpr int k_bits = 2;  ///< levels below a leaf that are looked at
+    static constexpr int k_bits = 2;  ///< levels from a leaf down to its samples
 
     /// limits(sites, points) finds the limit positions of cells, written as sites (cell_site()).
     using Limits = std::function<void(std::span<const Site>, std::span<Vec3d>)>;
@@ -47,8 +47,8 @@ class DualLeafErrors {
     /// Limit positions of the mesh's vertices.
     std::vector<Vec3d> positions(const VertexForest& forest, const DualTriangles& mesh,
                                  const std::function<void(double)>& report) const;
-    /// Per leaf asked for, how far the surface over its cell is from the triangles around it, and along the boundary
-    /// from the mesh's.
+    /// Per leaf in `asked`: distance of the surface over its cell from the triangles around it, and along the boundary
+    /// from the mesh's boundary.
     std::vector<double> errors(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
                                std::span<const DualFaces::LeafOfVertex> asked,
                                const std::function<void(double)>& report);
@@ -60,7 +60,7 @@ class DualLeafErrors {
 
     static constexpr std::size_t k_below = std::size_t{1} << (2 * k_bits);  ///< cells below a leaf
     Limits limits_;
-    std::vector<std::uint32_t> place_;  ///< by leaf slot: which of them are its cells'
+    std::vector<std::uint32_t> place_;  ///< by leaf slot: number of its block of k_below points in `points_`
     std::vector<Vec3d> points_;         ///< of the cells below leaves, row by row, k_below each
 };
 

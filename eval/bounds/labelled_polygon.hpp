@@ -10,10 +10,10 @@ namespace tetrakis::detail {
 /// A triangle in a cell, in lengths of its sides.
 struct LabelledTriangle {
     std::array<Vec2d, 3> at{};
-    std::array<int, 3> edge{-1, -1, -1};  ///< that side k (corner k to k + 1) lies on, or -1
+    std::array<int, 3> edge{-1, -1, -1};  ///< number of the edge that side k (corner k to k + 1) lies on, or -1
 };
 
-/// A convex polygon cut from a triangle by some lines. It knows which of its sides lie on edges of something else.
+/// A convex polygon cut from a triangle by some lines. Each side knows the number of the outer edge that it lies on.
 class LabelledPolygon {
   public:
     LabelledPolygon() = default;
@@ -34,7 +34,7 @@ class LabelledPolygon {
         }
         return out;
     }
-    /// With map(point), which keeps the order of corners, in place of each point.
+    /// The polygon with map(point) in place of each corner; the map must keep the orientation.
     template <class Map>
     LabelledPolygon mapped(Map&& map) const {
         LabelledPolygon out = *this;
@@ -44,9 +44,9 @@ class LabelledPolygon {
     bool empty() const { return size_ < 3; }
     std::size_t size() const { return size_; }
     const Vec2d& corner(std::size_t i) const { return corner_[i].at; }
-    /// That the side from corner i to the next one lies on, or -1.
+    /// Number of the edge that the side from corner i to the next one lies on, or -1.
     int edge(std::size_t i) const { return corner_[i].edge; }
-    /// Calls take(LabelledTriangle) for triangles that it is made of.
+    /// Calls take(LabelledTriangle) for the triangles of a fan that makes up the polygon.
     template <class Take>
     void for_each_triangle(Take&& take) const {
         for (std::size_t i = 1; i + 1 < size_; ++i)
@@ -60,13 +60,13 @@ class LabelledPolygon {
         Vec2d at;
         int edge;
     };
-    static constexpr std::size_t k_most = 8;  ///< of a triangle cut by five lines
+    static constexpr std::size_t k_most = 8;  ///< corners of a triangle cut by five lines
 
     std::array<Corner, k_most> corner_;
     std::size_t size_ = 0;
 };
 
-/// What a quarter of a cell with n corners has of a polygon, in lengths of the quarter's sides.
+/// The part of a polygon in a quarter of a cell with n corners, in lengths of the quarter's sides.
 inline LabelledPolygon in_quarter(LabelledPolygon part, int quarter, int n) {
     // Lines where x, y and, of triangles, 1 - x - y are 1/2.
     const auto keep = [&](int k, bool above) {
@@ -85,7 +85,7 @@ inline LabelledPolygon in_quarter(LabelledPolygon part, int quarter, int n) {
     return part.mapped([&](const Vec2d& p) { return in_quarter(p, quarter, n); });
 }
 
-/// Calls take(part, is_next) for the parts of a triangle in a corner cell, where x <= 1, and in the next corner's.
+/// Calls take(part, is_next) for the parts of a polygon in a corner cell, where x <= 1, and in the next corner's.
 template <class Take>
 void for_each_corner_cell(const LabelledPolygon& whole, Take&& take) {
     const LabelledPolygon here = whole.clipped([](const Vec2d&p) { return 1 - p.x; }),

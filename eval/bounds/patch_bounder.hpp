@@ -9,7 +9,7 @@
 
 namespace tetrakis {
 
-/// What is known of the distance between a surface and a triangle of a hierarchy.
+/// Bounds on the distance between a surface and a triangle of a hierarchy.
 struct LeafError {
     double lower = 0;  ///< attained at a sample
     double upper = 0;  ///< never exceeded (rounding included)
@@ -30,9 +30,9 @@ void for_each_lattice_point(int n, Visit&& visit) {
                   static_cast<double>(n - row) / n);
 }
 
-/// Bounds the error of one leaf over polynomial patches. Errors are convex functions of a point, so that the largest
-/// over a patch's control points bounds them; patches are bisected until that lies on one side of the tolerance, or
-/// within a twentieth of an error that is attained.
+/// Bounds the error of one leaf over polynomial patches. Errors are convex functions of a point, so the largest over a
+/// patch's control points bounds them. Patches are bisected until this bound lies on one side of the tolerance, or
+/// within a twentieth of an attained error.
 class PatchBounder {
   protected:
     /// For each side of a piece (corner k to k + 1) the edge of the leaf that it lies on, or -1.
@@ -60,12 +60,12 @@ class PatchBounder {
     }
 
     /// @param node  a point in the face's frame
-    /// @param edge  of the leaf that it has to be near, or -1
+    /// @param edge  edge of the leaf to which the distance counts; -1: the distance to the face counts
     double node_error(const Vec3d& node, int edge) const {
         return edge >= 0 ? face_.to_edge(node, static_cast<std::size_t>(edge)) : face_.to_face(node);
     }
-    /// The largest error at the corners of a piece. Over all of it no error exceeds that by more than the surface is
-    /// off a linear function with these corners: errors are convex, and change no faster than points move.
+    /// The largest error at the corners of a piece. No error on the piece exceeds it by more than the surface's
+    /// distance from the linear interpolant of these corners: errors are convex, and change no faster than points move.
     double corner_error(const std::array<Vec3d, 3>& corner, const Edges& edge) const {
         double most = 0;
         for (std::size_t k = 0; k < 3; ++k) {
@@ -75,8 +75,8 @@ class PatchBounder {
         }
         return most;
     }
-    /// Of a piece that lies in the convex hull of these points, its sides too.
-    /// @param may_split  then any value that settles nothing will do where the error does not
+    /// Bound on the error over a piece that lies, with its sides, in the convex hull of these points.
+    /// @param may_split  whether any value that does not settle the piece will do if the bound does not
     template <class Points>
     double hull_error(const Points& points, const Edges& edge, bool may_split) const {
         double error = 0;
@@ -89,7 +89,7 @@ class PatchBounder {
         }
         return error;
     }
-    /// Takes note of an error that is attained. False when that rejects the leaf.
+    /// Records an error that is attained. Returns false if the leaf is rejected.
     bool attain(double error) {
         lower_ = std::max(lower_, error);
         rejected_ |= may_reject_ && lower_ > decide_at_;
@@ -99,14 +99,14 @@ class PatchBounder {
     bool is_settled(double upper) const {
         return upper <= decide_at_ || upper <= 1.05 * lower_ + pad_ || upper <= upper_;
     }
-    /// The same; takes note of the bound if so.
+    /// The same; if so, records the bound.
     bool settled(double upper) {
         if (!is_settled(upper)) return false;
         upper_ = std::max(upper_, upper);
         return true;
     }
-    /// Whether a piece has to be split, which it may be so many times more; takes note of its bound if not. After many
-    /// splits of a leaf none has to: pieces count by their bounds.
+    /// Whether a piece must be split; if not, records its bound. With `depth` 0 or after k_most_splits splits of a
+    /// leaf, pieces are not split, and their bounds count.
     /// @param bound  double bound(may_split)
     template <class Bound>
     bool needs_split(int depth, Bound&& bound) {
@@ -141,7 +141,7 @@ class PatchBounder {
     FaceDistance face_;
 
   private:
-    /// One below the other: by then a patch is a point but for rounding.
+    /// Depth of nested bisections: by then a patch is a point but for rounding.
     static constexpr int k_most_bisections = 48;
     static constexpr int k_most_splits = 1 << 12;
 

@@ -16,14 +16,14 @@ namespace {
 
 constexpr int k_most_valence = 32;
 constexpr double k_rounding_of_sums = 1 + 1e-12;  // of some dozens of points
-/// Steps to the innermost star, and to the largest cells that are taken as a whole.
+/// Steps to the innermost star, and to the largest regular cells that are bounded without more steps.
 constexpr int k_steps = 10, k_cuts = 3;
 
 /// The parameters of a star's corners.
 using Parameters = std::array<Vec2d, 4>;
 
-/// Calls take(p, parameters) with points such that the hull of the p less any bilinear function of the parameters holds
-/// the surface of a regular cell less that function: a cubic spline's own points.
+/// Calls take(p, q) with control points p of a regular cell and their parameters q. For any bilinear function f, the
+/// convex hull of all p - f(q) contains the surface minus f, because a cubic spline reproduces f.
 template <class Take>
 void take_regular(const QuadStar& star, const Parameters& at, const Take& take) {
     const Net16 net = net_of(star, 0);
@@ -98,7 +98,7 @@ StarNorms::StarNorms(Star<Corners> star, int valence)
         });
     };
     const auto note = [](double& most, double size) { most = std::max(most, size * k_rounding_of_sums); };
-    // The weights of three points at a time.
+    // One coordinate per point: the weights of three points at a time.
     for (std::size_t first = 0; first < count; first += 3) {
         for (std::size_t i = 0; i < count; ++i) star.points[i] = Vec3d(i == first, i == first + 1, i == first + 2);
         for_each_deviation([&](const Vec3d& d) {

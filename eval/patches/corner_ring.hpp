@@ -70,9 +70,7 @@ CornerRing side_ring(const CornerRing& from, const CornerRing& to, const CornerR
                      const CornerRing& to_child);
 
 /// The ring of the control vertex that half-edge `h` leaves; its cell is on the left of `h`.
-/// @param face_points  by face, for Catmull-Clark. Spoke::face is chosen such that the mean of the quad's corners is
-/// this
-///                     point
+/// @param face_points  by face, for Catmull-Clark. Spoke::face is chosen such that the quad's corners have this mean
 CornerRing control_ring(const ControlMesh& mesh, SchemeKind scheme, HalfedgeId h,
                         std::span<const Vec3d> face_points = {});
 

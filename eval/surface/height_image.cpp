@@ -25,7 +25,7 @@ namespace tetrakis {
 
 namespace {
 
-// The number of the pixel `i`, at most one beyond the image's edge, where the image goes on there.
+// Number of the pixel in the image that stands for pixel `i`, which is at most one outside.
 int wrapped(int i, int size, ImageWrap wrap) {
     return wrap == ImageWrap::clamp ? std::clamp(i, 0, size - 1) : (i + size) % size;
 }
@@ -52,7 +52,7 @@ double HeightImage::sample(Vec2d uv, ImageWrap wrap) const {
 
 namespace {
 
-/// What stb_image does not look at or does not tell: checksums, and bits below 8.
+/// Checks the checksums, which stb_image ignores, and finds depths below 8 bits, which it does not report.
 void check_png(std::string_view bytes, detail::Picture& picture, const std::filesystem::path& path) {
     const auto number = [&](std::size_t at) {
         std::uint32_t value = 0;

@@ -7,10 +7,10 @@
 
 namespace tetrakis {
 
-/// What lies beyond the edge of an image.
+/// How an image goes on outside of its edges.
 enum class ImageWrap {
-    repeat,  ///< the image again, so that u = 0 and u = 1 are the same place: OBJ's and glTF's default
-    clamp,   ///< its outermost pixels
+    repeat,  ///< by copies of itself, so that u = 0 and u = 1 are the same point: OBJ's and glTF's default
+    clamp,   ///< with the values of its outermost pixels
 };
 
 /// Heights in [0, 1], row by row from the top.

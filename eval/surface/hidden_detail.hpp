@@ -13,24 +13,23 @@ namespace tetrakis::detail {
 
 struct Departure {
     double height = 0;  ///< of the image above the plane, negative below; 0: none was found
-    Vec3d weights{};    ///< where, in barycentrics of the triangle
+    Vec3d weights{};    ///< of its point: barycentrics of the triangle
 };
 /// The pixel centre inside a triangle of texture space where the image, which repeats, departs most from the plane over
-/// the triangle's corners, if by more than `least`; or the first one found to depart by more than `enough`. Centres it
-/// is, because between them the image is bilinear. Where a triangle covers the image more than twice over, a part of it
-/// is searched. Cost: O(pixels in the triangle)
-/// @param heights  of the plane at the corners
+/// the triangle's corners, if by more than `least`; or the first one found to depart by more than `enough`. Centres
+/// suffice, because the image is bilinear between them. If a triangle covers the image more than twice over, only a
+/// part of the triangle is searched. Cost: O(pixels in the triangle)
 Departure departure(const HeightImage& image, const std::array<Vec2d, 3>& uv, const Vec3d& heights, double least,
                     double enough);
 
-/// A point of a displaced surface, and what made it.
+/// A point of a displaced surface, with the normal and UV of the surface that is displaced.
 struct DisplacedSample {
     Vec3d position, normal;
     Vec2d uv;
 };
 
-/// What the samples of a leaf miss: pixels of a height image between them. Looks for the largest error at pixels, or
-/// for one above the tolerance.
+/// The error of a leaf with the height image's pixels between its samples. Looks for the largest error at these pixels,
+/// or for one above the tolerance.
 /// @param samples    (n + 1)(n + 2) / 2 points of a triangle, in rows of 1, 2, ..., n + 1
 /// @param error      of the samples, in the unit of the model
 /// @param tolerance  0: the largest error is wanted
@@ -40,8 +39,8 @@ template <class Distance>
 double with_hidden_detail(const HeightImage& heights, double amplitude, int n, std::span<const DisplacedSample> samples,
                           double error, double tolerance, Distance&& distance) {
     if (amplitude == 0) return error;
-    // A pixel's height above the plane of the samples around it comes on top of what these are off themselves. Less
-    // than this share of the tolerance is not worth the search.
+    // A pixel's height above the plane of the samples around it adds to the error of these samples. Heights below this
+    // share of the tolerance are not searched for.
     constexpr double k_least_share = 0.25;
     const auto look = [&](std::size_t a, std::size_t b, std::size_t c) {
         const DisplacedSample* corner[3] = {&samples[a], &samples[b], &samples[c]};

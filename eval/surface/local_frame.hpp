@@ -10,9 +10,8 @@
 
 namespace tetrakis::detail {
 
-/// A box's own frame for float computations: scaled by a power of two (hence exactly) so that what is farthest from the
-/// origin has a largest coordinate in [1/2, 1]. Floats in it resolve the box to about 6e-8, wherever it is and however
-/// big.
+/// A frame of a box for computations with floats. Its scale is a power of two, hence exact, such that the largest
+/// coordinate of the box is in [1/2, 1]. Floats in it resolve the box to about 6e-8, for any place and size of the box.
 struct LocalFrame {
     Vec3d origin{0.0};
     double scale = 1;
@@ -32,18 +31,18 @@ struct LocalFrame {
     Vec3d to_local(const Vec3d& p) const { return (p - origin) * scale; }
 };
 
-/// The nearest float above (an infinite one where the value is out of range).
+/// The smallest float that is not below x; infinite if x is out of range.
 inline float round_up(double x) {
     const float f = static_cast<float>(x);
     return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
 }
 
-/// How far points of the limit surface, their control points and distances to them may be off by rounding, whatever the
+/// Bound on the rounding errors of points of the limit surface, their control points and distances to them, on any
 /// level: Lemma 1 of eval/bounds/README.md. O(vertices).
 /// @param averaging_steps  of repeated averaging, whose rows are longer than a vertex and its ring
 inline double surface_rounding(const ControlMesh& mesh, int averaging_steps = 0) {
     constexpr std::uint32_t k_valence = 64;                             // below, other sums are as long
-    const auto side = static_cast<std::uint32_t>(averaging_steps + 2);  // of the square of points that a row has
+    const auto side = static_cast<std::uint32_t>(averaging_steps + 2);  // side of a row's square of points
     std::uint32_t most = std::max(k_valence, side * side / 2);
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) most = std::max(most, mesh.face_valence(VertexId(v)) + 1);
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) most = std::max(most, mesh.face_size(FaceId(f)));

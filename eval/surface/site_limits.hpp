@@ -8,11 +8,11 @@
 
 namespace tetrakis::detail {
 
-/// Limit positions of canonical sites, with a report before every block of them, for the chance to cancel.
+/// Limit positions of canonical sites, with a report before each block of them, which may cancel.
 void limit_positions(const Hierarchy& points, std::span<const Site> sites, std::span<Vec3d> out,
                      const std::function<void(double)>& report);
 
-/// The same of sites in any order, many of them several times: each is evaluated once. O(n log n), parallel.
+/// The same for sites in any order and with repetitions: each site is evaluated once. O(n log n), parallel.
 void limit_positions_once(
     const Hierarchy& points, std::span<const Site> sites, std::span<Vec3d> out,
     const std::function<void(double)>& report = [](double) {});

@@ -34,7 +34,7 @@ class FaceDistance {
     /// Whether the corners in their order are a convex polygon.
     bool convex() const { return convex_; }
     /// Largest distance of a corner from the plane. Every triangulation of the face is that close to the flat polygon,
-    /// point over point. It is twice that if flaps (see EdgeSliding) of at most 45 degrees are unfolded over an edge.
+    /// point over point; twice that if flaps (see EdgeSliding) of at most 45 degrees are unfolded over an edge.
     double height() const { return height_; }
     /// @param fold, flap  at the edge from corner k to the next one, for the triangle there of the face's triangulation
     /// @param normal      unit normal of that triangle
@@ -62,7 +62,7 @@ class FaceDistance {
         Vec2d out() const { return {along.y, -along.x}; }
         double outside(const Vec3d& local) const { return glm::dot(Vec2d(local) - start, out()); }
         double place(const Vec3d& local) const { return glm::dot(Vec2d(local) - start, along); }
-        /// Squared distance of a point's foot, which is `off` from the edge's line.
+        /// Squared distance from the edge of a point's foot, which is `off` from the edge's line.
         double squared_distance(const Vec3d& local, double off) const {
             const double at = place(local), beyond = at - std::clamp(at, 0.0, length);
             return off * off + beyond * beyond;

@@ -7,9 +7,9 @@
 
 namespace tetrakis::detail {
 
-/// Distance of surface samples to a triangle of a mesh. It is the distance to the triangle's plane if the sample's foot
-/// is inside the triangle or a little beside it: the neighbour there lies nearly in the same plane. Else it is the
-/// distance to the triangle itself.
+/// Distance of surface samples to a triangle of a mesh. If the sample's foot is inside the triangle or a little
+/// outside, it is the distance to the triangle's plane: a neighbour there lies nearly in the same plane. Otherwise it
+/// is the distance to the triangle itself.
 class PlaneMeasure {
   public:
     explicit PlaneMeasure(const std::array<Vec3d, 3>& corners) : corners_(corners) {
