@@ -110,7 +110,7 @@ void CellBounder<Shape>::bound_cell(const Node& cell, const Piece& piece, int de
     if (!attain(corner_error(corner, piece.edge))) return;
     if (!needs_split(depth, [&](bool may_split) { return irregular_error(cell, piece, may_split); })) return;
     for (int k = 0; k < 4; ++k) {
-        const int quarter = k_corners == 4 ? k : 3 - k;  // a triangle's irregular one last
+        const int quarter = k_corners == 4 ? k : 3 - k;  // a triangle's irregular quarter last
         in_quarter(piece, quarter, k_corners).for_each_triangle([&](const Piece& part) {
             bound_cell(cell.grown()[quarter], part, depth - 1);
         });
@@ -127,7 +127,7 @@ void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece, [[m
     } else if (!cell.patch.crease) {
         bound_bicubic(cell.patch, 0, piece, is_leaf);
     } else {
-        // Strips along the crease, each one bicubic patch.
+        // Strips along the crease, each of which is one bicubic patch.
         const detail::SideCrease crease = cell.patch.crease;
         const auto distance = [&](const Vec2d& p) {
             const double t = p[crease.axis()];

@@ -111,7 +111,7 @@ class FaceErrors {
                     bound_side(corner[static_cast<std::size_t>(k)], {k, diagonal_at(k), diagonal_at((k + 1) % 3)});
         }
     }
-    /// As one flat polygon.
+    /// Bounds the errors against the whole face as one flat polygon.
     /// @param start  the corner that the fan of triangles starts at
     /// @param sliding  per triangle
     void bound_whole(std::size_t start, std::span<const EdgeSliding> sliding) {

@@ -18,9 +18,9 @@ namespace tetrakis::detail {
 /// four of degree 2 (midedge).
 ///
 /// A face of more than four corners lies around an extraordinary point. It is compared as a whole, as a flat convex
-/// polygon; its corners' distance from the plane is added. If it is not convex, all of it and of its surface is
-/// compared with its first corner. Where a crease ends, two lines lead from one vertex to the other, and the surface
-/// between them is compared with the edge.
+/// polygon; its corners' distance from the plane is added. If it is not convex, face and surface are compared with the
+/// face's first corner. Where a crease ends, two lines lead from one vertex to the other, and the surface between them
+/// is compared with the edge.
 class DualBound {
   public:
     /// Doo-Sabin and midedge, by either of their weights: quadratic, with no negative weight anywhere.

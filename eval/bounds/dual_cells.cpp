@@ -9,8 +9,8 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::size_t k_regular = 4;
-// Two cells meet in a point of a boundary or crease, and one lies at a corner of it. Where a crease ends three meet:
-// those of both sides of its last vertex, and that of the next vertex.
+// At a point of a boundary or crease two cells meet; at a corner of a boundary there is one. Where a crease ends there
+// are three: those of both sides of its last vertex, and that of the next vertex.
 constexpr std::size_t k_around_an_end = 3;
 
 std::uint32_t last(const VertexCell& cell) { return (1u << cell.level) - 1; }

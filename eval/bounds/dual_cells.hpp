@@ -39,8 +39,8 @@ class DualCells {
     std::span<const Point> points() const { return points_; }
     /// Number of the extraordinary point at a corner of a cell, or k_none.
     std::uint32_t point(const VertexCell& cell, int corner) const;
-    /// Where a cell's vertex is, in lengths of its sides: in the middle, or on the side where the surface ends or a
-    /// crease runs.
+    /// Position of a cell's vertex in the cell, in lengths of its sides: in the middle, or on a side where the surface
+    /// ends or a crease runs.
     Vec2d vertex(const VertexCell& cell) const;
 
     /// Finds the control points that visit() needs of these leaves.
@@ -51,8 +51,8 @@ class DualCells {
     template <class OnNet, class OnHull>
     void visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on_net, OnHull&& on_hull,
                int levels = k_hull_levels) const;
-    /// The polynomials of the surface over a piece of a regular cell.
-    /// @param take  (BezierTriangle, the part that it is over)
+    /// Visits the polynomials of the surface over a piece of a regular cell.
+    /// @param take  called with (BezierTriangle, part of the piece that it is over)
     template <class Take>
     static void for_each_polynomial(const Net9& net, const DualPiece& piece, bool midedge, Take&& take);
 

@@ -32,7 +32,7 @@ std::vector<std::array<std::uint32_t, 2>> boundary_neighbours(const DualFaces& f
     return beside;
 }
 
-/// How far the surface over a vertex's cell is from the triangles around it, and along the boundary from the mesh's.
+/// Distance of the surface over a vertex's cell from the triangles around it, and along the boundary from the mesh's.
 /// @param leaf    the vertex, or one of its sides where it is on a crease
 /// @param points  limit points of the cells below it
 double leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
@@ -56,7 +56,7 @@ double leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::sp
         most = std::max(most, squared);
     }
     double error = std::sqrt(most);
-    // Sides where the surface ends: the points along them, to the mesh's boundary.
+    // On sides where the surface ends, the samples along them are compared with the mesh's boundary.
     const std::uint32_t side = 1u << DualLeafErrors::k_bits;
     const auto point = [&](std::uint32_t x, std::uint32_t y) { return points[std::size_t{y} * side + x]; };
     for (int s = 0; s < 4; ++s) {

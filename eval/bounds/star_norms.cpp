@@ -31,7 +31,7 @@ void take_regular(const QuadStar& star, const Parameters& at, const Take& take) 
         for (int x = -1; x <= 2; ++x)
             take(net.at(x, y), at[0] + double(x) * (at[1] - at[0]) + double(y) * (at[3] - at[0]));
 }
-/// The same for linear functions.
+/// The same on a triangle, for linear functions.
 template <class Take>
 void take_regular(const LoopStar& star, const Parameters& at, const Take& take) {
     const BezierTriangle<4> patch = box_spline_triangle(net_of(star, 0));
@@ -39,7 +39,7 @@ void take_regular(const LoopStar& star, const Parameters& at, const Take& take) 
         for (int i = 0; i + j <= 4; ++i)
             take(patch(i, j), 0.25 * ((4.0 - i - j) * at[0] + double(i) * at[1] + double(j) * at[2]));
 }
-/// The same for a star.
+/// The same for a star, by its regular parts and the hulls of the innermost stars.
 template <class Star, class Take>
 void take_star(const Star& star, const Parameters& at, int step, const Take& take) {
     constexpr int n = Star::k_corners;
@@ -61,7 +61,7 @@ void take_star(const Star& star, const Parameters& at, int step, const Take& tak
 
 Vec2d polar(double radius, double angle) { return radius * Vec2d(std::cos(angle), std::sin(angle)); }
 
-/// A flat star with equal angles at the extraordinary vertex; the faces beyond go on from those there.
+/// A flat star with equal angles at the extraordinary vertex; the outer faces continue the faces there.
 template <int Corners>
 std::vector<Vec2d> reference_star(int valence) {
     const double angle = 2 * std::numbers::pi / valence;

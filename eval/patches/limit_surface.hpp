@@ -13,8 +13,8 @@
 namespace tetrakis {
 
 /// The limit surface of Catmull-Clark or Loop, exact at any point, by a patch tree over the control mesh
-/// (eval/patches/README.md). Corner angles are not supported. Keeps a reference to the mesh; thread-safe; a result
-/// depends on its arguments alone.
+/// (eval/patches/README.md). Plain rules only: no RuleOptions, no corner angles. Keeps a reference to the mesh;
+/// thread-safe; a result depends on its arguments alone.
 ///
 /// A Hierarchy can take its limit points from here (HierarchyOptions::limit_positions). They equal those by the
 /// scheme's rules to rounding error, and take half the time.

@@ -121,7 +121,7 @@ struct PatchNode : PoolNew {
     }
     /// Bytes of its star or rings; neither the node itself nor its quarters.
     std::uint64_t own_bytes() const { return (star ? star->memory_bytes() : 0) + (rings ? rings->memory_bytes() : 0); }
-    /// The same with all quarters that have grown below.
+    /// own_bytes() and the bytes of all cells below.
     std::uint64_t grown_bytes() const {
         std::uint64_t sum = own_bytes();
         if (const PatchQuarters<Shape>* below = quarters.load(std::memory_order_acquire)) {
@@ -188,7 +188,7 @@ class PatchTree {
     SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
     /// The position alone, with the same bits: about the cost of one patch.
     Vec3d position(HalfedgeId root, double x, double y) const { return position(root_node(root), {x, y}); }
-    /// The same at a lattice point of the root, level <= k_max_level.
+    /// position() at a lattice point of the root, level <= k_max_level.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const {
         const double step = std::ldexp(1.0, -level);
         return position(root, at.x * step, at.y * step);
@@ -199,7 +199,7 @@ class PatchTree {
         return node ? *node : made_root(root);
     }
 
-    /// Bytes of everything, of trees (forgettable_bytes()) as well.
+    /// Bytes of all data, those of the trees (forgettable_bytes()) included.
     std::uint64_t memory_bytes() const { return roots_.size() * sizeof(roots_[0]) + forgettable_bytes(); }
     std::uint64_t forgettable_bytes() const { return tree_bytes_.load(std::memory_order_relaxed); }
     /// Bytes that trees may take before they should be deleted: enough for all trees of an ordinary model.

@@ -53,7 +53,7 @@ class QuadPatches final : public PatchTree<detail::QuadShape> {
     /// normals on both sides, and at a control vertex with the mean of its sectors'.
     SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
 
-    /// Bytes of everything, of trees (forgettable_bytes()) as well.
+    /// Bytes of all data, those of the trees (forgettable_bytes()) included.
     std::uint64_t memory_bytes() const;
 
   private:

@@ -31,9 +31,9 @@ Departure departure(const HeightImage& image, const std::array<Vec2d, 3>& uv, co
     };
     for (double y = lower.y; y <= upper.y; ++y) {
         const Vec3d at_lower = Vec3d(1, 0, 0) + (lower.x - corner[0].x) * step + (y - corner[0].y) * down;
-        // The row's part where no barycentric is negative.
+        // The part of the row where no barycentric is negative.
         constexpr double k_rounding = 1e-9;
-        double begin = 0, end = upper.x - lower.x;  // steps from lower.x
+        double begin = 0, end = upper.x - lower.x;  // in steps from lower.x
         for (int k = 0; k < 3; ++k) {
             const double to_side = -(at_lower[k] + k_rounding) / step[k];
             if (step[k] > 0) begin = std::max(begin, std::ceil(to_side));

@@ -103,7 +103,7 @@ class CellTessellator : public TessellationRun {
     virtual void place(std::span<const Site> sites, std::span<Vec3d> positions, std::string_view stage,
                        double share) = 0;
     virtual void limit_normals(std::span<const Site> sites, std::span<Vec3d> normals) const = 0;
-    /// As TessellationRun counts levels.
+    /// Level in the numbering of TessellationRun.
     virtual int quadtree_level(LeafId leaf) const { return hierarchy_->level(leaf); }
     /// Errors of faces' fans; infinite if there is no bound. Called with some thousand faces at a time.
     virtual void fan_errors(std::span<const FaceId>, std::span<double>) {}

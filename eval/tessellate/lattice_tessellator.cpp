@@ -43,8 +43,8 @@ class LimitTessellator : public CellTessellator<Family> {
     void limit_normals(std::span<const Site> sites, std::span<Vec3d> normals) const override {
         points_.normals(sites, normals);
     }
-    /// Measures against limit points of all leaves (those under fans, too), each cut in four a few times; those of
-    /// sqrt(3) about as finely in three.
+    /// Measures against limit points of all leaves (those under fans, too), each cut in four a few times; sqrt(3)
+    /// leaves are cut in three about as finely.
     void measure() override {
         const auto& forest = hierarchy_->forest();
         constexpr int k_parts = std::is_same_v<Family, Sqrt3Family> ? 3 : 4;

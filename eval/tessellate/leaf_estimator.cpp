@@ -189,7 +189,7 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
     for (std::uint32_t i = 0; i < n; ++i) corners.push_back(positions_[mesh.origin(HalfedgeId(h0 + i)).value]);
     Vec3d centre(0);
     double departure = 0;
-    if (n == 4) {  // on the diagonal, so that the star's triangles lie in the fan's
+    if (n == 4) {  // centre on the diagonal, so that the star's triangles lie in the fan's
         const auto& [a, b, c] = fans_.of(face)[0];
         const std::uint32_t opposite = 6u - a - b - c;
         centre = 0.5 * (corners[(opposite + 1) % n] + corners[(opposite + 3) % n]);

@@ -14,8 +14,8 @@ namespace tetrakis::detail {
 inline constexpr double k_stretch_rounding = 1 + 1e-15;
 
 /// Distances to one triangle or flat convex face, and to its edges (edge k from corner k to the next). Except for
-/// rounding they are never too small, not even for slivers. Faces of more corners are flattened: these are projected
-/// onto the plane perpendicular to the face's mean normal.
+/// rounding they are never too small, not even for slivers. A face of more than three corners is flattened: its corners
+/// are projected onto the plane perpendicular to the face's mean normal.
 ///
 /// Points are given in the face's own frame: two coordinates in its plane, and the height over it. A sliver of a
 /// triangle has no reliable normal: its frame is space relative to corner 0. Both frames are affine, so means of points
@@ -36,7 +36,7 @@ class FaceDistance {
     /// Largest distance of a corner from the plane. Every triangulation of the face is that close to the flat polygon,
     /// point over point; twice that if flaps (see EdgeSliding) of at most 45 degrees are unfolded over an edge.
     double height() const { return height_; }
-    /// @param fold, flap  at the edge from corner k to the next one, for the triangle there of the face's triangulation
+    /// @param fold, flap  of edge k (from corner k to the next), for the triangle there of the face's triangulation
     /// @param normal      unit normal of that triangle
     void set_sliding(std::size_t k, double fold, double flap, const Vec3d& normal);
 

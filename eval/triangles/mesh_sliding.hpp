@@ -10,7 +10,7 @@
 
 namespace tetrakis {
 
-/// Edges of a mesh's triangle T over which its part of the surface may slide, with the room that the mesh has for it.
+/// Edges of a mesh's triangle T over which its part of the surface may slide, and the room that the mesh has there.
 ///
 /// Across a sliding edge lies another triangle, whose plane makes an angle of at most `fold` with T's. Both triangles
 /// contain a flap: the isosceles triangle over the edge whose base angles have the tangent `flap`. Flaps of one
