@@ -17,15 +17,15 @@ namespace tetrakis {
 ///
 /// The error of a leaf with triangle T over the piece S of the surface is the largest of: the distance from a point of
 /// S to T, and the distance from a point of S on a side of the leaf to that edge of T. It bounds the distance in both
-/// directions. From S to T that is plain. From T to S: match each point of S over T's boundary with its foot on the
+/// directions. From S to T this is clear. From T to S: match each point of S over T's boundary with its foot on the
 /// edge, and project S along T's normal. A point of T that lies on no segment between a foot and its projected point is
 /// wound around once by the projected boundary, so S covers it, at a height within the error; a point on such a segment
 /// is as near to the boundary of S as the foot is at most. Sliding along the surface costs nothing that way.
 ///
 /// Both distances are convex functions of the point. On a regular cell the surface over a triangle is a polynomial of
-/// degree 6 (Catmull-Clark) or 4 (Loop), so the largest over its control points bounds them; it is bisected until that
-/// decides. Irregular cells are quartered towards the extraordinary point: stars are bounded by norms, other cells by
-/// the hull of their control points.
+/// degree 6 (Catmull-Clark) or 4 (Loop), so their largest values at its control points bound them; it is bisected until
+/// these bounds decide. Irregular cells are quartered towards the extraordinary point: stars are bounded by norms,
+/// other cells by the hull of their control points.
 template <class Shape>
 class CellBounder : private detail::PatchBounder {
   public:

@@ -227,7 +227,7 @@ class CellNormTable::Search {
         for (int k = 0; k < corners_; ++k) cell.corner[k] = cell_corner(k, corners_);
         return cell;
     }
-    /// The vector from a place on the large cell to the small cell's corner that belongs there, as a combination.
+    /// The vector from the large cell's point under a small cell's corner to this corner, as a combination of points.
     StencilRow without_hat(const CellBelow& cell, int corner) const {
         StencilRow row = cell.rows.row(corner);
         const CellAnchor hats = corner_weights(cell.corner[corner], corners_);

@@ -18,11 +18,11 @@ namespace tetrakis {
 namespace {
 
 constexpr std::uint32_t k_block = 256;
-// Most levels below a piece. Around an extraordinary point the remainder halves with each level, so after this many it
-// is smaller than any accuracy required.
+// Maximum number of levels below a piece. Around an extraordinary point the remainder halves with each level, so after
+// this many it is smaller than any accuracy required.
 constexpr int k_deepest = 16;
-// Most cells of a piece on one level; beyond it, the bounds so far are used. If the true error is almost 0, as on a
-// flat sheet with uneven parameters, no bound is ever tight.
+// Maximum number of cells of a piece on one level; above it, the bounds found so far are used. If the true error is
+// almost 0, as on a flat surface with uneven parameters, no bound is ever tight.
 constexpr std::uint32_t k_most_cells = 256;
 // Beside semi-sharp edges there are no norms until the edges are smooth; on deeper levels too many cells lie along one.
 constexpr float k_most_sharp_levels = 6;
@@ -73,8 +73,8 @@ PartError part_error(const Part& part, const std::array<Vec3d, 4>& corner, int c
 
 }  // namespace
 
-/// A cell of some level, and points around it: those that its norms use, or its corners. With norms, its children can
-/// be made without a mesh.
+/// A cell of some level with the points that its norms use or, without norms, with its corners. Children of a cell with
+/// norms are made without a mesh.
 struct Cell {
     detail::CellFrame frame;         ///< in the level's mesh, if it has no norms
     const detail::CellNorms* norms;  ///< nullptr: none
@@ -125,7 +125,7 @@ class MaskNormBound<Family>::Descent {
         for (const int v : found.points) cell.points.push_back(here_->net[static_cast<std::size_t>(v)]);
         return cell;
     }
-    /// Makes the next level's mesh around those cells that have no norms; their frames remain those of the level above.
+    /// Makes the next level's mesh around the cells without norms. Their frames remain those of the level above.
     void go_down(std::span<const Walker> walkers) {
         std::vector<Cell*> in_mesh;
         for (const Walker& w : walkers)

@@ -24,7 +24,7 @@ constexpr std::array<std::array<int, 3>, k_samples> k_ninths{
     {{9, 0, 0}, {0, 9, 0}, {0, 0, 9}, {6, 3, 0}, {5, 4, 0}, {4, 5, 0}, {3, 6, 0}, {0, 6, 3},
      {0, 5, 4}, {0, 4, 5}, {0, 3, 6}, {3, 0, 6}, {4, 0, 5}, {5, 0, 4}, {6, 0, 3}, {3, 3, 3},
      {7, 1, 1}, {5, 2, 2}, {1, 7, 1}, {2, 5, 2}, {1, 1, 7}, {2, 2, 5}}};
-/// Those on inner edges of a cell whose first edge is cut: from the cut's points to the opposite corner.
+/// Samples on the inner edges of a cell whose first edge is cut: from the cut's points to the opposite corner.
 constexpr std::array<std::array<int, 3>, 4> k_ninths_at_cut{{{2, 1, 6}, {4, 2, 3}, {1, 2, 6}, {2, 4, 3}}};
 
 }  // namespace

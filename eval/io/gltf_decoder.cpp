@@ -288,7 +288,7 @@ class GltfDecoder {
             if (mode == TINYGLTF_MODE_TRIANGLES && count % 3 != 0)
                 reject(fmt::format("{} vertex indices are no whole number of triangles", count));
             for (std::uint64_t i = 0; i + 2 < count; i += mode == TINYGLTF_MODE_TRIANGLES ? 3 : 1) {
-                // Every other triangle of a strip runs backwards.
+                // Every second triangle of a strip has the opposite orientation.
                 const std::uint64_t odd = mode == TINYGLTF_MODE_TRIANGLE_STRIP ? i % 2 : 0;
                 add(index(mode == TINYGLTF_MODE_TRIANGLE_FAN ? 0 : i + odd), index(i + 1 - odd), index(i + 2));
             }

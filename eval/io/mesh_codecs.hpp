@@ -1,7 +1,7 @@
 #pragma once
 
-// Private to eval/io: an encoder and a decoder for the bytes of a whole file per format, of which mesh_writer and
-// mesh_reader choose one.
+// Private to eval/io: for each format, an encoder and a decoder for the bytes of a whole file. mesh_writer and
+// mesh_reader choose among them.
 
 #include "../../hier/base/files.hpp"
 #include "../../hier/base/parallel.hpp"
@@ -18,16 +18,16 @@
 
 namespace tetrakis::detail {
 
-/// Most elements of one kind: the 32-bit index that remains means "none".
+/// Maximum number of elements of one kind: counts are 32-bit numbers below 0xFFFFFFFF, which means "none".
 inline constexpr std::uint32_t k_most_elements = 0xFFFF'FFFEu;
 
 TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
 
-/// Cuts faces into triangles, with regard to their shapes: a fan may leave a concave face.
+/// Cuts faces into triangles by their shapes: in a concave face, a simple fan may leave the face.
 TriangleMesh cut_faces(const MeshView& faces);
-/// The same: calls visit(face, corners of a triangle), face by face.
+/// Calls visit(face, corners of a triangle) for these triangles, face by face.
 template <class Visit>
 void for_each_triangle(const MeshView& mesh, const Visit& visit) {
     FaceCutter cutter;

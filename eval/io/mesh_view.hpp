@@ -12,7 +12,7 @@ namespace tetrakis {
 
 struct ControlMeshData;
 
-/// A view of a triangle or polygon mesh, without copies: what is written to a file.
+/// A view, without copies, of the triangle or polygon mesh that is written to a file.
 struct MeshView {
     std::span<const Vec3d> positions, normals;
     std::span<const Vec2d> uvs;

@@ -62,7 +62,7 @@ struct RoleName {
     std::size_t role;
     bool is_list;
 };
-constexpr std::size_t k_skip = 8;  // no role
+constexpr std::size_t k_skip = 8;  // role of properties that are not read
 // A vertex's position, normal and texture coordinates are numbers 0 to 2, 3 to 5, 6 and 7.
 constexpr RoleName k_vertex_roles[] = {{"x", 0, false},  {"y", 1, false},         {"z", 2, false},
                                        {"nx", 3, false}, {"ny", 4, false},        {"nz", 5, false},
@@ -261,9 +261,9 @@ class PlyDecoder {
         return roles;
     }
 
-    /// The numbers of one vertex, face or the like, by role.
+    /// The values of one element (such as a vertex or a face), by role.
     using Row = std::array<std::vector<double>, k_skip + 1>;
-    /// Calls use(i, row) for one element after the other.
+    /// Calls use(i, row) for each element in order.
     template <class Use>
     void for_each_row(const PlyElement& element, const std::vector<std::size_t>& roles, double from, double to,
                       const Use& use) {

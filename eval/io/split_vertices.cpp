@@ -12,7 +12,7 @@ SplitVertices::SplitVertices(const MeshView& mesh, bool uvs) : mesh_corners_(mes
     vertices_.reserve(mesh.positions.size());
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) vertices_.push_back({v, by_normal ? 0 : v});
     if (!by_uv && !by_normal) return;
-    // Chains from a vertex through its copies.
+    // Linked lists from each vertex through its copies.
     constexpr std::uint32_t k_last = 0xFFFF'FFFFu, k_not_met = k_last - 1;
     std::vector<std::uint32_t> next_copy(vertices_.size(), k_not_met);
     own_corners_.reserve(mesh.corners.size());

@@ -73,7 +73,7 @@ class BezierTriangle {
     }
 
     /// Cuts the triangle from corner 2 to the middle m of side 0. With corners a, b, c the parts have the corners
-    /// (c, a, m) and (b, c, m), so that side 0 of each is the older one.
+    /// (c, a, m) and (b, c, m), so that side 0 of each is a whole side of this one.
     std::pair<BezierTriangle, BezierTriangle> halves() const {
         std::pair<BezierTriangle, BezierTriangle> result;
         for (int j = 0; j <= Degree; ++j) {

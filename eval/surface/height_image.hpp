@@ -24,7 +24,7 @@ struct HeightImage {
 };
 
 /// Reads PNG (8 and 16 bits), JPEG, TGA, BMP, PGM and the like; colours become their luma, alpha is ignored.
-/// @throws Error io: missing or unreadable; invalid_input: no picture that can be decoded, with the reason
+/// @throws Error io: missing or unreadable; invalid_input: no picture that can be decoded, with the reason; unsupported
 HeightImage load_height_image(const std::filesystem::path& path);
 
 }  // namespace tetrakis

@@ -147,8 +147,8 @@ class CellTessellator : public TessellationRun {
         return refinement_->error(exported_.leaves[t]);
     }
 
-    /// Whether the estimated error of a triangle is certified: within the aim, estimates of the certified estimator
-    /// are, and those of leaves where its basis says so.
+    /// Whether the estimated error of a triangle, if it is within the aim, is certified: by default with the certified
+    /// estimator; an override may decide by the basis of a leaf's error.
     virtual bool is_bound(std::uint32_t) const { return certified(); }
     /// The largest certified error of all triangles, tight to a twentieth if it is above a floor: the aim of the
     /// certified estimator, or else the measured error. A fan is represented by its first triangle.

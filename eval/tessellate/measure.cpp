@@ -85,7 +85,7 @@ struct Found {
 };
 
 /// Distances from a target to the mesh, sampled on the target itself, so that parts that the projection never reached
-/// count. The number of samples is limited to what lattices of k_most_intervals on the triangles of both would have.
+/// count. There are at most as many samples as lattices of k_most_intervals on the triangles of both would have.
 DirectedDistance measure_from_target(const TriangleMesh& target, const TriangleBvh& bvh, std::uint64_t samples,
                                      const RunContext& context) {
     RunContext last_tenth = context;

@@ -37,7 +37,7 @@ namespace tetrakis {
 /// If all folds are 0, sliding is in a plane and adds nothing to the error.
 struct EdgeSliding {
     std::array<bool, 3> edge{};    ///< whether edge k, from corner k to k + 1, slides
-    std::array<double, 3> fold{};  ///< folds of sliding edges, in radians
+    std::array<double, 3> fold{};  ///< upper bounds on the folds of sliding edges, in radians
     std::array<double, 3> flap{};  ///< tangents of the base angles of flaps at sliding edges
 
     bool any() const { return edge[0] || edge[1] || edge[2]; }
