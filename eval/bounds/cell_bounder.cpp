@@ -65,7 +65,7 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
     Piece piece{at, {0, 1, 2}};
     const Node* const cell = in_one ? &locate(root, piece.at) : nullptr;
     if constexpr (k_corners == 3) {
-        // |S - L| first: it is never smaller than the distance, and known for all triangles of a cell.
+        // |S - L| is bounded first: it is never smaller than the distance, and known for all triangles of a cell.
         const double size = cell->kind == Node::Kind::regular ? relative_size(piece.at) : 0;
         if (size > 0 && settled(size * size * detail::linear_deviation(cell->patch) + pad_)) return finish();
     }
@@ -184,7 +184,7 @@ const detail::SexticWeights& CellBounder<Shape>::weights_over(const Corners& at)
 
 template <class Shape>
 void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece, bool is_leaf) {
-    // The longest side first: it is bisected.
+    // The longest side becomes side 0, which is bisected.
     auto& [at, edge] = piece;
     const std::array length{glm::distance(at[0], at[1]), glm::distance(at[1], at[2]), glm::distance(at[2], at[0])};
     const auto longest = std::ranges::max_element(length) - length.begin();

@@ -58,7 +58,7 @@ class CellBounder : private detail::PatchBounder {
     using Piece = detail::LabelledTriangle;
     static constexpr int k_corners = Node::k_corners;
 
-    /// @param at    corners in a root; for quads also in the next corner's cell, then from (1, 0) to (2, 1)
+    /// @param at    corners, in a root; for quads also in the next corner's cell, where x is 1 to 2
     /// @param apex  third corner of the triangle, in place of the surface's point; or null
     LeafError error_over(HalfedgeId root, const Corners& at, const Vec3d* apex, const EdgeSliding& sliding);
     /// The first regular cell, else the deepest, around a triangle. @param at  corners in the root, then in the cell
@@ -66,7 +66,7 @@ class CellBounder : private detail::PatchBounder {
     void bound_cell(const Node& cell, const Piece& piece, int depth);
     /// @param is_leaf  the piece is all of the leaf
     void bound_regular(const Node& cell, const Piece& piece, bool is_leaf);
-    /// @param strip  in a cell with a crease of finite sharpness: number of the curve piece across it with `piece`
+    /// @param strip  number of the piece (CreasePieces) that contains `piece`, for a crease of finite sharpness
     void bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece, bool is_leaf);
     const detail::SexticWeights& weights_over(const Corners& at);
 

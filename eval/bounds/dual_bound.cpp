@@ -156,7 +156,7 @@ class FaceErrors {
     const Vec3d& position(std::size_t i) const { return corners_[i].position; }
 
     /// Bounds the error between two lines from a corner's vertex. At distance t from the end of the surface, the
-    /// surface depends on t^2: lines from there are parabolas, cut into some parts.
+    /// surface depends on t^2: lines from the end are parabolas there, cut into k_parts straight parts.
     /// @param edges  numbers of the edges that the lines lie over
     double bound_corner(const FaceCorner& c, const std::array<Vec2d, 2>& to, const std::array<int, 2>& edges) {
         const auto on_line = [&](std::size_t line, int i, int parts) {

@@ -11,11 +11,11 @@
 
 namespace tetrakis::detail {
 
-/// Certified errors of the mesh of a vertex forest's leaves at their limit points. Each face of the mesh stands for the
-/// part of the surface around the point where its leaves meet. Straight lines from vertex to vertex in the cells'
-/// parameters bound that part; a line through the point lies over a quad's diagonal. The error of a triangle is that of
-/// CellBounder, with the mesh's own sliding (EdgeSliding). Regular cells give polynomials: of degree 4 (Doo-Sabin), or
-/// four of degree 2 (midedge).
+/// Certified errors of the mesh whose vertices are the limit points of a vertex forest's leaves. Each face stands for
+/// the part of the surface around the point where its leaves meet. Straight lines between vertices, in the cells'
+/// parameters, bound that part; in a quad, a line through the point lies over the diagonal. The error of a triangle is
+/// that of CellBounder, with the mesh's own sliding (EdgeSliding). Regular cells give polynomials: of degree 4
+/// (Doo-Sabin), or four of degree 2 (midedge).
 ///
 /// A face of more than four corners lies around an extraordinary point. It is compared as a whole, as a flat convex
 /// polygon; its corners' distance from the plane is added. If it is not convex, face and surface are compared with the
@@ -23,7 +23,7 @@ namespace tetrakis::detail {
 /// is compared with the edge.
 class DualBound {
   public:
-    /// Doo-Sabin and midedge, by either of their weights: quadratic, with no negative weight anywhere.
+    /// Whether there are bounds: for Doo-Sabin and midedge with either of their weights, which are never negative.
     static bool has(const SchemeInfo& scheme);
 
     /// @param points  gives the control points; must outlive this object

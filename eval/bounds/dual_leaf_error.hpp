@@ -12,7 +12,7 @@
 
 namespace tetrakis::detail {
 
-/// The triangle mesh of a vertex forest's leaves, and the faces around each of its vertices.
+/// The triangle mesh of a vertex forest's leaves, with the triangles of the faces around each of its vertices.
 struct DualTriangles {
     DualFaces faces;                          ///< triangles
     std::vector<std::uint32_t> around;        ///< per vertex, concatenated: triangles of the dual faces that it is in

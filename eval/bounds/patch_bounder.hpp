@@ -76,7 +76,7 @@ class PatchBounder {
         return most;
     }
     /// Bound on the error over a piece that lies, with its sides, in the convex hull of these points.
-    /// @param may_split  whether any value that does not settle the piece will do if the bound does not
+    /// @param may_split  then any value that does not settle the piece may be returned if the bound does not settle it
     template <class Points>
     double hull_error(const Points& points, const Edges& edge, bool may_split) const {
         double error = 0;

@@ -108,7 +108,7 @@ StarNorms::StarNorms(Star<Corners> star, int valence)
     }
     for (std::size_t i = 0; i < count; ++i) star.points[i] = Vec3d(reference_[i], 0);
     for_each_deviation([&](const Vec3d& d) { note(reference_deviation_, glm::length(d)); });
-    // Least squares.
+    // The affine map fits the reference star to a star by least squares.
     glm::dmat3 normal(0);
     for (const Vec2d& p : reference_) normal += glm::outerProduct(Vec3d(1, p.x, p.y), Vec3d(1, p.x, p.y));
     for (const Vec2d& p : reference_) fit_.push_back(glm::inverse(normal) * Vec3d(1, p.x, p.y));
@@ -138,7 +138,7 @@ double StarNorms::deviation(std::span<const Vec3d> points) const {
         x += fit_[i].y * points[i];
         y += fit_[i].z * points[i];
     }
-    // The affine map stretches by the larger singular value of its matrix at most.
+    // The affine map stretches lengths at most by the larger singular value of its matrix.
     const double xx = glm::dot(x, x), yy = glm::dot(y, y), xy = glm::dot(x, y);
     const double stretch = std::sqrt(0.5 * (xx + yy) + std::hypot(0.5 * (xx - yy), xy));
     double sum = stretch * reference_deviation_;

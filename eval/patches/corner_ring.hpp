@@ -56,14 +56,14 @@ struct CornerRing {
     };
     std::optional<Sector> sector(int at) const;
     std::optional<Sector> sector() const { return sector(cell); }
-    /// Limit position, normal, and tangents of the cell's sector, which are zero at interior vertices of valence 2 and
-    /// where too many edges surround the end of a crease.
+    /// Limit position, normal, and tangents of the cell's sector. The tangents are zero at interior vertices of valence
+    /// 2, and where too many edges surround the end of a crease.
     SurfacePoint limit() const;
     void add_points(std::vector<Vec3d>& points) const;
 };
 
-/// Ring of the midpoint of a cell's side; its spoke 0 leads to the ring `to`, and spoke 1 into the cell, which is on
-/// the left.
+/// Ring of the midpoint of a cell's side. Its spoke 0 leads towards the centre of `to`; spoke 1 leads into the cell,
+/// which is on the left.
 /// @param from, to              the rings of the side's ends, one level up
 /// @param from_child, to_child  child() of these
 CornerRing side_ring(const CornerRing& from, const CornerRing& to, const CornerRing& from_child,

@@ -53,7 +53,7 @@ namespace {
 
 constexpr std::array<Vec2d, 3> k_corner_parameters{Vec2d(0, 0), Vec2d(1, 0), Vec2d(0, 1)};
 
-/// Interior, nothing sharp, three triangles or more.
+/// Whether a vertex is interior, with no sharp tags around it and at least three triangles.
 bool is_smooth(const ControlMesh& mesh, VertexId v) {
     bool smooth = !mesh.is_boundary(v) && !is_sharp(mesh.sharpness(v)) && mesh.face_valence(v) > 2;
     if (smooth) for_each_outgoing(mesh, v, [&](HalfedgeId h) { smooth &= !is_sharp(mesh.sharpness(mesh.edge(h))); });
@@ -118,7 +118,7 @@ SurfacePoint LoopPatches::vertex(HalfedgeId root, LatticePoint at, int level) co
     const std::array<std::uint32_t, 3> b{side - at.x - at.y, at.x, at.y};
     for (std::uint32_t s = 0; s < 3; ++s) {
         if (b[s] == side) out.normal = root_ring(root, s).limit().normal;
-        // On side s of the root, at parameter t along it?
+        // Is the vertex inside side s of the root?
         if (b[(s + 2) % 3] != 0 || b[s] == 0 || b[(s + 1) % 3] == 0) continue;
         const HalfedgeId h(root.value + s);
         const std::uint32_t t = mesh_.twin(h).value;

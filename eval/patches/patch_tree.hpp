@@ -66,7 +66,7 @@ struct PatchNode : PoolNew {
     }
     /// Number in the star of a corner of the cell.
     int in_star(int corner) const { return (corner - turn + k_corners) % k_corners; }
-    /// The corner of an irregular cell at a point, or for it in a cell too small for more points; -1: none.
+    /// The corner of an irregular cell at a point; in very deep cells, the corner of the point's quarter; -1: none.
     int corner_at(const Vec2d& at) const {
         constexpr int k_deepest = 52;  // below this a cell is a point: parameters have no more bits
         return is_cell_corner(at) || depth > k_deepest ? quarter_of(at, k_corners) % k_corners : -1;

@@ -150,7 +150,7 @@ void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
     node.become(std::move(star), 0);
 }
 
-/// Rings of level 1.
+/// The rings of a root's corners, at level 1.
 detail::CellRings<4> QuadPatches::root_rings(HalfedgeId root) const {
     const ControlMesh& m = mesh_;
     const auto ring = [&](HalfedgeId h) {

@@ -35,7 +35,7 @@ void subdivide(const QuadStar& star, std::array<QuadStar, 4>& quarters) {
         const Vec3d& corner = star.points[static_cast<std::size_t>(k)];
         quarter.resize(QuadStar::with_first(n));
         const auto edge = [&](int i) -> const Vec3d& { return star.ring(k, i < n ? 2 * i : 0); };
-        Vec3d* const new_edge = quarter.points.data() + 1;  // every other one
+        Vec3d* const new_edge = quarter.points.data() + 1;  // edge points, at every second place
         Vec3d* const new_face = new_edge + 1;
         Vec3d edges(0), faces(0);
         for (int i = 0; i < n; ++i) {
@@ -69,7 +69,7 @@ Net12 net_of(const LoopStar& star, int corner) {
 
 Vec3d corner_limit(const LoopStar& star, int corner) {
     const int n = star.valence_of(corner);
-    static const RingMask regular = Loop::limit_mask(6);  // most are: no cosine
+    static const RingMask regular = Loop::limit_mask(6);  // most corners are regular: this saves a cosine
     const RingMask mask = n == 6 ? regular : Loop::limit_mask(n);
     Vec3d sum(0);
     for (int i = 0; i < n; ++i) sum += star.ring(corner, i);
@@ -78,8 +78,8 @@ Vec3d corner_limit(const LoopStar& star, int corner) {
 
 void subdivide(const LoopStar& star, std::array<LoopStar, 4>& quarters) {
     static const double regular = Loop::beta(6);
-    // A quarter's corners, then the edge points around its corner of the star: points from 1 on are those of the edges
-    // to neighbours 0, 1, 2 and so on.
+    // A quarter has its corners first, then the edge points around its corner of the star: point 1 + i belongs to the
+    // edge to neighbour i.
     for (int k = 0; k < 3; ++k) {
         LoopStar& quarter = quarters[static_cast<std::size_t>(k)];
         const int n = star.valence_of(k);
@@ -101,7 +101,7 @@ void subdivide(const LoopStar& star, std::array<LoopStar, 4>& quarters) {
         const auto c = static_cast<std::size_t>(k % 3);
         return quarters[c].points[static_cast<std::size_t>(i < 0 ? star.valence[c] : i)];
     };
-    // Vertex k, the middle of the side after it, and the edge points across the sides after and before it.
+    // Vertex k, the midpoint of the side after it, and the edge points across the sides after and before it.
     const auto vertex = [&](int k) -> const Vec3d& { return point(k, 0); };
     const auto middle = [&](int k) -> const Vec3d& { return point(k, 1); };
     const auto across_after = [&](int k) -> const Vec3d& { return point(k, -1); };

@@ -8,11 +8,11 @@
 
 namespace tetrakis::detail {
 
-/// A picture as its file has it, row by row from the top.
+/// The samples of a picture file, row by row from the top.
 struct Picture {
     int width = 0, height = 0;
     int channels = 0;                    ///< 1: grey, 2: and alpha, 3: red, green, blue, 4: and alpha
-    int bits = 8;                        ///< of a grey PNG's samples 1, 2, 4, 8 or 16, of others 8 or 16
+    int bits = 8;                        ///< per sample in the file: 1, 2, 4, 8 or 16 in a grey PNG, else 8 or 16
     std::vector<std::uint16_t> samples;  ///< width * height * channels; 65535 is white, whatever the bits
 };
 

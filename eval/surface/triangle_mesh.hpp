@@ -9,8 +9,8 @@
 
 namespace tetrakis {
 
-/// An indexed triangle mesh with shared vertices: what tessellations, targets and comparisons are made of.
-/// V vertices, T triangles; empty optional arrays mean "none".
+/// An indexed triangle mesh with shared vertices, for tessellations, targets and comparisons. It has V vertices and T
+/// triangles; empty optional arrays mean "none".
 struct TriangleMesh {
     std::vector<Vec3d> positions;  ///< V points
     std::vector<std::array<std::uint32_t, 3>>

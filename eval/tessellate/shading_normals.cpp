@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
 
-/// If all sides' normals are within this angle of the vertex's own normal, that one is used: no difference is visible.
+/// If the normals of all sides are within this angle of the vertex normal, it alone is used: no difference is visible.
 constexpr double k_one_plane_degrees = 1;
 
 std::uint32_t vertex_of(const TriangleMesh& mesh, std::uint64_t corner) {
