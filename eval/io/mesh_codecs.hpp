@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -25,8 +26,20 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
 TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
 
-/// Cuts faces into triangles by their shapes: in a concave face, a simple fan may leave the face.
-TriangleMesh cut_faces(const MeshView& faces);
+/// Triangles by cut_faces(), with their numbers alone.
+TriangleMesh cut_corners(const MeshView& faces);
+/// Cuts faces into triangles by their shapes: in a concave face, a simple fan may leave the face. Takes over the
+/// values.
+template <class Polygons>
+TriangleMesh cut_faces(Polygons&& polygons) {
+    TriangleMesh mesh = cut_corners(MeshView(polygons));
+    mesh.positions = std::move(polygons.positions);
+    mesh.normals = std::move(polygons.normals);
+    mesh.uvs = std::move(polygons.uvs);
+    mesh.materials = std::move(polygons.materials);
+    mesh.groups = std::move(polygons.groups);
+    return mesh;
+}
 /// Calls visit(face, corners of a triangle) for these triangles, face by face.
 template <class Visit>
 void for_each_triangle(const MeshView& mesh, const Visit& visit) {

@@ -7,7 +7,7 @@ namespace tetrakis {
 
 namespace detail {
 
-TriangleMesh cut_faces(const MeshView& faces) {
+TriangleMesh cut_corners(const MeshView& faces) {
     TriangleMesh mesh;
     for_each_triangle(faces, [&](std::uint64_t f, const std::array<std::uint64_t, 3>& corners) {
         const auto add = [&](std::span<const std::uint32_t> of_corner, auto& triangles) {
@@ -20,11 +20,6 @@ TriangleMesh cut_faces(const MeshView& faces) {
         if (!faces.face_material.empty()) mesh.triangle_material.push_back(faces.face_material[f]);
         if (!faces.face_group.empty()) mesh.triangle_group.push_back(faces.face_group[f]);
     });
-    mesh.positions.assign(faces.positions.begin(), faces.positions.end());
-    mesh.normals.assign(faces.normals.begin(), faces.normals.end());
-    mesh.uvs.assign(faces.uvs.begin(), faces.uvs.end());
-    mesh.materials.assign(faces.materials.begin(), faces.materials.end());
-    mesh.groups.assign(faces.groups.begin(), faces.groups.end());
     return mesh;
 }
 

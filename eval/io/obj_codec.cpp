@@ -46,7 +46,7 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
     };
     drop_unless_whole(data.face_uvs, data.uvs);
     drop_unless_whole(data.face_normals, data.normals);
-    TriangleMesh mesh = cut_faces(MeshView(data));
+    TriangleMesh mesh = cut_faces(std::move(data));
     // If all corners use the normal with their vertex's index (files of tetrakis without creases), they are by vertex.
     if (mesh.triangle_normals == mesh.triangles && mesh.normals.size() == mesh.positions.size())
         mesh.triangle_normals.clear();

@@ -105,7 +105,7 @@ class PlyDecoder {
             mesh_.face_uvs.clear();
             mesh_.uvs.clear();
         }
-        TriangleMesh mesh = cut_faces(mesh_);
+        TriangleMesh mesh = cut_faces(std::move(mesh_));
         if (!uv_of_vertex_.empty() && mesh.triangle_uvs.empty()) {  // one UV per vertex: the same numbers
             mesh.uvs = std::move(uv_of_vertex_);
             mesh.triangle_uvs = mesh.triangles;
@@ -278,8 +278,10 @@ class PlyDecoder {
                 const PlyProperty& property = element.properties[p];
                 std::vector<double>& numbers = row[roles[p]];
                 for (std::uint64_t left = property.count_type != nullptr ? list_count(property) : 1; left > 0; --left) {
-                    numbers.push_back(next(*property.type));
-                    if (roles[p] != k_skip && !std::isfinite(numbers.back()))
+                    const double number = next(*property.type);
+                    if (roles[p] == k_skip) continue;
+                    numbers.push_back(number);
+                    if (!std::isfinite(number))
                         reject(fmt::format("{} of {} {} is not finite", property.name, element.name, i));
                 }
             }

@@ -3,6 +3,7 @@
 #include "../../refine/rules/face_normals.hpp"
 #include "../../schemes/analysis/limit_search.hpp"
 #include "../../schemes/core/sharpness.hpp"
+#include "../../schemes/rules/catmull_clark.hpp"
 #include "../../schemes/rules/loop.hpp"
 
 #include <algorithm>
@@ -35,7 +36,10 @@ bool is_crease(const CornerRing::Spoke& s) { return is_sharp(s.sharpness); }
 ClosedMasks masks_of(SchemeKind scheme, const FanShape& shape) {
     const SchemeInfo& info = *find_scheme(name(scheme));
     if (!shape.corner) return limit_masks(info, shape, {});
-    ClosedMasks masks = shape.boundary ? info.closed_masks(shape, {}) : ring_closed_masks(shape.faces, {.vertex = 1});
+    ClosedMasks masks = shape.boundary ? info.closed_masks(shape, {})
+                        : scheme == SchemeKind::catmull_clark
+                            ? CatmullClark::ring_closed_masks(shape.faces, {.vertex = 1})
+                            : ring_closed_masks(shape.faces, {.vertex = 1});
     const bool fit = masks.tangent1.empty();
     for (int i = 0; fit && i <= shape.faces; ++i) {
         const double angle = i * std::numbers::pi / shape.faces;

@@ -187,7 +187,7 @@ SurfacePoint QuadPatches::vertex(HalfedgeId root, LatticePoint at, int level) co
         return unit_or_zero(point.normal + frame(beyond, x * step, y * step).normal);
     };
     if (at.x == 0 && at.y == 0)
-        point.normal = detail::control_ring(m, SchemeKind::catmull_clark, root, face_points()).limit().normal;
+        point.normal = detail::control_ring(m, SchemeKind::catmull_clark, root, face_points()).child().limit().normal;
     else if (at.y == 0 && is_hard(m, root))
         point.normal = mean_normal(m.cw_outgoing(root), 0, at.x);
     else if (at.x == 0 && is_hard(m, m.prev(root)))

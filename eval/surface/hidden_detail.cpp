@@ -6,8 +6,20 @@
 
 namespace tetrakis::detail {
 
-Departure departure(const HeightImage& image, const std::array<Vec2d, 3>& uv, const Vec3d& heights, double least,
+HeightRanges::HeightRanges(const HeightImage& heights)
+    : image(heights), pieces((static_cast<std::size_t>(heights.width) + k_piece - 1) / k_piece) {
+    for (auto at = image.values.begin(); at != image.values.end();)
+        for (int left = image.width; left > 0; left -= k_piece) {
+            const auto end = at + std::min(left, k_piece);
+            const auto [low, high] = std::minmax_element(at, end);
+            range.push_back({*low, *high});
+            at = end;
+        }
+}
+
+Departure departure(const HeightRanges& of, const std::array<Vec2d, 3>& uv, const Vec3d& corner_heights, double least,
                     double enough) {
+    const HeightImage& image = of.image;
     Departure found;
     if (image.values.empty()) return found;
     const Vec2d size(image.width, image.height);
@@ -41,14 +53,25 @@ Departure departure(const HeightImage& image, const std::array<Vec2d, 3>& uv, co
             if (step[k] == 0 && at_lower[k] < -k_rounding) end = -1;
         }
         if (begin > end) continue;
-        const float* const row = image.values.data() + wrapped(y, image.height) * image.width;
-        const double plane = glm::dot(at_lower, heights), slope = glm::dot(step, heights);
+        const auto row = static_cast<std::size_t>(wrapped(y, image.height));
+        const float* const values = image.values.data() + row * static_cast<std::size_t>(image.width);
+        const double plane = glm::dot(at_lower, corner_heights), slope = glm::dot(step, corner_heights);
         std::int64_t column = wrapped(lower.x + begin, image.width);
-        for (double x = begin; x <= end; ++x, column = column + 1 < image.width ? column + 1 : 0) {
-            const double height = double{row[column]} - (plane + slope * x);
-            if (std::abs(height) <= std::max(least, std::abs(found.height))) continue;
-            found = {height, at_lower + x * step};
-            if (std::abs(height) > enough) return found;
+        for (double x = begin; x <= end;) {
+            const std::int64_t piece = column / HeightRanges::k_piece,
+                               next = std::min<std::int64_t>((piece + 1) * HeightRanges::k_piece, image.width);
+            const double last = std::min(std::floor(end), x + static_cast<double>(next - column - 1));
+            const auto [low, high] = of.range[row * of.pieces + static_cast<std::size_t>(piece)];
+            const auto [lowest, highest] = std::minmax({plane + slope * x, plane + slope * last});
+            const bool may_depart = std::max(high - lowest, highest - low) > std::max(least, std::abs(found.height));
+            for (; may_depart && x <= last; ++x, ++column) {
+                const double height = double{values[column]} - (plane + slope * x);
+                if (std::abs(height) <= std::max(least, std::abs(found.height))) continue;
+                found = {height, at_lower + x * step};
+                if (std::abs(height) > enough) return found;
+            }
+            x = last + 1;
+            column = next < image.width ? next : 0;
         }
     }
     return found;

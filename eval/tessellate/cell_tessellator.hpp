@@ -245,7 +245,8 @@ class CellTessellator : public TessellationRun {
                     charts, scheme, {.rules = chart_rules(options_.rules), .whole_levels = true, .context = context_}));
             }
         } catch (const Error& error) {
-            if (error.code() == ErrorCode::cancelled) throw;
+            const bool kept = linear_for_want_of_better && error.code() != ErrorCode::cancelled;
+            if (!kept && error.code() != ErrorCode::invalid_input) throw;
             result_.warnings.push_back(fmt::format("the UV layer cannot be subdivided and is {} ({})",
                                                    linear_for_want_of_better ? "interpolated linearly" : "left out",
                                                    error.what()));

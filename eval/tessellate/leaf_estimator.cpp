@@ -2,7 +2,6 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../distance/limit_samples.hpp"
-#include "../triangles/face_distance.hpp"
 #include "../triangles/point_triangle.hpp"
 #include "measure.hpp"
 
@@ -163,7 +162,7 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
         if (along <= reach) error = std::max(error, along);
     });
     if (map_.has_detail() && (error <= tolerance_ || tolerance_ <= 0))
-        error = detail::with_hidden_detail(*map_.heights, map_.amplitude, n, samples, error, tolerance_,
+        error = detail::with_hidden_detail(*map_.ranges, map_.amplitude, n, samples, error, tolerance_,
                                            [&](const Vec3d& p) { return plane(p); });
     if (error > tolerance_ && size < k_least_leaf * tolerance_) {
         gave_up_.store(true, std::memory_order_relaxed);
@@ -177,6 +176,8 @@ template class LeafEstimator<LoopFamily>;
 
 namespace {
 
+using detail::cross2;
+
 /// Intervals a side of a root's sample lattice.
 constexpr int k_fan_lattice = 6;
 
@@ -185,19 +186,38 @@ constexpr int k_fan_lattice = 6;
 double FanError::certified(FaceId face, double decide_at, bool may_reject) const {
     const ControlMesh& mesh = map_.patches->mesh();
     const std::uint32_t n = mesh.face_size(face), h0 = mesh.face_halfedge(face).value;
-    std::vector<Vec3d> corners;
-    for (std::uint32_t i = 0; i < n; ++i) corners.push_back(positions_[mesh.origin(HalfedgeId(h0 + i)).value]);
+    const auto at = [&](std::uint32_t i) { return positions_[mesh.origin(HalfedgeId(h0 + i)).value]; };
+    const auto corner = [n](std::uint32_t i) { return detail::polygon_corner(n, i); };
+    // The point of the fan over the polygon's centre.
     Vec3d centre(0);
-    double departure = 0;
-    if (n == 4) {  // centre on the diagonal, so that the star's triangles lie in the fan's
-        const auto& [a, b, c] = fans_.of(face)[0];
-        const std::uint32_t opposite = 6u - a - b - c;
-        centre = 0.5 * (corners[(opposite + 1) % n] + corners[(opposite + 3) % n]);
-    } else {
-        for (const Vec3d& corner : corners) centre += corner / static_cast<double>(n);
-        const detail::FaceDistance flat(corners);
-        if (n > 4) departure = flat.convex() ? 2 * flat.height() : bounding_box(corners).diagonal();
+    double least = -std::numeric_limits<double>::infinity();
+    for (const auto& t : fans_.of(face)) {
+        const Vec2d a = corner(t[0]), b = corner(t[1]), c = corner(t[2]);
+        const double det = cross2(b - a, c - a);
+        const double wb = cross2(-a, c - a) / det, wc = cross2(b - a, -a) / det, wa = 1 - wb - wc;
+        if (std::min({wa, wb, wc}) > least) {
+            least = std::min({wa, wb, wc});
+            centre = wa * at(t[0]) + wb * at(t[1]) + wc * at(t[2]);
+        }
     }
+    // Star against fan: both are piecewise linear over the polygon, so the difference is largest where a spoke meets a
+    // diagonal.
+    double departure = 0;
+    for (const auto& t : fans_.of(face))
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t i = t[k], j = t[(k + 1) % 3];
+            if ((i + 1) % n == j || (j + 1) % n == i) continue;
+            const Vec2d p = corner(i), d = corner(j) - p;
+            for (std::uint32_t s = 0; s < n; ++s) {
+                const Vec2d spoke = corner(s);
+                const double det = cross2(d, spoke);
+                if (std::abs(det) < 1e-12) continue;
+                const double along = cross2(spoke, p) / det, out = cross2(d, p) / det;  // p + along d = out spoke
+                if (along < 0 || along > 1 || out < 0 || out > 1) continue;
+                const Vec3d on_fan = (1 - along) * at(i) + along * at(j), on_star = (1 - out) * centre + out * at(s);
+                departure = std::max(departure, glm::length(on_fan - on_star));
+            }
+        }
     const double left = std::max(decide_at - departure, 0.0);
     double error = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -243,7 +263,7 @@ double FanError::measured(FaceId face, double tolerance) const {
             if (b2 == 0 && hard) error = std::max(error, detail::segment_distance(sample.position, a, b));
         });
         if (map_.has_detail() && error <= enough)
-            error = detail::with_hidden_detail(*map_.heights, map_.amplitude, k_fan_lattice, samples, error, tolerance,
+            error = detail::with_hidden_detail(*map_.ranges, map_.amplitude, k_fan_lattice, samples, error, tolerance,
                                                to_fan);
     }
     if (error <= enough && map_.target) {

@@ -31,6 +31,13 @@ void check_reference_memory(std::uint64_t triangles, const RunContext& context);
 void measure_triangles(const TriangleMesh& reference, Tessellation& result, std::uint64_t samples,
                        const RunContext& context);
 
+/// Corner i of the regular polygon of n corners about the origin.
+inline Vec2d polygon_corner(std::uint32_t n, std::uint32_t i) {
+    const double angle = 2 * std::numbers::pi / n * i;
+    return {std::cos(angle), std::sin(angle)};
+}
+inline double cross2(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
+
 }  // namespace tetrakis::detail
 
 namespace tetrakis {
@@ -47,11 +54,8 @@ struct OutputTriangle {
     SurfaceParameter parameter(const ControlMesh& mesh, double b0, double b1, double b2) const {
         if (!fan.valid()) return Family::parameter(mesh, cell, b0, b1, b2);
         const std::uint32_t n = mesh.face_size(fan);
-        const auto corner = [n](std::uint32_t i) {
-            const double angle = 2 * std::numbers::pi / n * i;
-            return Vec2d(std::cos(angle), std::sin(angle));
-        };
-        const auto cross2 = [](const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; };
+        using detail::cross2;
+        const auto corner = [n](std::uint32_t i) { return detail::polygon_corner(n, i); };
         const Vec2d p = b0 * corner(fan_corner[0]) + b1 * corner(fan_corner[1]) + b2 * corner(fan_corner[2]);
         double turns = std::atan2(p.y, p.x) / (2 * std::numbers::pi);
         if (turns < 0) turns += 1;

@@ -7,6 +7,7 @@
 #include "../surface/hidden_detail.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,7 +57,8 @@ class SurfaceMap {
   public:
     const typename Family::Patches* patches = nullptr;
     std::unique_ptr<UvSurface<Family>> uv;
-    const HeightImage* heights = nullptr;  ///< of a displacement
+    const HeightImage* heights = nullptr;          ///< of a displacement
+    std::optional<detail::HeightRanges> ranges{};  ///< of `heights`
     double amplitude = 0;
     std::unique_ptr<TriangleBvh> target;
     const TriangleMesh* target_mesh = nullptr;  ///< the mesh of `target`

@@ -126,6 +126,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         if (mesh_.has_uvs() && (options_.uvs || options_.displacement))
             map_.uv = std::make_unique<UvSurface<Family>>(mesh_, result_.warnings);
         map_.heights = options_.displacement;
+        if (map_.heights) map_.ranges.emplace(*map_.heights);
         map_.amplitude = options_.amplitude;
         if (options_.target) map_.target = std::make_unique<TriangleBvh>(*options_.target, context_);
         map_.target_mesh = options_.target;
