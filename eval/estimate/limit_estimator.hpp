@@ -31,8 +31,8 @@ void fan_limit_errors(const Hierarchy& points, const FanChoice& fans, std::span<
 
 /// Errors of a hierarchy's triangles by the limit points that two more levels put on a triangle's edges and inside it.
 /// Distances go from these points to the triangle (PlaneMeasure); on boundaries and hard creases, to its own edge.
-/// Except for sqrt(3), they also go back from points of the triangle that are far from their own sample. The result is no
-/// bound: between the points the surface may be farther off.
+/// Except for sqrt(3), they also go back from points of the triangle that are far from their own sample. The result is
+/// no bound: between the points the surface may be farther off.
 class LimitEstimator final : public ErrorEstimator {
   public:
     /// @param points     gives the limit points; must outlive the estimator
