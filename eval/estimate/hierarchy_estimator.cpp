@@ -4,8 +4,8 @@
 #include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
 #include "../bounds/dual_leaf_error.hpp"
+#include "../distance/limit_samples.hpp"
 #include "limit_estimator.hpp"
-#include "sqrt3_leaf_error.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -44,10 +44,7 @@ void HierarchyEstimator::estimate(std::span<const CellTriangle> triangles, std::
         hierarchy_.scheme(), triangles, errors,
         [](const CellTriangle& t) { return t.level + detail::k_limit_lattice_bits <= k_max_level; },
         [&](std::span<const CellTriangle> reached, std::span<double> seen) {
-            if (hierarchy_.family() == "triangles")
-                LimitEstimator<LoopFamily>(hierarchy_, aim_).estimate(reached, seen);
-            else
-                LimitEstimator<QuadFamily>(hierarchy_, aim_).estimate(reached, seen);
+            LimitEstimator(hierarchy_, aim_).estimate(reached, seen);
         });
 }
 
@@ -56,7 +53,8 @@ void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles
     estimate_reached(
         hierarchy_.scheme(), triangles, errors, [&](const Sqrt3Triangle& leaf) { return leaf.level <= deepest; },
         [&](std::span<const Sqrt3Triangle> reached, std::span<double> seen) {
-            detail::sqrt3_leaf_errors(hierarchy_, Sqrt3Lattice(hierarchy_.mesh()), reached, seen);
+            const Sqrt3Lattice lattice(hierarchy_.mesh());
+            LimitEstimator(hierarchy_, aim_, &lattice).estimate_sqrt3(reached, seen);
         });
 }
 

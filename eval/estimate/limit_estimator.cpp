@@ -1,6 +1,7 @@
 #include "limit_estimator.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../distance/limit_samples.hpp"
 #include "../surface/site_limits.hpp"
 
 #include <algorithm>
@@ -92,31 +93,97 @@ double fan_error(const Hierarchy& points, FaceId face, std::span<const std::arra
     return error;
 }
 
-}  // namespace
+constexpr std::size_t k_leaves_at_once = 1u << 14;  // their sites take some 20 MB
+constexpr std::size_t k_sqrt3_samples = 22, k_on_side = 4, k_inside = 15, k_edges = 16;
+
+/// Sample points of a sqrt(3) cell, two lattice levels below its own: ninths of its corners. First the corners, then
+/// four points a side. From k_inside on: the middle. From k_edges on: two points on each of three inner edges, from the
+/// middle to the corners.
+constexpr std::array<std::array<int, 3>, k_sqrt3_samples> k_ninths{
+    {{9, 0, 0}, {0, 9, 0}, {0, 0, 9}, {6, 3, 0}, {5, 4, 0}, {4, 5, 0}, {3, 6, 0}, {0, 6, 3},
+     {0, 5, 4}, {0, 4, 5}, {0, 3, 6}, {3, 0, 6}, {4, 0, 5}, {5, 0, 4}, {6, 0, 3}, {3, 3, 3},
+     {7, 1, 1}, {5, 2, 2}, {1, 7, 1}, {2, 5, 2}, {1, 1, 7}, {2, 2, 5}}};
+/// Those on inner edges of a cell whose first edge is cut: from the cut's points to the opposite corner.
+constexpr std::array<std::array<int, 3>, 4> k_ninths_at_cut{{{2, 1, 6}, {4, 2, 3}, {1, 2, 6}, {2, 4, 3}}};
 
 template <class Family>
-double LimitEstimator<Family>::of_samples(const CellTriangle& triangle, const LimitSamples& s) const {
+double triangle_error(const Hierarchy& points, double tolerance, const CellTriangle& triangle, const LimitSamples& s) {
     const std::array<Vec3d, 3> corner = detail::corners_of(s);
     const double most =
-        farthest_sample(s, k_limit_lattice, PlaneMeasure(corner), hard_edges<Family>(points_.mesh(), triangle)).value;
-    double error = std::max(most, unseen_rounding<Family>(points_, triangle, corner));
-    if (tolerance_ > 0 && error > tolerance_) return error;
+        farthest_sample(s, k_limit_lattice, PlaneMeasure(corner), hard_edges<Family>(points.mesh(), triangle)).value;
+    double error = std::max(most, unseen_rounding<Family>(points, triangle, corner));
+    if (tolerance > 0 && error > tolerance) return error;
     // Distances back; they are never above the distance to the sample, so that refinement ends.
     for_each_lattice_point(k_limit_lattice, [&](int i, double b0, double b1, double b2) {
         const Vec3d q = b0 * corner[0] + b1 * corner[1] + b2 * corner[2];
         const double parametric = glm::length(s[static_cast<std::size_t>(i)] - q);
-        if (parametric > std::max(error, tolerance_))
+        if (parametric > std::max(error, tolerance))
             error = std::max(error, std::min(parametric, distance_to_samples(q, s, most)));
     });
     return error;
 }
 
 template <class Family>
-void LimitEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
-    const std::vector<LimitSamples> samples = samples_of<Family>(points_, triangles);
+void triangle_errors(const Hierarchy& points, double tolerance, std::span<const CellTriangle> triangles,
+                     std::span<double> errors) {
+    const std::vector<LimitSamples> samples = samples_of<Family>(points, triangles);
     for_each_index(
         static_cast<std::uint32_t>(triangles.size()),
-        [&](std::uint32_t t) { errors[t] = of_samples(triangles[t], samples[t]); }, k_grain);
+        [&](std::uint32_t t) { errors[t] = triangle_error<Family>(points, tolerance, triangles[t], samples[t]); },
+        k_grain);
+}
+
+}  // namespace
+
+void LimitEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
+    if (points_.family() == "triangles")
+        triangle_errors<LoopFamily>(points_, tolerance_, triangles, errors);
+    else
+        triangle_errors<QuadFamily>(points_, tolerance_, triangles, errors);
+}
+
+void LimitEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> leaves, std::span<double> errors) const {
+    std::vector<Sqrt3Cell> cells;
+    std::vector<Site> sites;
+    std::vector<Vec3d> limits;
+    for (std::size_t begin = 0; begin < leaves.size(); begin += k_leaves_at_once) {
+        const auto count = static_cast<std::uint32_t>(std::min(k_leaves_at_once, leaves.size() - begin));
+        cells.resize(count);
+        sites.resize(k_sqrt3_samples * count);
+        limits.resize(sites.size());
+        for_each_index(count, [&](std::uint32_t i) {
+            cells[i] = lattice_->cell(leaves[begin + i]);
+            const auto& [a, b, c] = cells[i].corner;
+            for (std::size_t k = 0; k < k_sqrt3_samples; ++k) {
+                // Half triangles have no samples on inner edges: the whole triangle that they become has them.
+                const auto& w = k < k_edges              ? k_ninths[k]
+                                : leaves[begin + i].half ? k_ninths[0]
+                                : cells[i].cut           ? k_ninths_at_cut[k % 4]
+                                                         : k_ninths[k];
+                sites[k_sqrt3_samples * i + k] =
+                    sqrt3_site(points_.mesh(), cells[i].root, w[0] * a + w[1] * b + w[2] * c, cells[i].lattice() + 2);
+            }
+        });
+        limit_positions_once(points_, sites, limits);
+        for_each_index(
+            count,
+            [&](std::uint32_t i) {
+                const Sqrt3Triangle& leaf = leaves[begin + i];
+                const Vec3d* const s = &limits[k_sqrt3_samples * i];
+                const PlaneMeasure plane({s[0], s[1], s[2]});
+                double error = 0;
+                for (std::size_t side = 0; side < 3; ++side) {
+                    const bool sharp =
+                        lattice_->is_line(cells[i], side, cells[i].level - (leaf.half && side == 0 ? 1 : 0));
+                    for (std::size_t k = 3 + k_on_side * side; k < 3 + k_on_side * (side + 1); ++k)
+                        error =
+                            std::max(error, sharp ? segment_distance(s[k], s[side], s[(side + 1) % 3]) : plane(s[k]));
+                }
+                for (std::size_t k = k_inside; k < k_sqrt3_samples; ++k) error = std::max(error, plane(s[k]));
+                errors[begin + i] = error;
+            },
+            k_grain);
+    }
 }
 
 void detail::fan_limit_errors(const Hierarchy& points, const FanChoice& fans, std::span<const FaceId> faces,
@@ -138,8 +205,5 @@ void detail::fan_limit_errors(const Hierarchy& points, const FanChoice& fans, st
         },
         16);
 }
-
-template class LimitEstimator<QuadFamily>;
-template class LimitEstimator<LoopFamily>;
 
 }  // namespace tetrakis

@@ -1,15 +1,18 @@
 #pragma once
 
 #include "../../hier/mesh/fan_choice.hpp"
+#include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/families/error_estimator.hpp"
-#include "../distance/limit_samples.hpp"
 
 #include <span>
 
 namespace tetrakis {
 
 namespace detail {
+
+/// A leaf's error needs points of this many simple steps of sqrt(3) below its level, which the lattice must have.
+inline constexpr int k_sqrt3_error_steps = 6;
 
 /// Least share of the true error that limit points of the next two levels show. Between them a smooth surface may be
 /// farther off by a sixteenth; surfaces of interpolating schemes by a tenth, where faces are five times narrower than
@@ -27,24 +30,25 @@ void fan_limit_errors(const Hierarchy& points, const FanChoice& fans, std::span<
 }  // namespace detail
 
 /// Errors of a hierarchy's triangles by the limit points that two more levels put on a triangle's edges and inside it.
-/// Distances go from these points to the triangle (PlaneMeasure); on boundaries and hard creases, to its own edge. They
-/// also go back from points of the triangle that are far from their own sample. The result is no bound: between the
-/// points the surface may be farther off.
-template <class Family>
+/// Distances go from these points to the triangle (PlaneMeasure); on boundaries and hard creases, to its own edge.
+/// Except for sqrt(3), they also go back from points of the triangle that are far from their own sample. The result is
+/// no bound: between the points the surface may be farther off.
 class LimitEstimator final : public ErrorEstimator {
   public:
     /// @param points     gives the limit points; must outlive the estimator
     /// @param tolerance  errors are only as exact as a comparison with it needs. 0: all are estimated fully
-    LimitEstimator(const Hierarchy& points, double tolerance) : points_(points), tolerance_(tolerance) {}
+    /// @param lattice    sqrt(3): of the leaves' forest; must outlive the estimator
+    LimitEstimator(const Hierarchy& points, double tolerance, const Sqrt3Lattice* lattice = nullptr)
+        : points_(points), tolerance_(tolerance), lattice_(lattice) {}
 
     using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override;
 
   private:
-    double of_samples(const CellTriangle& triangle, const detail::LimitSamples& samples) const;
-
     const Hierarchy& points_;
     double tolerance_;
+    const Sqrt3Lattice* lattice_;
 };
 
 }  // namespace tetrakis

@@ -173,16 +173,12 @@ class DualTessellator final : public TessellationRun {
         VertexForest finer = forest_;
         ForestChange change;
         for (int i = 0; i < bits; ++i) finer.refine(finer.ordered_leaves(), change);
-        DualFaces faces = finer.faces();
-        cut_into_triangles(faces);
+        const DualTriangles triangles = dual_triangles(finer);
         TriangleMesh reference;
-        reference.positions.resize(faces.cells.size());
-        for_each_block(faces.cells, "measure", 0.5, [&](std::size_t begin, std::span<const Site> sites) {
-            points_->limit_positions(sites, {&reference.positions[begin], sites.size()});
-        });
-        reference.triangles.resize(faces.control_faces.size());
-        for (std::size_t t = 0; t < reference.triangles.size(); ++t)
-            for (std::size_t k = 0; k < 3; ++k) reference.triangles[t][k] = faces.face_vertices[3 * t + k];
+        reference.positions =
+            leaf_errors_.positions(finer, triangles, [&](double done) { context_.report("measure", 0.5 * done); });
+        for (std::uint32_t t = 0; t < triangles.triangle_count(); ++t)
+            reference.triangles.push_back(triangles.triangle(t));
         measure_triangles(reference, result_, options_.measure_samples / 2, context_);
     }
 
@@ -206,9 +202,13 @@ class DualTessellator final : public TessellationRun {
         TriangleMesh& mesh = result_.mesh;
         if (options_.normals) {
             mesh.normals.resize(mesh.positions.size());
-            for_each_block(triangles_.faces.cells, "export", 1, [&](std::size_t begin, std::span<const Site> sites) {
-                points_->normals(sites, {&mesh.normals[begin], sites.size()});
-            });
+            constexpr std::size_t k_block = 1u << 15;  // between two reports
+            const std::span<const VertexCell> cells = triangles_.faces.cells;
+            for (std::size_t begin = 0; begin < cells.size(); begin += k_block) {
+                context_.report("export", static_cast<double>(begin) / static_cast<double>(cells.size()));
+                const std::size_t size = std::min(k_block, cells.size() - begin);
+                points_->normals(cell_sites(cells.subspan(begin, size)), {&mesh.normals[begin], size});
+            }
         }
         for (const VertexCell& cell : triangles_.faces.cells)
             result_.deepest_level = std::max<int>(result_.deepest_level, cell.level);
@@ -238,16 +238,6 @@ class DualTessellator final : public TessellationRun {
         } catch (const Error& error) {
             if (error.code() != ErrorCode::unsupported && error.code() != ErrorCode::invalid_input) throw;
             result_.warnings.push_back("the texture coordinates were left out: " + std::string(error.what()));
-        }
-    }
-
-    /// Calls take(index of the first cell, sites) for blocks of cells; reports progress before each block.
-    template <class Take>
-    void for_each_block(std::span<const VertexCell> cells, std::string_view stage, double share, const Take& take) {
-        constexpr std::size_t k_block = 1u << 15;
-        for (std::size_t begin = 0; begin < cells.size(); begin += k_block) {
-            context_.report(stage, share * static_cast<double>(begin) / static_cast<double>(cells.size()));
-            take(begin, cell_sites(cells.subspan(begin, std::min(k_block, cells.size() - begin))));
         }
     }
 

@@ -1,7 +1,6 @@
 #include "../estimate/limit_estimator.hpp"
 #include "../estimate/linear_bound.hpp"
 #include "../estimate/mask_norm_bound.hpp"
-#include "../estimate/sqrt3_leaf_error.hpp"
 #include "cell_tessellator.hpp"
 
 #include <algorithm>
@@ -166,7 +165,7 @@ class LatticeTessellator final : public LimitTessellator<Family> {
     }
 
     std::unique_ptr<SurfaceBound> bound_;
-    std::optional<LimitEstimator<Family>> by_points_;
+    std::optional<LimitEstimator> by_points_;
 };
 
 bool is_linear(const ControlMesh& mesh) { return mesh.face_varying_rule() == FaceVaryingRule::linear_all; }
@@ -188,28 +187,13 @@ std::function<bool(EdgeId)> sqrt3_seams(const ControlMesh& mesh, bool uvs) {
     };
 }
 
-/// Estimates errors by the limit points that refined leaves would get (sqrt3_leaf_errors()).
-class Sqrt3Estimator final : public ErrorEstimator {
-  public:
-    Sqrt3Estimator(const Hierarchy& points, const Sqrt3Lattice& lattice) : points_(points), lattice_(lattice) {}
-    using ErrorEstimator::estimate;
-    void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
-    void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override {
-        sqrt3_leaf_errors(points_, lattice_, triangles, errors);
-    }
-
-  private:
-    const Hierarchy& points_;
-    const Sqrt3Lattice& lattice_;
-};
-
 class Sqrt3Tessellator final : public LimitTessellator<Sqrt3Family> {
   public:
     Sqrt3Tessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : LimitTessellator(mesh, options, context) {
         constexpr int k_steps_a_level = 2;
         hierarchy_.emplace(mesh, sqrt3_seams(mesh, options.uvs));
-        estimator_.emplace(points_, forest().lattice());
+        estimator_.emplace(points_, 0.0, &forest().lattice());
         min_depth_ = k_steps_a_level * options.min_level;
         max_depth_ = std::min(k_steps_a_level * options.max_level, forest().max_level() - k_sqrt3_error_steps);
     }
@@ -239,7 +223,7 @@ class Sqrt3Tessellator final : public LimitTessellator<Sqrt3Family> {
             false);
     }
 
-    std::optional<Sqrt3Estimator> estimator_;
+    std::optional<LimitEstimator> estimator_;
 };
 
 }  // namespace
