@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
 
 namespace tetrakis {
 
@@ -53,8 +54,8 @@ class PatchBounder {
         if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
         return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
     }
-    void set_face(const FaceDistance& face) {
-        face_ = face;
+    void set_face(FaceDistance face) {
+        face_ = std::move(face);
         stretch_ = face_.stretch();
         if (stretch_ > 1) decide_at_ /= stretch_ * k_stretch_rounding;
     }

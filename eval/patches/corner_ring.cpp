@@ -12,6 +12,7 @@
 #include <map>
 #include <numbers>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -34,8 +35,13 @@ bool is_crease(const CornerRing::Spoke& s) { return is_sharp(s.sharpness); }
 /// Limit masks of a sector or of a whole ring. At a corner without a tangent plane, the tangent masks span a plane
 /// fitted to the edges.
 ClosedMasks masks_of(SchemeKind scheme, const FanShape& shape) {
-    const SchemeInfo& info = *find_scheme(name(scheme));
-    if (!shape.corner) return limit_masks(info, shape, {});
+    SchemeInfo info = *find_scheme(name(scheme));
+    info.rings = 1;  // all that the weights of limits and tangents reach
+    if (!shape.corner) {
+        const ClosedMasks masks = limit_masks(info, shape, {});
+        if (masks.limit.empty()) throw std::invalid_argument("so many edges around a vertex have no limit mask");
+        return masks;
+    }
     ClosedMasks masks = shape.boundary ? info.closed_masks(shape, {})
                         : scheme == SchemeKind::catmull_clark
                             ? CatmullClark::ring_closed_masks(shape.faces, {.vertex = 1})

@@ -15,23 +15,25 @@ FaceDistance::FaceDistance(const std::array<Vec3d, 3>& triangle, const EdgeSlidi
 
 FaceDistance::FaceDistance(std::span<const Vec3d> corners) : corner_(corners.begin(), corners.end()) {
     const std::size_t n = corners.size();
-    Vec3d middle(0), area(0);
-    for (const Vec3d& p : corners) middle += p / static_cast<double>(n);
-    for (std::size_t i = 0; i < n; ++i) area += glm::cross(corners[i] - middle, corners[(i + 1) % n] - middle);
-    normal_ = unit_or_zero(area);
     edge_.resize(n);
     if (n == 3) {
         const Vec3d u = corners[1] - corners[0], v = corners[2] - corners[0], cross = glm::cross(u, v);
+        normal_ = unit_or_zero(cross);
+        convex_ = normal_ != Vec3d(0);
         // Bound on sin^2 of the angle at corner 0: below it, the normal of the triangle is not used.
         constexpr double k_thin = 1e-4;
         sliver_ = !(glm::dot(cross, cross) > k_thin * (glm::dot(u, u) * glm::dot(v, v)));
-        convex_ = normal_ != Vec3d(0);
         if (sliver_) return;
-    }
-    for (Vec3d& p : corner_) {
-        const double height = glm::dot(normal_, p - middle);
-        height_ = std::max(height_, std::abs(height));
-        p -= height * normal_;
+    } else {
+        Vec3d middle(0), area(0);
+        for (const Vec3d& p : corners) middle += p / static_cast<double>(n);
+        for (std::size_t i = 0; i < n; ++i) area += glm::cross(corners[i] - middle, corners[(i + 1) % n] - middle);
+        normal_ = unit_or_zero(area);
+        for (Vec3d& p : corner_) {
+            const double height = glm::dot(normal_, p - middle);
+            height_ = std::max(height_, std::abs(height));
+            p -= height * normal_;
+        }
     }
     x_ = unit_or_zero(corner_[1] - corner_[0]);
     y_ = glm::cross(normal_, x_);

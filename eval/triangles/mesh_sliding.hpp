@@ -27,12 +27,13 @@ namespace tetrakis {
 /// nearest to f, folded back. On a sliding side it is the nearest point of R, unfolded into the plane that halves the
 /// fold, so that both leaves agree there; on a fixed side, the nearest point of the edge. (Projections onto convex sets
 /// that contain the edge do not increase the distance from it, nor t, and folding moves a point by at most w t. The
-/// mesh has room for the flaps; smaller ones only increase a bound.) In a narrow collar F changes from one rule's point
-/// u to the other's point v. In a leaf's own unfolded plane both are within E of p, so the point where the line between
-/// them crosses the edge is, too. In the folded mesh each of the line's two parts lies in a plane, where distances are
-/// convex. A leaf with a fixed side at an edge where its neighbour slides has such a collar, too. F and the
-/// parametrisation of the surface by the mesh map each leaf into the same T with flaps. This set is contractible, so
-/// the maps are homotopic; F has degree 1 and meets every point of the mesh.
+/// mesh has room for the flaps; smaller ones only increase a bound. If the two leaves of an edge have different flaps,
+/// one R contains the other and is convex, so a collar as below joins their points in it.) In a narrow collar F changes
+/// from one rule's point u to the other's point v. In a leaf's own unfolded plane both are within E of p, so the point
+/// where the line between them crosses the edge is, too. In the folded mesh each of the line's two parts lies in a
+/// plane, where distances are convex. A leaf with a fixed side at an edge where its neighbour slides has such a collar,
+/// too. F and the parametrisation of the surface by the mesh map each leaf into the same T with flaps. This set is
+/// contractible, so the maps are homotopic; F has degree 1 and meets every point of the mesh.
 ///
 /// If all folds are 0, sliding is in a plane and adds nothing to the error.
 struct EdgeSliding {
