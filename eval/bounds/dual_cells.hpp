@@ -6,7 +6,6 @@
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>

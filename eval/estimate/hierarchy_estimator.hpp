@@ -3,7 +3,6 @@
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/families/error_estimator.hpp"
 
-#include <limits>
 #include <span>
 
 namespace tetrakis {

@@ -8,7 +8,6 @@
 
 #include <oneapi/tbb/concurrent_unordered_map.h>
 
-#include <array>
 #include <vector>
 
 namespace tetrakis {

@@ -5,11 +5,8 @@
 #include "../../hier/mesh/fan_choice.hpp"
 #include "../../refine/families/error_estimator.hpp"
 
-#include <algorithm>
-#include <array>
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace tetrakis {
 

@@ -7,7 +7,6 @@
 #include "../terrain/height_grid.hpp"
 #include "terrain_lattice.hpp"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>

@@ -2,9 +2,7 @@
 
 #include "../../hier/base/vec.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 
 namespace tetrakis::detail {

@@ -4,7 +4,6 @@
 #include "../../schemes/core/sharpness.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace tetrakis {

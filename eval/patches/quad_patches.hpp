@@ -3,9 +3,7 @@
 #include "bicubic.hpp"
 #include "patch_tree.hpp"
 
-#include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 

@@ -2,9 +2,7 @@
 
 #include "../../schemes/rules/loop.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 namespace tetrakis::detail {
 

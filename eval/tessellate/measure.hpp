@@ -13,7 +13,6 @@
 #include <cstdint>
 #include <functional>
 #include <numbers>
-#include <span>
 #include <vector>
 
 namespace tetrakis::detail {

@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <string>
-#include <string_view>
 
 namespace tetrakis {
 

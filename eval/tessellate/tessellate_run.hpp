@@ -4,13 +4,10 @@
 #include "shading_normals.hpp"
 #include "tessellate.hpp"
 
-#include <algorithm>
 #include <chrono>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 /// tessellate() for surfaces without patches, of which only limit points are known.
 namespace tetrakis::detail {

@@ -4,7 +4,6 @@
 #include "mesh_sliding.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 #include <vector>
 

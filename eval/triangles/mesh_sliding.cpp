@@ -4,7 +4,6 @@
 #include "../../hier/mesh/mesh_links.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace tetrakis {
 

@@ -5,7 +5,6 @@
 #include "run_options.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
-#include "../../eval/io/stencil_writer.hpp"
 #include "../../hier/base/files.hpp"
 #include "../../hier/base/vec.hpp"
 #include "../../refine/factored/adaptive_factored_mesh.hpp"
@@ -20,6 +19,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -27,6 +27,35 @@
 
 namespace tetrakis::cli {
 namespace {
+
+/// One line of numbers.
+template <class T>
+void write_array(AtomicFile& file, std::span<const T> numbers) {
+    constexpr std::size_t k_block = std::size_t{1} << 16;
+    for (std::size_t i = 0; i < numbers.size(); i += k_block)
+        file.write(fmt::format("{}{}", i == 0 ? "" : " ",
+                               fmt::join(numbers.subspan(i, std::min(k_block, numbers.size() - i)), " ")));
+    file.write("\n");
+}
+
+/// Writes a stencil table as text, for programs that refine with their own kernels:
+///
+///     tetrakis-stencils 2
+///     <rows> <control vertices> <terms>
+///     <where each row begins, and the number of terms: rows + 1 numbers>
+///     <control vertex of each term>
+///     <weight of each term>
+///
+/// These are compressed rows (CSR), one line for each array. Row r has the terms from begin r to before begin r + 1.
+/// Vertices and terms count from 0; vertices increase along a row; weights are the shortest decimals that read back the
+/// same. Row r, applied to control values term by term from the left, gives the value of refined vertex r.
+void write_stencils(AtomicFile& file, const StencilTable& table, int control_vertices) {
+    file.write(
+        fmt::format("tetrakis-stencils 2\n{} {} {}\n", table.row_count(), control_vertices, table.points().size()));
+    write_array(file, table.begins());
+    write_array(file, table.points());
+    write_array(file, table.weights());
+}
 
 constexpr std::string_view k_averaging_steps_option = "--averaging-steps";
 
