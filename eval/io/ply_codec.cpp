@@ -218,7 +218,7 @@ class PlyDecoder {
     /// Least number of bytes of a number; in text, a digit and a blank.
     std::uint64_t least_bytes(const PlyType& type) const { return format_ == Format::text ? 2 : type.size; }
 
-    /// Reads the length of a list, and rejects one that is longer than the rest of the file.
+    /// Reads the length of a list, and rejects a list longer than the rest of the file.
     std::uint64_t list_count(const PlyProperty& property) {
         const double number = next(*property.count_type);
         if (!(number >= 0) || number != std::floor(number)) reject("the count of a list is no count");

@@ -184,7 +184,8 @@ class Candidates {
         for (const std::uint32_t node : nodes) nodes_[node].due_at = 0;
         fresh_.insert(fresh_.end(), nodes.begin(), nodes.end());
     }
-    /// Writes the first candidates of a bucket to `nodes`, up to the first one that is_known(). Returns their number.
+    /// Writes the first candidates of a bucket to `nodes`, but none from the first is_known() candidate on. Returns
+    /// their number.
     std::size_t take_unknown(Kind kind, int bucket, std::span<std::uint32_t> nodes) const {
         std::size_t count = 0;
         for (std::uint32_t node = first(kind, bucket);

@@ -40,7 +40,7 @@ struct TileStatistics {
 /// A diamond's error is a vertical upper bound, from the errors of finer diamonds (lemma in README.md).
 class TiledTerrain final : public Terrain {
   public:
-    /// @throws Error  io; invalid_input: no tile file, or one that is cut off or damaged; unsupported: of another
+    /// @throws Error  io; invalid_input: no tile file, or a damaged or incomplete one; unsupported: of another
     ///                version; memory_limit: cache_bytes are too few
     explicit TiledTerrain(const std::filesystem::path& path, TiledTerrainOptions options = {});
     ~TiledTerrain() override;  ///< waits until a tile that is being read is finished

@@ -57,7 +57,8 @@ struct CornerRing {
     std::optional<Sector> sector(int at) const;
     std::optional<Sector> sector() const { return sector(cell); }
     /// Limit position, normal, and tangents of the cell's sector. The tangents are zero at interior vertices of valence
-    /// 2, and where too many edges surround the end of a crease.
+    /// 2, and at ends of creases whose analysis gives no tangents. @throws std::invalid_argument  there is no limit
+    /// mask
     SurfacePoint limit() const;
     void add_points(std::vector<Vec3d>& points) const;
 };

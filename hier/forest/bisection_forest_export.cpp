@@ -44,7 +44,7 @@ std::vector<LeafId> BisectionForest::ordered_leaves() const {
     detail::PoolVector<std::uint32_t> begin(first_bucket[roots] + std::size_t{1}, 0);
     for_each_leaf([&](LeafId id, std::uint32_t root) { ++begin[bucket_of(id, root) + 1]; });
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<Key> keys;  // no PoolVector: the pool would keep this large block beside what is allocated next
+    std::vector<Key> keys;  // no PoolVector: the pool would keep this large block during the next allocation
     detail::resize_large(keys, leaf_count_);
     detail::PoolVector<std::uint32_t> end(begin.begin(), begin.end() - 1);
     for_each_leaf([&](LeafId id, std::uint32_t root) { keys[end[bucket_of(id, root)]++] = {path_of(id), id}; });

@@ -51,7 +51,7 @@ struct MeshFault {
     MeshFaultKind kind;
     std::uint32_t element = 0;  ///< see MeshFaultKind; numbers start at 0
     std::uint64_t line = 0;     ///< line of the element in data.source; 0: unknown
-    std::string message;        ///< what is wrong and how to fix it; numbers start at data.first_number
+    std::string message;        ///< names the fault and the remedy; numbers start at data.first_number
 };
 
 /// All faults that keep the data from being an oriented 2-manifold with sound tags; empty if ControlMesh::build would

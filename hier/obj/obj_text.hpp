@@ -18,7 +18,7 @@ enum class ObjUse {
 inline constexpr std::uint32_t k_obj_absent = 0xFFFF'FFFFu, k_obj_no_such = 0xFFFF'FFFEu;
 
 /// The data of an OBJ text: positions, texture coordinates and normals (correctly rounded), faces, groups, materials,
-/// tags, line numbers, and warnings about what is left out. Corners with an impossible vertex number have
+/// tags, line numbers, and warnings about ignored lines. Corners with an impossible vertex number have
 /// VertexId::none; a layer of corners is empty if no corner has it. O(length).
 ///
 /// OpenSubdiv's tag lines are `t NAME ints/reals/strings  ints...  reals...  strings...`; vertices and faces are

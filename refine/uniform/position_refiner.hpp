@@ -37,7 +37,8 @@ class PositionRefiner {
 
     /// Positions (on the limit surface if the options say so) and unit limit normals for other control positions. They
     /// are byte for byte those of tetrakis::refine() for a control mesh with these positions and the same tags.
-    /// @param control    one position per control vertex; not checked: one that is not finite makes all points that
+    /// @param control    one position per control vertex; not checked: a position that is not finite makes all points
+    /// that
     ///                   depend on it not finite
     /// @param positions  receives the positions, as many as mesh() has and in its order
     /// @param normals    receives the normals, as many as mesh() has; or empty: no normals
