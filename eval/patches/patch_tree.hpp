@@ -203,7 +203,7 @@ class PatchTree {
     std::uint64_t forgettable_bytes() const { return tree_bytes_.load(std::memory_order_relaxed); }
     /// Bytes that trees may take before they should be deleted: enough for all trees of an ordinary model.
     std::uint64_t bytes_to_keep() const {
-        constexpr std::uint64_t k_least = 16 << 20, k_of_root = 256;
+        constexpr std::uint64_t k_least = 64 << 20, k_of_root = 256;
         return std::max(k_least, k_of_root * roots_.size());
     }
     /// Deletes all trees and so all nodes; no other thread may be reading them.
