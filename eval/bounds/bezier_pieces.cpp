@@ -80,52 +80,20 @@ SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle) { return tens
 
 TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
-    constexpr std::size_t k_count = BezierTriangle<6>::k_count;
-    std::array<std::array<double, k_count>, 3> sum{};
+    BezierTriangle<6> result;
     for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t p = 0; p < weights.size(); ++p)
-            for (std::size_t i = 0; i < k_count; ++i) sum[k][i] += net.c[k][p] * weights[p][i];
-    BezierTriangle<6> result;
-    for (std::size_t i = 0; i < k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
+            for (std::size_t i = 0; i < weights[p].size(); ++i) result.c[k][i] += net.c[k][p] * weights[p][i];
     return result;
-}
-
-TETRAKIS_FOR_AVX2_TOO
-double bicubic_deviation(const Net16& net, const std::array<Vec2d, 3>& triangle) {
-    // Second derivatives are means of second differences.
-    std::array<double, 8> along_x{}, along_y{};
-    std::array<double, 9> mixed{};
-    for (const auto& c : net.c) {
-        for (std::size_t y = 0; y < 4; ++y)
-            for (std::size_t x = 0; x < 2; ++x) {
-                const double dx = c[4 * y + x] - 2 * c[4 * y + x + 1] + c[4 * y + x + 2];
-                const double dy = c[4 * x + y] - 2 * c[4 * x + 4 + y] + c[4 * x + 8 + y];
-                along_x[2 * y + x] += dx * dx;
-                along_y[2 * y + x] += dy * dy;
-            }
-        for (std::size_t y = 0; y < 3; ++y)
-            for (std::size_t x = 0; x < 3; ++x) {
-                const double d = (c[4 * y + x] - c[4 * y + x + 1]) - (c[4 * y + 4 + x] - c[4 * y + 5 + x]);
-                mixed[3 * y + x] += d * d;
-            }
-    }
-    const auto largest = [](const auto& squared) {
-        return std::sqrt(*std::max_element(squared.begin(), squared.end()));
-    };
-    const double xx = largest(along_x), yy = largest(along_y), xy = largest(mixed);
-    const auto along = [&](const Vec2d& a, const Vec2d& b) {
-        return std::abs(a.x * b.x) * xx + std::abs(a.x * b.y + a.y * b.x) * xy + std::abs(a.y * b.y) * yy;
-    };
-    const Vec2d u = triangle[0] - triangle[2], v = triangle[1] - triangle[2];
-    return (along(u, u) + 2 * along(u, v) + along(v, v)) / 8;
 }
 
 BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
     const TensorWeights<2> weights = tensor_weights<2>(triangle);
     BezierTriangle<4> result;
-    result.point.fill(Vec3d(0));
-    for (std::size_t p = 0; p < net.size(); ++p)
-        for (std::size_t i = 0; i < result.point.size(); ++i) result.point[i] += weights[p][i] * net[p];
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t p = 0; p < net.size(); ++p)
+            for (std::size_t i = 0; i < result.k_count; ++i)
+                result.c[k][i] += weights[p][i] * net[p][static_cast<int>(k)];
     return result;
 }
 
@@ -136,12 +104,12 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
     const int s = 2 * side;
     const Vec3d &own = net[4], before = beside(s + 7), next = beside(s + 1), after = beside(s + 3);
     BezierTriangle<2> quarter;  // its corners: the cell's centre, the side's start and end
-    quarter(0, 0) = 0.5 * own + 0.125 * (net[1] + net[3] + net[5] + net[7]);
-    quarter(1, 0) = 0.25 * (2.0 * own + before + next);
-    quarter(0, 1) = 0.25 * (2.0 * own + next + after);
-    quarter(2, 0) = 0.25 * (own + before + beside(s) + next);
-    quarter(1, 1) = 0.5 * (own + next);
-    quarter(0, 2) = 0.25 * (own + next + beside(s + 2) + after);
+    quarter.set(0, 0, 0.5 * own + 0.125 * (net[1] + net[3] + net[5] + net[7]));
+    quarter.set(1, 0, 0.25 * (2.0 * own + before + next));
+    quarter.set(0, 1, 0.25 * (2.0 * own + next + after));
+    quarter.set(2, 0, 0.25 * (own + before + beside(s) + next));
+    quarter.set(1, 1, 0.5 * (own + next));
+    quarter.set(0, 2, 0.25 * (own + next + beside(s + 2) + after));
     const auto from_centre = [](int c) { return cell_corner(c % 4, 4) - Vec2d(0.5); };
     const Vec2d start = from_centre(side), end = from_centre(side + 1);  // perpendicular
     std::array<std::array<double, 3>, 3> at;

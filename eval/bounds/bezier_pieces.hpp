@@ -17,10 +17,6 @@ using SexticWeights = std::array<std::array<double, BezierTriangle<6>::k_count>,
 SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle);
 BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights);
 
-/// Bound on |S - L| over a triangle of a bicubic patch, L the linear interpolant of its corners: with u and v two
-/// sides, (|S_uu| + 2 |S_uv| + |S_vv|) / 8 (Filip, Magedson, Markot 1986). Tightest if side 0 is longest.
-double bicubic_deviation(const Net16& net, const std::array<Vec2d, 3>& triangle);
-
 /// A biquadratic patch (Doo-Sabin) over a triangle in its parameters: a polynomial of degree 4.
 BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle);
 

@@ -75,7 +75,7 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
     // The middle of the base decides most leaves that must be split.
     if (k_corners == 4 && !attain(node_error(face_.local(position(0.5 * (at[0] + at[1]))), 0))) return finish();
     if (in_one && cell->kind == Node::Kind::regular)
-        bound_regular(*cell, piece, true);
+        bound_regular(*cell, piece);
     else if (in_one)
         bound_cell(*cell, piece, k_most_quarterings);
     else
@@ -104,7 +104,7 @@ auto CellBounder<Shape>::locate(HalfedgeId root, Corners& at) const -> const Nod
 template <class Shape>
 void CellBounder<Shape>::bound_cell(const Node& cell, const Piece& piece, int depth) {
     if (rejected_) return;
-    if (cell.kind == Node::Kind::regular) return bound_regular(cell, piece, false);
+    if (cell.kind == Node::Kind::regular) return bound_regular(cell, piece);
     std::array<Vec3d, 3> corner;
     for (std::size_t k = 0; k < 3; ++k) corner[k] = face_.local(patches_.position(cell, piece.at[k]));
     if (!attain(corner_error(corner, piece.edge))) return;
@@ -118,14 +118,18 @@ void CellBounder<Shape>::bound_cell(const Node& cell, const Piece& piece, int de
 }
 
 template <class Shape>
-void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece, [[maybe_unused]] bool is_leaf) {
+void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece) {
     if constexpr (k_corners == 3) {
-        if (settled(detail::linear_deviation(cell.patch) + corner_error_in(cell, piece) + pad_)) return;
-        const std::array<detail::Bary, 3> at{detail::bary(piece.at[0]), detail::bary(piece.at[1]),
-                                             detail::bary(piece.at[2])};
-        bound_surface(detail::box_spline_triangle(cell.patch).over(at), piece.edge);
+        // Most pieces are whole cells.
+        auto [at, edge] = piece;
+        const auto first = std::ranges::find(at, Vec2d(0)) - at.begin();
+        std::ranges::rotate(at, at.begin() + first % 3);
+        std::ranges::rotate(edge, edge.begin() + first % 3);
+        const detail::BezierTriangle<4> patch = detail::box_spline_triangle(cell.patch);
+        if (at == Corners{Vec2d(0), Vec2d(1, 0), Vec2d(0, 1)}) return bound_patch(patch, edge);
+        bound_patch(patch.over({detail::bary(at[0]), detail::bary(at[1]), detail::bary(at[2])}), edge);
     } else if (!cell.patch.crease) {
-        bound_bicubic(cell.patch, 0, piece, is_leaf);
+        bound_bicubic(cell.patch, 0, piece);
     } else {
         // Strips along the crease, each of which is one bicubic patch.
         const detail::SideCrease crease = cell.patch.crease;
@@ -140,7 +144,7 @@ void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece, [[m
                 .clipped([&](const Vec2d& p) { return distance(p) - strip.begin; })
                 .clipped([&](const Vec2d& p) { return strip.end - distance(p); })
                 .for_each_triangle([&](const Piece& part) {
-                    if (!rejected_) bound_bicubic(cell.patch, s, part, false);
+                    if (!rejected_) bound_bicubic(cell.patch, s, part);
                 });
         }
     }
@@ -175,15 +179,16 @@ double CellBounder<Shape>::corner_error_in(const Node& cell, const Piece& piece)
 
 template <class Shape>
 const detail::SexticWeights& CellBounder<Shape>::weights_over(const Corners& at) {
-    constexpr std::size_t k_most = 8;  // halves and quarters of a cell
-    const auto known = std::ranges::find(weights_, at, [](const auto& entry) { return entry.first; });
-    if (known != weights_.end()) return known->second;
-    if (weights_.size() == k_most) weights_.clear();
-    return weights_.emplace_back(at, detail::sextic_weights(at)).second;
+    constexpr std::size_t k_most = 128;  // ordinary models have ten kinds, those with semi-sharp creases a hundred
+    const auto known = static_cast<std::size_t>(std::ranges::find(weighed_, at) - weighed_.begin());
+    if (known < weighed_.size()) return weights_[known];
+    if (weights_.size() == k_most) weighed_.clear(), weights_.clear();
+    weighed_.push_back(at);
+    return weights_.emplace_back(detail::sextic_weights(at));
 }
 
 template <class Shape>
-void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece, bool is_leaf) {
+void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece) {
     // The longest side becomes side 0, which is bisected.
     auto& [at, edge] = piece;
     const std::array length{glm::distance(at[0], at[1]), glm::distance(at[1], at[2]), glm::distance(at[2], at[0])};
@@ -196,18 +201,7 @@ void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int
     const detail::Net16 net = whole ? cell.net : net_over(cell.net, cell.crease, strip, low, high);
     for (Vec2d& p : at)
         for (int k = 0; k < 2; ++k) p[k] = high[k] > low[k] ? (p[k] - low[k]) / (high[k] - low[k]) : 0;
-    double off = 0;  // error at the piece's corners; a leaf's corners are the triangle's
-    if (!is_leaf) {
-        std::array<Vec3d, 3> corners;
-        for (std::size_t k = 0; k < 3; ++k) corners[k] = face_.local(regular_position(net, {}, at[k].x, at[k].y));
-        off = corner_error(corners, edge);
-    }
-    // This bound settles most pieces.
-    if (settled(detail::bicubic_deviation(net, at) + off + pad_)) return;
-    detail::Net16 local;
-    for (int y = -1; y <= 2; ++y)
-        for (int x = -1; x <= 2; ++x) local.set(x, y, face_.local(net.at(x, y)));
-    bound_patch(detail::bicubic_over(local, weights_over(at)), edge);
+    bound_patch(detail::bicubic_over(net, weights_over(at)), edge);
 }
 
 template class CellBounder<detail::QuadShape>;

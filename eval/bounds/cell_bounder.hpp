@@ -64,10 +64,9 @@ class CellBounder : private detail::PatchBounder {
     /// The first regular cell, else the deepest, around a triangle. @param at  corners in the root, then in the cell
     const Node& locate(HalfedgeId root, Corners& at) const;
     void bound_cell(const Node& cell, const Piece& piece, int depth);
-    /// @param is_leaf  the piece is all of the leaf
-    void bound_regular(const Node& cell, const Piece& piece, bool is_leaf);
+    void bound_regular(const Node& cell, const Piece& piece);
     /// @param strip  number of the piece (CreasePieces) that contains `piece`, for a crease of finite sharpness
-    void bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece, bool is_leaf);
+    void bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece);
     const detail::SexticWeights& weights_over(const Corners& at);
 
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
@@ -77,7 +76,8 @@ class CellBounder : private detail::PatchBounder {
     double corner_error_in(const Node& cell, const Piece& piece) const;
 
     const PatchTree<Shape>& patches_;
-    std::vector<std::pair<Corners, detail::SexticWeights>> weights_{};  ///< sextic_weights(), by triangle
+    std::vector<Corners> weighed_{};                ///< triangles whose sextic_weights() are known,
+    std::vector<detail::SexticWeights> weights_{};  ///< and these
 };
 
 using QuadBounder = CellBounder<detail::QuadShape>;

@@ -73,9 +73,8 @@ class PieceBounder : private PatchBounder {
         start(wanted_.decide_at, !wanted_.tight);
         set_face(target_);
         const auto on_net = [&](const Net9& net, const DualPiece& part) {
-            DualCells::for_each_polynomial(net, part, midedge_, [&](const auto& patch, const DualPiece& of) {
-                if (!rejected_) bound_surface(patch, of.edge);
-            });
+            DualCells::for_each_polynomial(
+                net, part, midedge_, [&](const auto& patch, const DualPiece& of) { bound_patch(patch, of.edge); });
         };
         const auto on_hull = [&](std::span<const Vec3d> points) {
             needs_split(0, [&](bool) { return hull_error(points, {-1, -1, -1}, false); });

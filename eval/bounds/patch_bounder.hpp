@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -121,17 +122,15 @@ class PatchBounder {
         return may_split;
     }
 
-    /// @param patch  of the surface
+    /// @param edge  of the patch's sides
     template <int Degree>
-    void bound_surface(BezierTriangle<Degree> patch, const Edges& edge) {
-        for (Vec3d& p : patch.point) p = face_.local(p);
-        bound_patch(patch, edge);
-    }
-    /// @param patch  in the face's frame
-    template <int Degree>
-    void bound_patch(const BezierTriangle<Degree>& patch, const Edges& edge) {
-        if (!attain(corner_error({patch(0, 0), patch(Degree, 0), patch(0, Degree)}, edge))) return;
-        bound_bisected(patch, edge, k_most_bisections);
+    void bound_patch(const BezierTriangle<Degree>& patch, const Edges& edge, int depth = k_most_bisections) {
+        if (rejected_) return;
+        const auto [at_corners, elsewhere] = errors(patch, edge);
+        if (!attain(at_corners) || !needs_split(depth, [&](bool) { return std::max(lower_, elsewhere); })) return;
+        const auto [first, second] = patch.halves();
+        bound_patch(first, {edge[2], edge[0], -1}, depth - 1);
+        bound_patch(second, {edge[1], -1, edge[0]}, depth - 1);
     }
 
     double pad_;  ///< rounding
@@ -146,26 +145,28 @@ class PatchBounder {
     static constexpr int k_most_bisections = 48;
     static constexpr int k_most_splits = 1 << 12;
 
+    /// Largest errors of a patch's control points: of its corners, which are on the surface, and of the others.
     template <int Degree>
-    void bound_bisected(const BezierTriangle<Degree>& patch, const Edges& edge, int depth) {
+    std::pair<double, double> errors(const BezierTriangle<Degree>& patch, const Edges& edge) const {
         using Patch = BezierTriangle<Degree>;
-        if (rejected_) return;
-        const auto bound = [&](bool may_split) {
-            double upper = lower_;
-            for (std::size_t i = 0; i < Patch::k_count; ++i) {
-                const int side = Patch::k_side[i];
-                if (side == Patch::k_corner) continue;
-                const int on = side == Patch::k_inside ? -1 : edge[static_cast<std::size_t>(side)];
-                upper = std::max(upper, node_error(patch.point[i], on));
-                if (may_split && !is_settled(upper + pad_)) break;
-            }
-            return upper;
+        FaceDistance::Squares squares;
+        const bool squared = face_.has_squares();
+        if (squared)
+            face_.squares({patch.c[0].data(), patch.c[1].data(), patch.c[2].data()}, patch.c[0].size(), squares);
+        const auto error = [&](std::size_t i, int e) {
+            return squared ? squares[static_cast<std::size_t>(e + 1)][i] : node_error(face_.local(patch[i]), e);
         };
-        if (!needs_split(depth, bound)) return;
-        const auto [first, second] = patch.halves();
-        if (!attain(node_error(first.point[Patch::corner(2)], edge[0]))) return;
-        bound_bisected(first, {edge[2], edge[0], -1}, depth - 1);
-        bound_bisected(second, {edge[1], -1, edge[0]}, depth - 1);
+        double at_corners = 0, elsewhere = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            for (const int e : {edge[k], edge[(k + 2) % 3]})
+                at_corners = std::max(at_corners, error(Patch::corner(k), e));
+        for (std::size_t i = 0; i < Patch::k_count; ++i) {
+            const int side = Patch::k_side[i];
+            if (side == Patch::k_corner) continue;
+            elsewhere =
+                std::max(elsewhere, error(i, side == Patch::k_inside ? -1 : edge[static_cast<std::size_t>(side)]));
+        }
+        return squared ? std::pair{std::sqrt(at_corners), std::sqrt(elsewhere)} : std::pair{at_corners, elsewhere};
     }
 };
 

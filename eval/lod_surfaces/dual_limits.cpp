@@ -190,7 +190,7 @@ void DualLimits::bound(std::span<const CellTriangle> triangles, std::span<double
             squares[t], pieces[t],
             [&](const Net9& net, const DualPiece& piece) {
                 DualCells::for_each_polynomial(net, piece, midedge_, [&](const auto& polynomial, const auto&) {
-                    error = std::max(error, distance(polynomial.point));
+                    error = std::max(error, distance(polynomial.points()));
                 });
             },
             [&](std::span<const Vec3d> hull) {

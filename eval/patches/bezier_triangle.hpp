@@ -6,15 +6,6 @@
 #include <cstddef>
 #include <utility>
 
-// Both versions of a function give the same bits, because neither fuses products and sums. ThreadSanitizer builds have
-// one version: the loader would choose before the sanitizer's runtime is ready.
-#if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_THREAD__)
-#    define TETRAKIS_FOR_AVX2_TOO __attribute__((target_clones("avx2", "default")))
-#else
-#    define TETRAKIS_FOR_AVX2_TOO
-#endif
-
 namespace tetrakis::detail {
 
 /// A polynomial over a triangle in Bernstein-Bezier form. It lies in the convex hull of its control points, and each
@@ -32,10 +23,20 @@ class BezierTriangle {
         return k == 0 ? index(0, 0) : k == 1 ? index(Degree, 0) : index(0, Degree);
     }
 
-    std::array<Vec3d, k_count> point;
+    static constexpr std::size_t k_lanes = 4;  ///< coordinates fill whole registers of so many numbers
+    using Coordinates = std::array<double, (k_count + k_lanes - 1) / k_lanes * k_lanes>;
+    std::array<Coordinates, 3> c{};  ///< by coordinate, then by control point
 
-    Vec3d& operator()(int i, int j) { return point[index(i, j)]; }
-    const Vec3d& operator()(int i, int j) const { return point[index(i, j)]; }
+    Vec3d operator[](std::size_t i) const { return {c[0][i], c[1][i], c[2][i]}; }
+    Vec3d operator()(int i, int j) const { return (*this)[index(i, j)]; }
+    std::array<Vec3d, k_count> points() const {
+        std::array<Vec3d, k_count> all;
+        for (std::size_t i = 0; i < k_count; ++i) all[i] = (*this)[i];
+        return all;
+    }
+    void set(int i, int j, const Vec3d& p) {
+        for (std::size_t k = 0; k < 3; ++k) c[k][index(i, j)] = p[static_cast<int>(k)];
+    }
 
     /// Where control points lie: on side 0, 1 or 2 (from corner 0, 1 or 2 to the next), at a corner or inside.
     static constexpr int k_corner = 3, k_inside = 4;
@@ -60,7 +61,7 @@ class BezierTriangle {
             BezierTriangle<N> result;
             for (int j = 0; j <= N; ++j)
                 for (int i = 0; i + j <= N; ++i)
-                    result(i, j) = at[0] * before(i, j) + at[1] * before(i + 1, j) + at[2] * before(i, j + 1);
+                    result.set(i, j, at[0] * before(i, j) + at[1] * before(i + 1, j) + at[2] * before(i, j + 1));
             return result;
         }
     }
@@ -68,7 +69,7 @@ class BezierTriangle {
     /// The same polynomial over another triangle, by the barycentrics of its corners in this one.
     BezierTriangle over(const std::array<std::array<double, 3>, 3>& corners) const {
         BezierTriangle result;
-        result.take_arguments(point, Degree, corners, 0, 0, 0);
+        result.take_arguments(points(), Degree, corners, 0, 0, 0);
         return result;
     }
 
@@ -76,21 +77,22 @@ class BezierTriangle {
     /// (c, a, m) and (b, c, m), so that side 0 of each is a whole side of this one.
     std::pair<BezierTriangle, BezierTriangle> halves() const {
         std::pair<BezierTriangle, BezierTriangle> result;
-        for (int j = 0; j <= Degree; ++j) {
-            // De Casteljau's algorithm at 1/2 along a row parallel to side 0.
-            const int n = Degree - j;
-            std::array<Vec3d, Degree + 1> row;
-            for (int i = 0; i <= n; ++i) row[static_cast<std::size_t>(i)] = point[index(i, j)];
-            for (int step = 0; step <= n; ++step) {
-                // Exponents (n - step, step) of a and m, and of b and m; j of c.
-                result.first.point[index(n - step, step)] = row[0];
-                result.second.point[index(j, step)] = row[static_cast<std::size_t>(n - step)];
-                for (int i = 0; i + step < n; ++i) {
-                    const auto at = static_cast<std::size_t>(i);
-                    row[at] = 0.5 * (row[at] + row[at + 1]);
+        for (std::size_t k = 0; k < 3; ++k)
+            for (int j = 0; j <= Degree; ++j) {
+                // De Casteljau's algorithm at 1/2 along a row parallel to side 0.
+                const int n = Degree - j;
+                std::array<double, Degree + 1> row;
+                for (int i = 0; i <= n; ++i) row[static_cast<std::size_t>(i)] = c[k][index(i, j)];
+                for (int step = 0; step <= n; ++step) {
+                    // Exponents (n - step, step) of a and m, and of b and m; j of c.
+                    result.first.c[k][index(n - step, step)] = row[0];
+                    result.second.c[k][index(j, step)] = row[static_cast<std::size_t>(n - step)];
+                    for (int i = 0; i + step < n; ++i) {
+                        const auto at = static_cast<std::size_t>(i);
+                        row[at] = 0.5 * (row[at] + row[at + 1]);
+                    }
                 }
             }
-        }
         return result;
     }
 
@@ -98,17 +100,14 @@ class BezierTriangle {
     /// Inserts the last `left` arguments, from corner `first` on; i of the earlier ones are corner 1, j are corner 2.
     void take_arguments(const std::array<Vec3d, k_count>& polar, int left,
                         const std::array<std::array<double, 3>, 3>& corners, std::size_t first, int i, int j) {
-        if (left == 0) {
-            point[index(i, j)] = polar[0];
-            return;
-        }
+        if (left == 0) return set(i, j, polar[0]);
         for (std::size_t k = first; k < 3; ++k) {
             // One step of de Casteljau's algorithm; each row of `polar` has one point less than the row before.
             std::array<Vec3d, k_count> next;
             std::size_t out = 0, row = 0;
             for (int n = left; n > 0; row += static_cast<std::size_t>(n) + 1, --n)
-                for (std::size_t c = 0; c < static_cast<std::size_t>(n); ++c) {
-                    const std::size_t at = row + c, above = row + static_cast<std::size_t>(n) + 1 + c;
+                for (std::size_t m = 0; m < static_cast<std::size_t>(n); ++m) {
+                    const std::size_t at = row + m, above = row + static_cast<std::size_t>(n) + 1 + m;
                     next[out++] =
                         corners[k][0] * polar[at] + corners[k][1] * polar[at + 1] + corners[k][2] * polar[above];
                 }

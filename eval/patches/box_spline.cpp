@@ -37,7 +37,7 @@ constexpr auto k_rows = [] {
     return table;
 }();
 constexpr auto k_columns = [] {
-    std::array<std::array<double, Quartic::k_count>, 12> table{};
+    std::array<Quartic::Coordinates, 12> table{};
     for (std::size_t k = 0; k < 12; ++k)
         for (std::size_t i = 0; i < Quartic::k_count; ++i) table[k][i] = k_rows[i][k];
     return table;
@@ -47,13 +47,13 @@ constexpr auto k_columns = [] {
 
 TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<4> box_spline_triangle(const Net12& net) {
-    std::array<std::array<double, Quartic::k_count>, 3> sum{};
+    std::array<Quartic::Coordinates, 3> sum{};
     for (std::size_t k = 0; k < 12; ++k)
         for (int c = 0; c < 3; ++c)
-            for (std::size_t i = 0; i < Quartic::k_count; ++i)
+            for (std::size_t i = 0; i < sum[0].size(); ++i)
                 sum[static_cast<std::size_t>(c)][i] += k_columns[k][i] * net[k][c];
     Quartic result;
-    for (std::size_t i = 0; i < Quartic::k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
+    result.c = sum;
     return result;
 }
 

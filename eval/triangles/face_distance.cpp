@@ -44,6 +44,7 @@ FaceDistance::FaceDistance(std::span<const Vec3d> corners) : corner_(corners.beg
         if (edge_[i].length > 0) edge_[i].along = side / edge_[i].length;
     }
     if (n > 3) convex_ = turns_once();
+    has_squares_ = n == 3;
 }
 
 bool FaceDistance::turns_once() const {
@@ -66,6 +67,7 @@ void FaceDistance::set_sliding(std::size_t k, double fold, double flap, const Ve
     if (sine > 0.5 || !(glm::dot(normal, normal_) > 0)) return;
     Edge& edge = edge_[k];
     edge.slides = true;
+    has_squares_ = false;
     edge.fold = fold + 1.05 * sine;
     edge.flap = std::min(flap, 1.0);
     // With base angles of at most half the exterior angle a at both ends, the face and its flaps are convex. The
@@ -107,6 +109,34 @@ double FaceDistance::to_edge(const Vec3d& local, std::size_t k) const {
     if (!edge.slides) return distance;
     const double error = edge.in_flaps(local, off) ? std::abs(local.z) + fold_ * off : distance * (1 + fold_);
     return error * (1 + 0.25 * fold_ * fold_) / stretch_;
+}
+
+TETRAKIS_FOR_AVX2_TOO
+void FaceDistance::squares(const std::array<const double*, 3>& points, std::size_t count, Squares& out) const {
+    count = count / 4 * 4;
+    std::array<double, k_most_points> x, y, high, beside, outside{};
+    const auto along = [&](const Vec3d& axis, std::array<double, k_most_points>& place) {
+        for (std::size_t i = 0; i < count; ++i)
+            place[i] = axis.x * (points[0][i] - corner_[0].x) + axis.y * (points[1][i] - corner_[0].y) +
+                       axis.z * (points[2][i] - corner_[0].z);
+    };
+    along(x_, x);
+    along(y_, y);
+    along(normal_, high);
+    beside.fill(std::numeric_limits<double>::infinity());
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Edge edge = edge_[k];
+        for (std::size_t i = 0; i < count; ++i) {
+            const double dx = x[i] - edge.start.x, dy = y[i] - edge.start.y;
+            const double off = dx * edge.along.y - dy * edge.along.x, at = dx * edge.along.x + dy * edge.along.y;
+            const double in = at > 0 ? at : 0, beyond = at - (in < edge.length ? in : edge.length);
+            const double squared = off * off + beyond * beyond;
+            out[k + 1][i] = high[i] * high[i] + squared;
+            beside[i] = off > 0 && squared < beside[i] ? squared : beside[i];
+            outside[i] = off > outside[i] ? off : outside[i];
+        }
+    }
+    for (std::size_t i = 0; i < count; ++i) out[0][i] = high[i] * high[i] + (outside[i] > 0 ? beside[i] : 0);
 }
 
 }  // namespace tetrakis::detail

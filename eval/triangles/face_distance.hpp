@@ -51,6 +51,16 @@ class FaceDistance {
     double to_face(const Vec3d& local) const;
     double to_edge(const Vec3d& local, std::size_t k) const;
 
+    static constexpr std::size_t k_most_points = 28;
+    /// Squares of distances by number of the point: to the face, then to edges 0, 1 and 2.
+    using Squares = std::array<std::array<double, k_most_points>, 4>;
+    /// Whether squares() is defined: for a triangle that neither slides nor is a sliver.
+    bool has_squares() const { return has_squares_; }
+    /// Squares of to_face() and to_edge() for `count` points in space, several at once.
+    /// @param points  their coordinates: all x, all y, all z
+    /// @param count   a multiple of 4, at most k_most_points
+    void squares(const std::array<const double*, 3>& points, std::size_t count, Squares& out) const;
+
   private:
     struct Edge {
         Vec2d start{0}, along{0};  ///< in the plane; `along` is of unit length
@@ -78,7 +88,7 @@ class FaceDistance {
     std::vector<Edge> edge_;
     Vec3d normal_{0}, x_{0}, y_{0};
     double height_ = 0, fold_ = 0, stretch_ = 1;
-    bool convex_ = false, sliver_ = false;
+    bool convex_ = false, sliver_ = false, has_squares_ = false;
 };
 
 }  // namespace tetrakis::detail
