@@ -337,11 +337,16 @@ class PlyDecoder {
 
     // Called at the end of the file, as faces may come before the vertices.
     void check_corners() const {
-        for (const std::uint32_t v : mesh_.face_vertices)
-            if (v >= mesh_.positions.size())
-                throw Error(ErrorCode::invalid_input,
-                            fmt::format("a face uses vertex {}, but there are {} vertices", v, mesh_.positions.size()),
-                            path_);
+        const auto& v = mesh_.face_vertices;
+        const std::size_t count = mesh_.positions.size();
+        const auto bad = std::ranges::find_if(v, [&](std::uint32_t number) { return number >= count; }) - v.begin();
+        if (bad == std::ssize(v)) return;
+        const auto face = std::ranges::upper_bound(mesh_.face_offsets, bad) - mesh_.face_offsets.begin() - 1;
+        throw Error(
+            ErrorCode::invalid_input,
+            fmt::format("face {} uses vertex {}, but there are {} vertices (numbers start at 0); check the export",
+                        face, v[static_cast<std::size_t>(bad)], count),
+            path_);
     }
 
     // Names come from comments of the header; numbers without a name get one, such as "material_3".

@@ -406,7 +406,8 @@ TEST_CASE("[bad-input] faults of PLY files are named, and absurd counts allocate
     const std::string face = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
     const std::string ply = "ply\nformat ascii 1.0\n", vertex = ply + "element vertex 3\n" + xyz;
     const std::string points = "0 0 0\n1 0 0\n0 1 0\n", faces = vertex + face + points;
-    refused(faces + "3 0 1 3\n", ": a face uses vertex 3, but there are 3 vertices");
+    refused(faces + "3 0 1 3\n",
+            ": face 0 uses vertex 3, but there are 3 vertices (numbers start at 0); check the export");
     refused(faces + "3 0 1 -1\n", ":13: a vertex index of face 0 is no index");
     refused(faces + "2 0 1\n", ":13: face 0 has 2 corners; it needs three");
     refused(vertex + face + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", ":11: y of vertex 1 is not finite");
