@@ -68,12 +68,19 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
 template <class Family>
 double LeafEstimator<Family>::sampled(const CellTriangle& leaf) const {
     const ControlMesh& mesh = map_.patches->mesh();
-    std::array<Vec3d, k_samples> s;
-    detail::for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
-        s[static_cast<std::size_t>(i)] = map_(Family::parameter(mesh, leaf, b0, b1, b2));
-    });
-    const Vec3d c2 = s[0], c0 = s[k_samples - 1 - k_lattice], c1 = s[k_samples - 1];
+    const auto at = [&](double b0, double b1, double b2) { return map_(Family::parameter(mesh, leaf, b0, b1, b2)); };
+    const Vec3d c0 = at(1, 0, 0), c1 = at(0, 1, 0), c2 = at(0, 0, 1);
     const detail::PlaneMeasure plane({c0, c1, c2});
+    // Most leaves that must be split show it at these samples.
+    constexpr std::array<Vec3d, 4> k_first{Vec3d(0.5, 0.5, 0), {0.5, 0.25, 0.25}, {0.25, 0.5, 0.25}, {0.25, 0.25, 0.5}};
+    for (std::size_t i = 0; i < k_first.size() && !compares_; ++i) {
+        const Vec3d &b = k_first[i], p = at(b.x, b.y, b.z);
+        const double distance = std::min(glm::length(p - (b.x * c0 + b.y * c1 + b.z * c2)), plane(p));
+        if (distance > tolerance_) return distance;
+    }
+    std::array<Vec3d, k_samples> s;
+    detail::for_each_lattice_point(
+        k_lattice, [&](int i, double b0, double b1, double b2) { s[static_cast<std::size_t>(i)] = at(b0, b1, b2); });
     const detail::Maximum top = detail::farthest_sample(s, k_lattice, plane, hard_edges<Family>(mesh, leaf));
     double error = top.value;
     if (error > tolerance_) return error;
@@ -81,8 +88,8 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf) const {
         // Between the samples the distance may be larger.
         const auto distance = [&](const Vec2d& uv) {
             const double b0 = std::max(1 - uv.x - uv.y, 0.0);
-            const Vec3d at = map_(Family::parameter(mesh, leaf, b0, uv.x, uv.y));
-            return std::min(glm::length(at - (b0 * c0 + uv.x * c1 + uv.y * c2)), plane(at));
+            const Vec3d p = at(b0, uv.x, uv.y);
+            return std::min(glm::length(p - (b0 * c0 + uv.x * c1 + uv.y * c2)), plane(p));
         };
         error = std::max(error, detail::local_maximum(distance, top, 0.5 / k_lattice).value);
         if (error > tolerance_) return error;
@@ -100,9 +107,9 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf) const {
     // Distances in both directions near creases of finite sharpness, which the surface rounds off.
     detail::for_each_strip_point<Family>(mesh, leaf, [&](double b0, double b1, double b2) {
         if (error > tolerance_) return;
-        const Vec3d at = map_(Family::parameter(mesh, leaf, b0, b1, b2));
-        error = std::max(error, std::min(glm::length(at - (b0 * c0 + b1 * c1 + b2 * c2)), plane(at)));
-        look_back(b0, b1, b2, at);
+        const Vec3d p = at(b0, b1, b2);
+        error = std::max(error, std::min(glm::length(p - (b0 * c0 + b1 * c1 + b2 * c2)), plane(p)));
+        look_back(b0, b1, b2, p);
     });
     return error;
 }
