@@ -114,15 +114,14 @@ double FaceDistance::to_edge(const Vec3d& local, std::size_t k) const {
 TETRAKIS_FOR_AVX2_TOO
 void FaceDistance::squares(const std::array<const double*, 3>& points, std::size_t count, Squares& out) const {
     count = count / 4 * 4;
-    std::array<double, k_most_points> x, y, high, beside, outside{};
-    const auto along = [&](const Vec3d& axis, std::array<double, k_most_points>& place) {
+    std::array<std::array<double, k_most_points>, 3> place;  // in the frame
+    const std::array axes{x_, y_, normal_};
+    for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t i = 0; i < count; ++i)
-            place[i] = axis.x * (points[0][i] - corner_[0].x) + axis.y * (points[1][i] - corner_[0].y) +
-                       axis.z * (points[2][i] - corner_[0].z);
-    };
-    along(x_, x);
-    along(y_, y);
-    along(normal_, high);
+            place[k][i] = axes[k].x * (points[0][i] - corner_[0].x) + axes[k].y * (points[1][i] - corner_[0].y) +
+                          axes[k].z * (points[2][i] - corner_[0].z);
+    const auto& [x, y, high] = place;
+    std::array<double, k_most_points> beside, outside{};
     beside.fill(std::numeric_limits<double>::infinity());
     for (std::size_t k = 0; k < 3; ++k) {
         const Edge edge = edge_[k];
