@@ -132,13 +132,13 @@ class LevelTessellator final : public TessellationRun {
         }
         measure_triangles(reference(reference_steps()), result_, options_.measure_samples / 2, context_);
     }
-    /// Whether the level is within the tolerance. Points of the next level, which the whole reference has as well, are
-    /// enough to refuse most levels.
+    /// Whether the level is within the tolerance. The means of its faces are enough to refuse most levels.
     bool is_near() {
-        if (has_centers() && reference_steps() > 1 && !result_.mesh.triangles.empty()) {
-            const TriangleBvh bvh(result_.mesh, context_);
-            const SamplingOptions points_alone{.climbs = 0, .vertices_alone = true};
-            if (directed_distance(reference(1), bvh, points_alone, context_).max > off_above_) return false;
+        if (has_centers() && !result_.mesh.triangles.empty()) {
+            const std::vector<Vec3d> means = means_of(points(without_uvs_, result_.deepest_level, false));
+            std::vector<ClosestPoint> nearest(means.size());
+            TriangleBvh(result_.mesh, context_).closest(means, nearest, context_);
+            if (std::ranges::max(nearest, {}, &ClosestPoint::distance).distance > off_above_) return false;
         }
         measure();
         return result_.measured_error->hausdorff <= off_above_;
@@ -154,28 +154,33 @@ class LevelTessellator final : public TessellationRun {
         check_reference_memory(std::uint64_t{3} * result_.mesh.triangles.size() << (2 * steps - 1), context_);
         context_.report("measure", 0);
         const int level = result_.deepest_level + steps;
-        const PolygonMesh limits = points(without_uvs_, level, true);
-        std::vector<Vec3d> net;
-        if (has_centers()) net = points(without_uvs_, level, false).positions;
-        return fans(limits, has_centers() ? net : limits.positions);
-    }
-    static TriangleMesh fans(const PolygonMesh& faces, const std::vector<Vec3d>& around) {
+        PolygonMesh limits = points(without_uvs_, level, true);
+        const std::vector<Vec3d> centers = means_of(has_centers() ? points(without_uvs_, level, false) : limits);
         TriangleMesh mesh;
-        mesh.positions = faces.positions;
-        mesh.triangles.reserve(faces.face_vertices.size());
-        for (std::uint32_t f = 0; f < faces.face_count(); ++f) {
-            const std::span corners =
-                std::span(faces.face_vertices)
-                    .subspan(faces.face_offsets[f], faces.face_offsets[f + 1] - faces.face_offsets[f]);
+        mesh.positions = std::move(limits.positions);
+        mesh.triangles.reserve(limits.face_vertices.size());
+        for (std::uint32_t f = 0; f < limits.face_count(); ++f) {
             const auto center = static_cast<std::uint32_t>(mesh.positions.size());
-            Vec3d sum(0);
-            for (std::size_t k = 0; k < corners.size(); ++k) {
-                sum += around[corners[k]];
+            const std::span corners = corners_of(limits, f);
+            for (std::size_t k = 0; k < corners.size(); ++k)
                 mesh.triangles.push_back({corners[k], corners[(k + 1) % corners.size()], center});
-            }
-            mesh.positions.push_back(sum / static_cast<double>(corners.size()));
+            mesh.positions.push_back(centers[f]);
         }
         return mesh;
+    }
+    static std::span<const std::uint32_t> corners_of(const PolygonMesh& mesh, std::uint32_t f) {
+        return std::span(mesh.face_vertices)
+            .subspan(mesh.face_offsets[f], mesh.face_offsets[f + 1] - mesh.face_offsets[f]);
+    }
+    static std::vector<Vec3d> means_of(const PolygonMesh& faces) {
+        std::vector<Vec3d> means;
+        for (std::uint32_t f = 0; f < faces.face_count(); ++f) {
+            const std::span corners = corners_of(faces, f);
+            Vec3d sum(0);
+            for (const std::uint32_t v : corners) sum += faces.positions[v];
+            means.push_back(sum / static_cast<double>(corners.size()));
+        }
+        return means;
     }
 
     ControlMesh marked_, without_uvs_;

@@ -3,7 +3,6 @@
 #include "../../hier/mesh/control_mesh.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 #include <span>
@@ -13,40 +12,52 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Base tags are multiples of this. Each refinement of the template reduces a tag by 1, and there are fewer than 16
-/// refinements, so that the multiple can still be recovered afterwards.
-constexpr float k_tag = 16;
-
-/// The roots around a corner as a mesh: each is one face, whose first vertex is the corner. The tag of a sharp side
-/// encodes the side's number, and the tag of a sharp corner the number of sides.
+/// The roots around a corner as a mesh: each is one face, whose first vertex is the corner.
 RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     const auto roots = static_cast<int>(kind.roots()), spokes = static_cast<int>(kind.sharp.size());
     const int n = static_cast<int>(sides);
-    const auto tag = [](float sharpness, int number) {
-        return is_sharp(sharpness) ? k_tag * static_cast<float>(number + 1) : 0.0f;
-    };
     RuleMesh::Builder faces;
     // Twins are explicit: the far sides of two triangles join the same vertices, but are not twins.
     std::vector<int> twins(static_cast<std::size_t>(n * roots), RuleMesh::none);
-    std::vector<double> angles(kind.angle.empty() ? 0 : twins.size(), 0.0);
     for (int i = 0; i < roots; ++i) {
-        faces.corner(0, tag(kind.sharp[i], i));
+        faces.corner(0);
         faces.corner(1 + i);
         if (sides == 4) faces.corner(1 + spokes + i);
         faces.corner(1 + (i + 1) % spokes);
         faces.end_face();
-        if (!angles.empty()) angles[n * i] = kind.angle[i];
         if (!kind.closed && i + 1 == roots) continue;
         const int last = n * i + n - 1, next = n * ((i + 1) % roots);
         twins[static_cast<std::size_t>(last)] = next;
         twins[static_cast<std::size_t>(next)] = last;
     }
     faces.set_twins(std::move(twins));
+    return RuleMesh(1 + spokes + (sides == 4 ? roots : 0), std::move(faces));
+}
+
+/// The lattices of these roots as a mesh with the kind's tags and angles; its vertices are in the order of RootLayout.
+RuleMesh lattice_of(const CornerKind& kind, const RootLattices& net, std::uint32_t segments) {
+    const std::uint32_t sides = net.side_count(), corners = sides * segments * segments;
+    const std::vector<std::uint32_t> vertices = net.faces(segments, {}).vertices;
+    std::vector<float> sharpness(vertices.size(), 0.0f), at_corner(net.place_count(net.layout(segments)), 0.0f);
+    std::vector<double> angles(kind.angle.empty() ? 0 : vertices.size(), 0.0);
+    std::vector<int> tags(vertices.size(), 0);
+    for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+        const std::uint32_t first = corners * i;
+        // Along the side, every second triangle is upright.
+        for (std::uint32_t x = 0; x < segments; ++x) sharpness[first + (sides == 4 ? 4 : 6) * x] = kind.sharp[i];
+        if (!angles.empty()) angles[first] = kind.angle[i];
+        // The edges across the corner of two triangles that share two sides have the same ends, so they get tags.
+        if (sides == 3) tags[first + 1] = tags[first + 5] = static_cast<int>(i) + 1;
+    }
+    at_corner[0] = kind.corner;
+    RuleMesh::Builder faces;
+    for (std::uint32_t h = 0; h < vertices.size(); ++h) {
+        faces.corner(static_cast<int>(vertices[h]), sharpness[h], tags[h]);
+        if ((h + 1) % sides == 0) faces.end_face();
+    }
     faces.set_corner_angles(std::move(angles));
-    const int count = 1 + spokes + (sides == 4 ? roots : 0);
-    std::vector<float> sharpness(static_cast<std::size_t>(count), 0.0f);
-    sharpness[0] = tag(kind.corner, spokes);
-    return RuleMesh(count, std::move(faces), std::move(sharpness));
+    const auto count = static_cast<int>(at_corner.size());
+    return RuleMesh(count, std::move(faces), std::move(at_corner));
 }
 
 /// A mesh whose first dual refinement has a corner of that kind.
@@ -153,33 +164,31 @@ CornerTemplate::CornerTemplate(const CornerKind& kind, const RootLattices& like,
     : kind_(kind),
       segments_(segments),
       mesh_(like.in_cells() ? cage_of(kind) : base_of(kind, like.side_count())),
-      net_(like.in_cells() ? RootLattices::of_corners(mesh_, kind.crease_end) : RootLattices::of_faces(mesh_)) {
-    if (like.in_cells()) {
-        find_corner();
-        RuleStep step = scheme.step(mesh_, rules);  // gives one cell per root
-        first_ = std::move(step.child_halfedge);
-        mesh_ = std::move(step.mesh);
-    } else {
-        for (std::uint32_t i = 0; i < kind_.roots(); ++i) corner_.push_back(net_.side_count() * i);
-        first_.resize(net_.halfedge_count());
-        std::iota(first_.begin(), first_.end(), 0);
+      net_(like.in_cells() ? RootLattices::of_corners(mesh_, kind.crease_end)
+                           : RootLattices::of_faces(mesh_, std::vector<std::uint32_t>(kind.roots()))) {
+    if (!like.in_cells()) {
+        const std::uint32_t n = segments_, sides = net_.side_count();
+        mesh_ = lattice_of(kind_, net_, n);
+        number_.resize(mesh_.vertex_count());
+        std::iota(number_.begin(), number_.end(), 0);
+        // The cells at a root's corners, in the order of RootLattices::faces().
+        const std::vector<std::uint32_t> cells =
+            sides == 4 ? std::vector{0u, n - 1, n * n - 1, n * n - n} : std::vector{0u, 2 * n - 2, n * n - 1};
+        for (std::uint32_t i = 0; i < kind_.roots(); ++i) {
+            corner_.push_back(sides * i);
+            for (std::uint32_t k = 0; k < sides; ++k)
+                first_.push_back(static_cast<int>(sides * (n * n * i + cells[k]) + k));
+        }
+        return;
     }
-    const SchemeInfo& by = like.in_cells() ? scheme : *find_scheme(like.side_count() == 4 ? "bilinear" : "midpoint");
+    find_corner();
+    RuleStep step = scheme.step(mesh_, rules);  // gives one cell per root
+    first_ = std::move(step.child_halfedge);
+    mesh_ = std::move(step.mesh);
     for (std::uint32_t n = 1; n < segments_; n *= 2) {
-        RuleStep step = by.step(mesh_, rules);
+        step = scheme.step(mesh_, rules);
         first_ = children(step);
         mesh_ = std::move(step.mesh);
-    }
-    if (!like.in_cells()) {
-        std::vector<double> angles;
-        for (int h = 0; h < mesh_.halfedge_count() && mesh_.has_corner_angles(); ++h)
-            angles.push_back(mesh_.corner_angle(h));
-        const auto sharpness = [&](float tag) {
-            if (!is_semi_sharp(tag)) return tag;
-            const auto number = static_cast<std::size_t>(std::ceil(tag / k_tag)) - 1;
-            return number < kind_.sharp.size() ? kind_.sharp[number] : kind_.corner;
-        };
-        mesh_ = mesh_.with_tags(sharpness, std::move(angles));
     }
     if (const auto numbers = net_.vertices(net_.layout(segments_), mesh_, first_)) number_ = *numbers;
 }

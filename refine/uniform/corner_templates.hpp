@@ -50,7 +50,7 @@ struct CornerKinds {
 class CornerTemplate {
   public:
     /// @param like      a net of the same type: roots with as many sides, points on lattices or in cells
-    /// @param segments  segments of a root's side, a power of two
+    /// @param segments  segments of a root's side; in cells a power of two
     /// @throws std::invalid_argument  as the scheme's step
     CornerTemplate(const CornerKind& kind, const RootLattices& like, std::uint32_t segments, const SchemeInfo& scheme,
                    const RuleOptions& rules);

@@ -17,10 +17,15 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Segments of a template root's side, in the order of attempts: a larger template if the masks are too wide.
-std::span<const std::uint32_t> template_segments(const SchemeInfo& scheme, const RuleOptions& rules) {
-    static constexpr std::uint32_t k_segments[] = {4, 8, 16, 32};
-    return std::span(k_segments).subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
+/// Segments of a template root's side, in the order of attempts: a larger template if the masks are too wide. The first
+/// is enough for the scheme's own rules (measured: all schemes, with boundaries, creases and darts).
+std::span<const std::uint32_t> template_segments(const RootLattices& net, const SchemeInfo& scheme,
+                                                 const RuleOptions& rules, bool limits) {
+    static constexpr std::uint32_t k_cells[] = {4, 8, 16, 32}, k_faces[] = {3, 4, 5, 6, 8, 16, 32};
+    const int rings = rule_rings(scheme, rules);
+    if (net.in_cells()) return std::span(k_cells).subspan(rings > (limits ? 1 : 2) ? 1 : 0);
+    if (scheme.one_ring_limits && (limits || rings == 1)) return k_faces;
+    return std::span(k_faces).subspan(limits ? 3 : rings == 1 ? 1 : net.side_count() - 1);
 }
 
 /// Cache of the rows of corner templates, for the schemes of the table. Any thread may use it.
@@ -111,7 +116,7 @@ bool learn_from_templates(RowSource& source, LimitSearch* limits, const Learn& l
     CornerKind regular;
     regular.sharp.assign(source.net.side_count() == 4 ? 4 : 6, 0.0f);
     const std::vector<CornerKind>& kinds = source.corners.kinds;
-    for (const std::uint32_t n : template_segments(source.scheme, source.rules)) {
+    for (const std::uint32_t n : template_segments(source.net, source.scheme, source.rules, limits != nullptr)) {
         if (too_large(source, n, limits != nullptr ? 1 : factor_of(source.scheme))) return false;
         std::vector<KnownCorners::Rows> all(kinds.size() + 1);
         const auto take = [&](std::uint32_t i) {
@@ -147,7 +152,7 @@ double learning_cost(const CornerKinds& corners, const RootLattices& net, const 
     constexpr double k_per_point = 1.7;
     double roots = 0;
     for (const CornerKind& kind : corners.kinds) roots += kind.roots();
-    const double side = factor * static_cast<double>(template_segments(scheme, rules)[0]);
+    const double side = factor * static_cast<double>(template_segments(net, scheme, rules, false)[0]);
     return k_per_point * roots * side * side / (net.side_count() == 4 ? 1 : 2);
 }
 
