@@ -57,14 +57,19 @@ class GhostGrid {
     const Side& side(std::uint32_t s) const { return sides_[s]; }
 
     /// Copies the values at the places of root f and of its ghosts. Other entries of `grid` stay unchanged.
+    /// @param own_only  only ghosts across the edges that the root leads, and around the regular vertices that it is
+    /// the
+    ///                  first root of (it also leads the edges there)
     template <class T>
-    void fill(std::uint32_t f, const T* in, T* grid) const {
+    void fill(std::uint32_t f, const T* in, T* grid, bool own_only = false) const {
         fill_root(f, in, grid);
         if (rings_ == 0) return;
+        const RuleMesh& base = net_.base();
         const std::uint32_t sides = net_.side_count();
-        for (std::uint32_t s = 0; s < sides; ++s) {
-            fill_side(sides * f + s, s, in, grid);
-            if (regular_[net_.base().origin(sides * f + s)] != 0) fill_corner(sides * f + s, s, in, grid);
+        for (std::uint32_t s = 0, h = sides * f; s < sides; ++s, ++h) {
+            if (!own_only || base.leads(h)) fill_side(h, s, in, grid);
+            const int v = base.origin(h);
+            if (regular_[v] != 0 && (!own_only || base.first(v) == static_cast<int>(h))) fill_corner(h, s, in, grid);
         }
     }
 
@@ -82,10 +87,7 @@ class GhostGrid {
         for (std::uint32_t s = 0; s < sides; ++s) {
             T* const first = grid + sides_[s].origin;
             const std::ptrdiff_t step = sides_[s].along;
-            first[0] = in[at_.along(sides * f + s, 0)];
-            std::uint32_t v = at_.along(sides * f + s, 1);
-            const std::uint32_t ahead = net_.base().leads(sides * f + s) ? 1 : -1u;
-            for (std::uint32_t a = 1; a < n; ++a, v += ahead) first[a * step] = in[v];
+            at_.for_each_along(sides * f + s, [&](std::uint32_t a, std::uint32_t v) { first[a * step] = in[v]; });
         }
         const T* inner = in + at_.face_begin(f);
         for (std::uint32_t y = 1; y < n; ++y) {

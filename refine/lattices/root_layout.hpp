@@ -46,6 +46,14 @@ class RootLayout {
         if (j == segments_) return base_->origin(next_side(quads_, h));
         return edge_begin(base_->edge(h)) + (base_->leads(h) ? j - 1 : inner_ - j);
     }
+    /// Calls visit(j, vertex j) for all vertices of side h but the last, in their order.
+    template <class Visit>
+    void for_each_along(std::uint32_t h, const Visit& visit) const {
+        visit(0, base_->origin(h));
+        const std::uint32_t first = edge_begin(base_->edge(h)), ahead = base_->leads(h) ? 1 : -1u;
+        std::uint32_t v = ahead == 1 ? first : first + inner_ - 1;
+        for (std::uint32_t j = 1; j < segments_; ++j, v += ahead) visit(j, v);
+    }
     /// Lattice point (x, y) of face f, on its sides or inside.
     std::uint32_t at(std::uint32_t f, std::uint32_t x, std::uint32_t y) const {
         if (quads_) {

@@ -78,11 +78,13 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
     }
     // A task takes many small roots, so that no task is too short.
     const std::uint32_t at_once = std::max(k_roots_at_once, k_results_at_once / (fine.segments() * fine.segments()));
+    // Kernels read ghosts only for results on the sides, which the root that owns them computes.
+    const bool own_only = kernel_ && depth_ <= 1;
     const auto refine_roots = [&](std::uint32_t begin, std::uint32_t end) {
         Work work;
         work.grid.resize(grid.size() + 1, Vec3d(0));  // kernels read past the end
         for (std::uint32_t f = begin; f < end; ++f) {
-            grid.fill(f, in, work.grid.data());
+            grid.fill(f, in, work.grid.data(), own_only);
             regular<Finish>(grid, rows, fine, f, out, work);
             for (std::uint32_t h = sides * f; h < sides * (f + 1); ++h) {
                 if (side_pattern_[h] != none) side<Finish>(grid, fine, h, out, work);
