@@ -239,16 +239,24 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
         for (std::uint32_t f = begin; f < end; ++f) {
             const std::uint32_t root = only != nullptr ? (*only)[f] : f;
             faces.control[f] = base_face_[root];
+            const std::uint32_t h = size * root;
             const auto row = [&](std::uint32_t y, std::uint32_t* numbers) {
                 const std::uint32_t last = size == 4 ? segments : segments - y;
-                const bool inside = y > 0 && y < segments;
-                for (std::uint32_t x = 0; x <= last; x += inside ? last : 1) numbers[x] = at.at(root, x, y);
-                if (inside) std::iota(numbers + 1, numbers + last, at.inside(root, 1, y));
+                numbers[0] = at.along(h + size - 1, segments - y);
+                numbers[last] = at.along(h + 1, y);
+                if (y == 0)
+                    at.for_each_along(h, [&](std::uint32_t x, std::uint32_t v) { numbers[x] = v; });
+                else if (y < segments)
+                    std::iota(numbers + 1, numbers + last, at.inside(root, 1, y));
+                else if (size == 4)
+                    at.for_each_along(h + 2, [&](std::uint32_t x, std::uint32_t v) { numbers[segments - x] = v; });
             };
             number_cells(segments, size == 4, row, lines.data(), &faces.vertices[std::size_t{size} * cells * f]);
         }
+        // Copies: the compiler would read the captured numbers again after each store.
+        const std::uint32_t each = size, last_face = cells * end;
         std::uint32_t* const offsets = faces.offsets.data();
-        for (std::uint32_t i = cells * begin; i < cells * end; ++i) offsets[i] = size * i;
+        for (std::uint32_t i = cells * begin; i < last_face; ++i) offsets[i] = each * i;
     };
     for_each_reported_block(roots, k_grain, context, "faces", 0, 1, number_roots);
     return faces;
