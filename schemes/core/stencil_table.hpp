@@ -13,7 +13,7 @@ namespace tetrakis {
 
 /// A linear combination of points, while it is put together.
 struct StencilRow {
-    ShortList<std::pair<int, double>, 16> terms;
+    ShortList<std::pair<int, double>, 32> terms;
 
     StencilRow() = default;
     StencilRow(std::initializer_list<std::pair<int, double>> t) : terms(t) {}

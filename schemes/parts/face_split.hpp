@@ -96,14 +96,22 @@ inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves
     RuleMesh::Builder faces;
     const auto quads = static_cast<std::size_t>(mesh.halfedge_count());
     faces.reserve(quads, 4 * quads);
+    std::vector<int> twins;
+    twins.reserve(4 * quads);
+    const auto half_into = [&](int h) { return h == RuleMesh::none ? h : 4 * mesh.next(h) + 3; };
+    const auto half_from = [&](int h) { return h == RuleMesh::none ? h : 4 * h; };
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int before = mesh.prev(h);
+        for (const int twin :
+             {half_into(mesh.twin(h)), 4 * mesh.next(h) + 2, 4 * before + 1, half_from(mesh.twin(before))})
+            twins.push_back(twin);
         faces.corner(mesh.origin(h), halves.at_origin(h));
         faces.corner(V + mesh.edge(h));
         faces.corner(V + E + mesh.face(h));
         faces.corner(V + mesh.edge(before), halves.at_target(before));
         faces.end_face();
     }
+    faces.set_twins(std::move(twins));
     if (mesh.has_corner_angles())
         faces.set_corner_angles(child_corner_angles(mesh, split_polygons_children(mesh), 4 * quads));
     const int count = V + E + mesh.face_count();
