@@ -57,9 +57,8 @@ class GhostGrid {
     const Side& side(std::uint32_t s) const { return sides_[s]; }
 
     /// Copies the values at the places of root f and of its ghosts. Other entries of `grid` stay unchanged.
-    /// @param own_only  only ghosts across the edges that the root leads, and around the regular vertices that it is
-    /// the
-    ///                  first root of (it also leads the edges there)
+    /// @param own_only  only ghosts across edges that the root leads, and around regular vertices that it is the first
+    ///                  root of (it leads both edges there)
     template <class T>
     void fill(std::uint32_t f, const T* in, T* grid, bool own_only = false) const {
         fill_root(f, in, grid);

@@ -253,8 +253,7 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
             };
             number_cells(segments, size == 4, row, lines.data(), &faces.vertices[std::size_t{size} * cells * f]);
         }
-        // Copies: the compiler would read the captured numbers again after each store.
-        const std::uint32_t each = size, last_face = cells * end;
+        const std::uint32_t each = size, last_face = cells * end;  // copies, which no store can change
         std::uint32_t* const offsets = faces.offsets.data();
         for (std::uint32_t i = cells * begin; i < last_face; ++i) offsets[i] = each * i;
     };

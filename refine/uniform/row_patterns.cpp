@@ -386,6 +386,11 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
     if (!learn_regular(*sources.back())) return false;
     const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, sources.back()->corner.segments());
     sources = sources.first(sources.size() - 1);
+    // With kernels only the vertex at a smooth corner is special, and the first root around it computes it.
+    const auto different_roots = [&](const CornerKind& kind) {
+        const bool smooth = kind.closed && kind.angle.empty() && std::ranges::none_of(kind.sharp, is_sharp);
+        return kernel_ && smooth ? 1 : kind.roots();
+    };
     // The depth of sharp sides is measured at the outer places of the zone, where the corner has no influence any more.
     const auto far = [&](std::uint32_t x, std::uint32_t y) { return distance(x, y) + 2 * factor_ > zone; };
     depth_ = reach_ = 0;
@@ -398,7 +403,7 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
     for (std::size_t k = 0; k < sources.size(); ++k) {
         const CornerKind& kind = sources[k]->corner.kind();
         special[k].resize(kind.roots());
-        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+        for (std::uint32_t i = 0; i < different_roots(kind); ++i) {
             readers[k].look_at(i);
             readers[k].for_each_inwards([&](std::uint32_t x, std::uint32_t y) {
                 if (readers[k].is_regular(x, y)) return;
@@ -418,7 +423,7 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
     for (std::size_t k = 0; k < sources.size(); ++k) {
         const CornerKind& kind = sources[k]->corner.kind();
         sides[k].resize(kind.roots());
-        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+        for (std::uint32_t i = 0; i < different_roots(kind); ++i) {
             readers[k].look_at(i);
             for (const Special& s : special[k][i]) {
                 const bool along_first = kind.sharp_before(i) && s.y < depth_,
@@ -460,7 +465,7 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
     farthest_ = 0;
     for (std::size_t k = 0; k < sources.size(); ++k) {
         const CornerKind& kind = sources[k]->corner.kind();
-        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+        for (std::uint32_t i = 0; i < different_roots(kind); ++i) {
             readers[k].look_at(i);
             side_number[k].push_back(none);
             if (!sides[k][i].empty()) {
@@ -487,6 +492,8 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
             corner_number[k].back() = static_cast<std::uint32_t>(corner_patterns_.size());
             corner_patterns_.push_back(std::move(pattern));
         }
+        side_number[k].resize(kind.roots(), side_number[k].front());
+        corner_number[k].resize(kind.roots(), corner_number[k].front());
     }
     const std::size_t halfedges = corners.kind.size();
     side_pattern_.resize(halfedges);
