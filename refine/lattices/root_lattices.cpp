@@ -237,9 +237,8 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
     const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
         std::vector<std::uint32_t> lines(2 * (segments + std::size_t{1}));
         for (std::uint32_t f = begin; f < end; ++f) {
-            const std::uint32_t root = only != nullptr ? (*only)[f] : f;
+            const std::uint32_t root = only != nullptr ? (*only)[f] : f, h = size * root;
             faces.control[f] = base_face_[root];
-            const std::uint32_t h = size * root;
             const auto row = [&](std::uint32_t y, std::uint32_t* numbers) {
                 const std::uint32_t last = size == 4 ? segments : segments - y;
                 numbers[0] = at.along(h + size - 1, segments - y);

@@ -50,7 +50,8 @@ class RootLayout {
     template <class Visit>
     void for_each_along(std::uint32_t h, const Visit& visit) const {
         visit(0, base_->origin(h));
-        std::uint32_t v = along(h, 1), ahead = base_->leads(h) ? 1 : -1u;
+        const std::uint32_t ahead = base_->leads(h) ? 1 : -1u;
+        std::uint32_t v = edge_begin(base_->edge(h)) + (ahead == 1 ? 0 : inner_ - 1);
         for (std::uint32_t j = 1; j < segments_; ++j, v += ahead) visit(j, v);
     }
     /// Lattice point (x, y) of face f, on its sides or inside.

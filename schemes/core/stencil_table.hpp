@@ -34,20 +34,21 @@ struct StencilRow {
             if (t.size() > static_cast<std::size_t>(count)) return sum_all(first, count);
             std::stable_sort(t.begin(), t.end(), less);
         }
-        for (std::size_t i = 1; i < t.size() && t.size() <= k_short; ++i) {
-            const auto term = t[i];
-            std::size_t at = i;
-            for (; at > 0 && less(term, t[at - 1]); --at) t[at] = t[at - 1];
-            t[at] = term;
+        auto *const begin = t.begin(), *end = begin;
+        for (const auto* from = begin; from != t.end(); ++from) {
+            const auto term = *from;
+            auto* at = end;
+            while (at != begin && less(term, at[-1])) --at;
+            if (at != begin && at[-1].first == term.first) {
+                at[-1].second += term.second;
+                continue;
+            }
+            std::move_backward(at, end, end + 1);
+            ++end;
+            *at = term;
         }
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < t.size();) {
-            double weight = 0;
-            const int point = t[i].first;
-            for (; i < t.size() && t[i].first == point; ++i) weight += t[i].second;
-            if (weight != 0) t[kept++] = {point, weight};
-        }
-        t.shorten(kept);
+        end = std::remove_if(begin, end, [](const auto& term) { return term.second == 0; });
+        t.shorten(static_cast<std::size_t>(end - begin));
     }
 
   private:
