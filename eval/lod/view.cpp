@@ -320,9 +320,6 @@ class View::Impl {
         return count >= k_samples / 4 && 2 * far >= count;
     }
 
-    static double distance(const DiamondBounds& bounds, const Eye& eye) {
-        return glm::length(glm::max(glm::abs(bounds.center - eye.at) - bounds.half_sides, Vec3d(0)));
-    }
     double boost(const DiamondBounds& bounds) const {
         double boost = 1;
         for (const Region& region : regions_) {
@@ -333,14 +330,14 @@ class View::Impl {
     }
 
     Look look_at(const DiamondBounds& bounds) const {
-        const Vec3d center = bounds.center - eye_.at;
+        const Vec3d center = bounds.center - eye_.at, off = detail::absolute(center);
         Look look;
-        look.distance = distance(bounds, eye_);
+        look.distance = glm::length(glm::max(off - bounds.half_sides, Vec3d(0)));
         look.size = bounds.error * boost(bounds) * scale_;
         // `least` and `reach` are no smaller for a box that contains this one. So if a diamond is inside, a coarser one
         // whose box contains its box is inside, too.
         const double least = eye_.inside(center, bounds.half_sides);
-        look.reach = glm::length(glm::abs(center) + bounds.half_sides);
+        look.reach = glm::length(off + bounds.half_sides);
         look.inside = least >= -k_beside * look.reach;
         // A box that leaves the frustum may be noticed late, but not a box that enters it.
         look.gap = look.inside ? std::max(least, 0.0) + k_late * look.reach : -least;
@@ -407,23 +404,18 @@ class View::Impl {
         const double weight = look.inside ? 1 : options_.outside_weight;
         // The weight to which a change can reverse the decision.
         const double other_weight = is_split ? 1 : options_.outside_weight;
-        int own, bucket;
-        double way, other_way;  // how far the eye may travel with each weight until the bucket may change
+        const int own = bucket_of(is_split ? look.at(weight) * k_room : look.at(weight) / k_room);
         // Errors far from the limit share a bucket.
-        if (is_split) {
-            own = bucket_of(look.at(weight) * k_room);
-            bucket = std::max(own, exact_from_ - 1);
-            const double edge = edge_of(bucket + 1);
-            const bool always = edge == k_infinite || look.size == 0;
-            way = always ? k_infinite : look.distance - weight * look.size / edge;
-            other_way = always ? k_infinite : look.distance - other_weight * look.size / edge;
-        } else {
-            own = bucket_of(look.at(weight) / k_room);
-            bucket = std::min(own, level_ - 1);
-            const double edge = edge_of(bucket);
-            way = edge == 0 ? k_infinite : weight * look.size / edge - look.distance;
-            other_way = edge == 0 ? k_infinite : other_weight * look.size / edge - look.distance;
-        }
+        const int bucket = is_split ? std::max(own, exact_from_ - 1) : std::min(own, level_ - 1);
+        const double edge = edge_of(is_split ? bucket + 1 : bucket);
+        const bool always = look.size == 0 || edge == (is_split ? k_infinite : 0);
+        // How far the eye may travel until the bucket may change.
+        const auto way_with = [&](double some_weight) {
+            const double nearer = look.distance - some_weight * look.size / edge;
+            return always ? k_infinite : is_split ? nearer : -nearer;
+        };
+        double way = way_with(weight);
+        const double other_way = way_with(other_weight);
         std::size_t odometer = Odometers::k_travel;
         if (weight == other_weight || other_way > 0.25 * way) {
             way = std::min(way, other_way);
