@@ -122,22 +122,21 @@ class View::Impl {
         const Eye eye(camera);
         if (is_elsewhere(eye)) start();
         move_to(eye, budget);
-        std::uint32_t splits = 0, merges = 0;
+        Update update;
         const std::uint32_t most = std::min(budget.leaves, max_leaves_);
         const auto changed_split = [&](const Diamond& diamond) {
             after_split(diamond);
-            ++splits;
+            ++update.splits;
         };
         const auto changed_merge = [&](const Diamond& diamond) {
             after_merge(diamond);
-            ++merges;
+            ++update.merges;
         };
         const auto is_over = [&](std::uint32_t steps) {
             // The last fifth of the time is for writing vertices.
             return budget.milliseconds > 0 && steps % 16 == 0 &&
                    std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > 0.8 * budget.milliseconds;
         };
-        Update update;
         for (std::uint32_t steps = 1;; ++steps) {
             const bool too_many = forest_.leaf_count() > most;
             if (!too_many && is_over(steps)) {
@@ -183,8 +182,6 @@ class View::Impl {
             morph_scale_ = eye_.pixels / budget.pixel_error /
                            (update.complete ? std::min(over, edge_of(Candidates::k_buckets - 1)) : 1);
         update.morph_scale = morph_scale_;
-        update.splits = splits;
-        update.merges = merges;
         update.leaves = forest_.leaf_count();
         update.waiting = candidates_.unknown_count();
         write_vertices();
@@ -352,11 +349,7 @@ class View::Impl {
     }
     /// Evaluates candidates for the present eye, and lists them accordingly.
     void look(std::span<const std::uint32_t> nodes) {
-        // The loops are bound by memory latency.
         for (const std::uint32_t node : nodes) __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(node))));
-        for (const std::uint32_t node : nodes)
-            if (candidates_.kind(node) == Kind::merge)
-                __builtin_prefetch(&forest_.point_site(forest_.leaf(LeafId(candidates_.owner(node))).vertex[2]));
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const LeafId leaf(candidates_.owner(nodes[i]));
             sites_[i] = candidates_.kind(nodes[i]) == Kind::split ? midpoint_site(leaf)
@@ -365,7 +358,7 @@ class View::Impl {
         try {
             surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
         } catch (...) {
-            candidates_.give_back(nodes);
+            candidates_.advance_all();
             throw;
         }
         for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -373,14 +366,6 @@ class View::Impl {
                 list(nodes[i], look_at(bounds_[i]));
             else
                 wait_for_revision(nodes[i]);
-            const int bucket = candidates_.bucket(nodes[i]);
-            // A split or merge that comes soon reads and writes the leaf's neighbours.
-            const bool is_soon = candidates_.kind(nodes[i]) == Kind::split
-                                     ? bucket >= level_
-                                     : bucket < std::max(merge_bucket_, level_ - 1);
-            if (!is_soon) continue;
-            for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(nodes[i]))).neighbour)
-                if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside));
         }
     }
     /// Lists a candidate of unknown bounds: it is never split, and merged only if there are too many leaves.
@@ -396,6 +381,23 @@ class View::Impl {
     /// first one has left the bucket.
     bool look_at_first(Kind kind, int bucket, std::size_t most = Candidates::k_batch) {
         const std::uint32_t first = candidates_.first(kind, bucket);
+        // A split or merge reads and writes leaves beside and behind its own. For the next ones in the bucket, their
+        // cache misses overlap with this change. (GCC drops prefetches that are in a function of their own.)
+        const std::uint32_t second = candidates_.next(first), third = candidates_.next(second);
+        const std::uint32_t fourth = candidates_.next(third);
+        candidates_.prefetch(candidates_.next(fourth));
+        __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(fourth))));
+        for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(third))).neighbour) {
+            if (!beside.valid()) continue;
+            __builtin_prefetch(&forest_.leaf(beside));
+            __builtin_prefetch(&leaf_candidate_[beside.value]);
+        }
+        for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(second))).neighbour) {
+            if (!beside.valid()) continue;
+            candidates_.prefetch(leaf_candidate_[beside.value]);
+            for (const LeafId behind : forest_.leaf(beside).neighbour)
+                if (behind.valid()) __builtin_prefetch(&forest_.leaf(behind));
+        }
         look(std::span(due_).first(candidates_.take_unknown(kind, bucket, std::span(due_).first(most))));
         return candidates_.first(kind, bucket) != first;
     }
