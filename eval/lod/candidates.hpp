@@ -182,6 +182,11 @@ class Candidates {
         }
         return count;
     }
+    /// Makes candidates due again that were taken, but not evaluated.
+    void give_back(std::span<const std::uint32_t> nodes) {
+        for (const std::uint32_t node : nodes) nodes_[node].due_at = 0;
+        fresh_.insert(fresh_.end(), nodes.begin(), nodes.end());
+    }
     /// Writes the first candidates of a bucket to `nodes`, but none from the first is_known() candidate on. Returns
     /// their number.
     std::size_t take_unknown(Kind kind, int bucket, std::span<std::uint32_t> nodes) const {

@@ -358,7 +358,7 @@ class View::Impl {
         try {
             surface_.bounds(std::span(sites_).first(nodes.size()), std::span(bounds_).first(nodes.size()));
         } catch (...) {
-            candidates_.advance_all();
+            candidates_.give_back(nodes);
             throw;
         }
         for (std::size_t i = 0; i < nodes.size(); ++i) {
