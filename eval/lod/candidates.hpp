@@ -73,7 +73,6 @@ class Candidates {
     Kind kind(std::uint32_t node) const { return nodes_[node].kind; }
     std::uint32_t owner(std::uint32_t node) const { return nodes_[node].owner; }
     void set_owner(std::uint32_t node, std::uint32_t owner) { nodes_[node].owner = owner; }
-    int bucket(std::uint32_t node) const { return nodes_[node].bucket; }
     /// Whether list() was called for it with `is_own` since the last call of begin_round().
     bool is_known(std::uint32_t node) const { return nodes_[node].round == round_; }
     void begin_round() { ++round_; }
@@ -111,6 +110,10 @@ class Candidates {
     int lowest(Kind kind) const {
         const auto& mask = masks_[static_cast<std::size_t>(kind)];
         return mask[0] != 0 ? std::countr_zero(mask[0]) : mask[1] != 0 ? 64 + std::countr_zero(mask[1]) : k_buckets;
+    }
+    std::uint32_t next(std::uint32_t node) const { return nodes_[node].next; }  ///< in its bucket; owner 0: the end
+    void prefetch(std::uint32_t node) const {
+        if (node != k_none) __builtin_prefetch(&nodes_[node]);
     }
     std::uint32_t first(Kind kind, int bucket) const { return nodes_[ring(kind, bucket)].next; }
 

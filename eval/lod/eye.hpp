@@ -8,17 +8,19 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 namespace tetrakis::detail {
+
+/// As glm::abs(), but without branches.
+inline Vec3d absolute(const Vec3d& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
 /// Camera data for the decisions about splits and merges.
 struct Eye {
     Vec3d at{}, forward{0, 1, 0}, right{1, 0, 0}, up{0, 0, 1};
-    std::array<Vec3d, 4> sides{};         ///< unit normals of the frustum's side planes, to the inside
-    double side_sin = 0, side_cos = 1;    ///< of half the horizontal field of view
-    double above_sin = 0, above_cos = 1;  ///< of half the vertical one
-    double pixels = 0;                    ///< size on screen of length 1 at distance 1
+    std::array<std::array<double, 4>, 3> sides{};  ///< by axis: unit normals of the frustum's sides, to the inside
+    double side_sin = 0, side_cos = 1;             ///< of half the horizontal field of view
+    double above_sin = 0, above_cos = 1;           ///< of half the vertical one
+    double pixels = 0;                             ///< size on screen of length 1 at distance 1
 
     explicit Eye(const lod::Camera& camera) : at(camera.eye), forward(unit(camera.direction)) {
         right = glm::cross(forward, camera.up);
@@ -30,8 +32,10 @@ struct Eye {
         pixels = camera.height / (2 * y);
         side_cos = 1 / std::hypot(1, x), side_sin = x * side_cos;
         above_cos = 1 / std::hypot(1, y), above_sin = y * above_cos;
-        sides = {side_sin * forward + side_cos * right, side_sin * forward - side_cos * right,
-                 above_sin * forward + above_cos * up, above_sin * forward - above_cos * up};
+        const std::array normals{side_sin * forward + side_cos * right, side_sin * forward - side_cos * right,
+                                 above_sin * forward + above_cos * up, above_sin * forward - above_cos * up};
+        for (int axis = 0; axis < 3; ++axis)
+            for (std::size_t k = 0; k < normals.size(); ++k) sides[axis][k] = normals[k][axis];
     }
     /// Unit vector along `v`, without overflow or underflow for long or short ones.
     static Vec3d unit(const Vec3d& v) {
@@ -39,10 +43,14 @@ struct Eye {
     }
     /// How far a box reaches inward from the side plane where this is least; negative: outside. `center`: from the eye.
     double inside(const Vec3d& center, const Vec3d& half_sides) const {
-        double least = std::numeric_limits<double>::infinity();
-        for (std::size_t k = 0; k < sides.size(); ++k)
-            least = std::min(least, glm::dot(center, sides[k]) + glm::dot(half_sides, glm::abs(sides[k])));
-        return least;
+        std::array<double, 4> inward{}, extent{};
+        for (int axis = 0; axis < 3; ++axis)
+            for (std::size_t k = 0; k < inward.size(); ++k) {
+                inward[k] += center[axis] * sides[axis][k];
+                extent[k] += half_sides[axis] * std::abs(sides[axis][k]);
+            }
+        return std::min(std::min(inward[0] + extent[0], inward[1] + extent[1]),
+                        std::min(inward[2] + extent[2], inward[3] + extent[3]));
     }
     bool has_opening_of(const Eye& other) const {
         return side_sin == other.side_sin && above_sin == other.above_sin && pixels == other.pixels;

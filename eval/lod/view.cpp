@@ -122,22 +122,21 @@ class View::Impl {
         const Eye eye(camera);
         if (is_elsewhere(eye)) start();
         move_to(eye, budget);
-        std::uint32_t splits = 0, merges = 0;
+        Update update;
         const std::uint32_t most = std::min(budget.leaves, max_leaves_);
         const auto changed_split = [&](const Diamond& diamond) {
             after_split(diamond);
-            ++splits;
+            ++update.splits;
         };
         const auto changed_merge = [&](const Diamond& diamond) {
             after_merge(diamond);
-            ++merges;
+            ++update.merges;
         };
         const auto is_over = [&](std::uint32_t steps) {
             // The last fifth of the time is for writing vertices.
             return budget.milliseconds > 0 && steps % 16 == 0 &&
                    std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > 0.8 * budget.milliseconds;
         };
-        Update update;
         for (std::uint32_t steps = 1;; ++steps) {
             const bool too_many = forest_.leaf_count() > most;
             if (!too_many && is_over(steps)) {
@@ -183,8 +182,6 @@ class View::Impl {
             morph_scale_ = eye_.pixels / budget.pixel_error /
                            (update.complete ? std::min(over, edge_of(Candidates::k_buckets - 1)) : 1);
         update.morph_scale = morph_scale_;
-        update.splits = splits;
-        update.merges = merges;
         update.leaves = forest_.leaf_count();
         update.waiting = candidates_.unknown_count();
         write_vertices();
@@ -320,9 +317,6 @@ class View::Impl {
         return count >= k_samples / 4 && 2 * far >= count;
     }
 
-    static double distance(const DiamondBounds& bounds, const Eye& eye) {
-        return glm::length(glm::max(glm::abs(bounds.center - eye.at) - bounds.half_sides, Vec3d(0)));
-    }
     double boost(const DiamondBounds& bounds) const {
         double boost = 1;
         for (const Region& region : regions_) {
@@ -333,14 +327,14 @@ class View::Impl {
     }
 
     Look look_at(const DiamondBounds& bounds) const {
-        const Vec3d center = bounds.center - eye_.at;
+        const Vec3d center = bounds.center - eye_.at, off = detail::absolute(center);
         Look look;
-        look.distance = distance(bounds, eye_);
+        look.distance = glm::length(glm::max(off - bounds.half_sides, Vec3d(0)));
         look.size = bounds.error * boost(bounds) * scale_;
         // `least` and `reach` are no smaller for a box that contains this one. So if a diamond is inside, a coarser one
         // whose box contains its box is inside, too.
         const double least = eye_.inside(center, bounds.half_sides);
-        look.reach = glm::length(glm::abs(center) + bounds.half_sides);
+        look.reach = glm::length(off + bounds.half_sides);
         look.inside = least >= -k_beside * look.reach;
         // A box that leaves the frustum may be noticed late, but not a box that enters it.
         look.gap = look.inside ? std::max(least, 0.0) + k_late * look.reach : -least;
@@ -355,11 +349,7 @@ class View::Impl {
     }
     /// Evaluates candidates for the present eye, and lists them accordingly.
     void look(std::span<const std::uint32_t> nodes) {
-        // The loops are bound by memory latency.
         for (const std::uint32_t node : nodes) __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(node))));
-        for (const std::uint32_t node : nodes)
-            if (candidates_.kind(node) == Kind::merge)
-                __builtin_prefetch(&forest_.point_site(forest_.leaf(LeafId(candidates_.owner(node))).vertex[2]));
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const LeafId leaf(candidates_.owner(nodes[i]));
             sites_[i] = candidates_.kind(nodes[i]) == Kind::split ? midpoint_site(leaf)
@@ -376,14 +366,6 @@ class View::Impl {
                 list(nodes[i], look_at(bounds_[i]));
             else
                 wait_for_revision(nodes[i]);
-            const int bucket = candidates_.bucket(nodes[i]);
-            // A split or merge that comes soon reads and writes the leaf's neighbours.
-            const bool is_soon = candidates_.kind(nodes[i]) == Kind::split
-                                     ? bucket >= level_
-                                     : bucket < std::max(merge_bucket_, level_ - 1);
-            if (!is_soon) continue;
-            for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(nodes[i]))).neighbour)
-                if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside));
         }
     }
     /// Lists a candidate of unknown bounds: it is never split, and merged only if there are too many leaves.
@@ -399,6 +381,23 @@ class View::Impl {
     /// first one has left the bucket.
     bool look_at_first(Kind kind, int bucket, std::size_t most = Candidates::k_batch) {
         const std::uint32_t first = candidates_.first(kind, bucket);
+        // A split or merge reads and writes leaves beside and behind its own. For the next ones in the bucket, their
+        // cache misses overlap with this change. (GCC drops prefetches that are in a function of their own.)
+        const std::uint32_t second = candidates_.next(first), third = candidates_.next(second);
+        const std::uint32_t fourth = candidates_.next(third);
+        candidates_.prefetch(candidates_.next(fourth));
+        __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(fourth))));
+        for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(third))).neighbour) {
+            if (!beside.valid()) continue;
+            __builtin_prefetch(&forest_.leaf(beside));
+            __builtin_prefetch(&leaf_candidate_[beside.value]);
+        }
+        for (const LeafId beside : forest_.leaf(LeafId(candidates_.owner(second))).neighbour) {
+            if (!beside.valid()) continue;
+            candidates_.prefetch(leaf_candidate_[beside.value]);
+            for (const LeafId behind : forest_.leaf(beside).neighbour)
+                if (behind.valid()) __builtin_prefetch(&forest_.leaf(behind));
+        }
         look(std::span(due_).first(candidates_.take_unknown(kind, bucket, std::span(due_).first(most))));
         return candidates_.first(kind, bucket) != first;
     }
@@ -407,23 +406,18 @@ class View::Impl {
         const double weight = look.inside ? 1 : options_.outside_weight;
         // The weight to which a change can reverse the decision.
         const double other_weight = is_split ? 1 : options_.outside_weight;
-        int own, bucket;
-        double way, other_way;  // how far the eye may travel with each weight until the bucket may change
+        const int own = bucket_of(is_split ? look.at(weight) * k_room : look.at(weight) / k_room);
         // Errors far from the limit share a bucket.
-        if (is_split) {
-            own = bucket_of(look.at(weight) * k_room);
-            bucket = std::max(own, exact_from_ - 1);
-            const double edge = edge_of(bucket + 1);
-            const bool always = edge == k_infinite || look.size == 0;
-            way = always ? k_infinite : look.distance - weight * look.size / edge;
-            other_way = always ? k_infinite : look.distance - other_weight * look.size / edge;
-        } else {
-            own = bucket_of(look.at(weight) / k_room);
-            bucket = std::min(own, level_ - 1);
-            const double edge = edge_of(bucket);
-            way = edge == 0 ? k_infinite : weight * look.size / edge - look.distance;
-            other_way = edge == 0 ? k_infinite : other_weight * look.size / edge - look.distance;
-        }
+        const int bucket = is_split ? std::max(own, exact_from_ - 1) : std::min(own, level_ - 1);
+        const double edge = edge_of(is_split ? bucket + 1 : bucket);
+        const bool always = look.size == 0 || edge == (is_split ? k_infinite : 0);
+        // How far the eye may travel until the bucket may change.
+        const auto way_with = [&](double some_weight) {
+            const double nearer = look.distance - some_weight * look.size / edge;
+            return always ? k_infinite : is_split ? nearer : -nearer;
+        };
+        double way = way_with(weight);
+        const double other_way = way_with(other_weight);
         std::size_t odometer = Odometers::k_travel;
         if (weight == other_weight || other_way > 0.25 * way) {
             way = std::min(way, other_way);

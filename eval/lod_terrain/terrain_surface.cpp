@@ -209,40 +209,41 @@ std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& 
     return ray.hit();
 }
 
-/// The cells that hold a diamond and all diamonds that its splits lead to. They are as wide as these together, so there
-/// are at most two along each axis.
-struct TerrainSurface::Around {
-    Around(const TerrainSurface& surface, LatticePlace p) : within(surface.lattice_.around(p)) {
-        const auto [x0, x1, y0, y1] = within;
-        const int wanted = std::bit_width(static_cast<std::uint32_t>(2 * LatticeDiamond::reach(p) - 1)) - k_log_cell;
-        const int k = std::clamp(wanted, 0, static_cast<int>(surface.heights_.size()) - 1), shift = k + k_log_cell;
-        const HeightLevel& level = surface.heights_[static_cast<std::size_t>(k)];
-        north = level.row(y0 >> shift) + (x0 >> shift);
-        south = level.row(std::min(y1 >> shift, level.rows - 1)) + (x0 >> shift);
-        east = std::min(x1 >> shift, level.columns - 1) - (x0 >> shift);
-    }
-    detail::TerrainLattice::Rectangle within;
-    const HeightRange *north, *south;
-    std::int32_t east;
-};
-
 void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const {
-    // The loop below is bound by memory latency.
-    for (const Site& site : sites) {
-        const LatticePlace p = lattice_.place(site);
-        const Around around(*this, p);
-        __builtin_prefetch(codes_.data() + code_index(p));
-        __builtin_prefetch(around.north);
-        __builtin_prefetch(around.south);
-    }
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-        const LatticePlace p = lattice_.place(sites[i]);
-        const Around around(*this, p);
-        const HeightRange a = around.north[0], b = around.north[around.east], c = around.south[0],
-                          d = around.south[around.east];
-        const HeightRange heights{std::min(std::min(a.low, b.low), std::min(c.low, d.low)),
-                                  std::max(std::max(a.high, b.high), std::max(c.high, d.high))};
-        bounds[i] = lattice_.bounds(around.within, heights, lengths_.length(code(p)));
+    // The cells that hold a diamond and all diamonds that its splits lead to. They are as wide as these together, so
+    // there are at most two along each axis.
+    struct Around {
+        detail::TerrainLattice::Rectangle within;
+        const HeightRange *north, *south;
+        std::int32_t east;
+        const std::uint8_t* code;
+    };
+    std::array<Around, 32> batch;  // bound by memory latency: its cache misses overlap
+    while (!sites.empty()) {
+        const std::size_t count = std::min(batch.size(), sites.size());
+        for (std::size_t i = 0; i < count; ++i) {
+            const LatticePlace p = lattice_.place(sites[i]);
+            const auto within = lattice_.around(p);
+            const int wanted =
+                std::bit_width(static_cast<std::uint32_t>(2 * LatticeDiamond::reach(p) - 1)) - k_log_cell;
+            const int k = std::clamp(wanted, 0, static_cast<int>(heights_.size()) - 1), shift = k + k_log_cell;
+            const HeightLevel& level = heights_[static_cast<std::size_t>(k)];
+            const std::int32_t west = within.x0 >> shift;
+            batch[i] = {within, level.row(within.y0 >> shift) + west,
+                        level.row(std::min(within.y1 >> shift, level.rows - 1)) + west,
+                        std::min(within.x1 >> shift, level.columns - 1) - west, codes_.data() + code_index(p)};
+            __builtin_prefetch(batch[i].north);
+            __builtin_prefetch(batch[i].south);
+            __builtin_prefetch(batch[i].code);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto& [within, north, south, east, code] = batch[i];
+            HeightRange heights = north[0];
+            for (const HeightRange& range : {north[east], south[0], south[east]}) heights.add(range);
+            bounds[i] = lattice_.bounds(within, heights, lengths_.length(*code));
+        }
+        sites = sites.subspan(count);
+        bounds = bounds.subspan(count);
     }
 }
 

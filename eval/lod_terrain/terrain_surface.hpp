@@ -66,7 +66,6 @@ class TerrainSurface final : public Terrain {
     detail::GroundSquare square(LatticePlace p) const {
         return {p, [this](LatticePlace corner) { return position(corner); }};
     }
-    struct Around;
     void search(detail::RayCast& ray, LatticePlace corner, std::int32_t side, HeightRange range) const;
 
     HeightGrid grid_;
