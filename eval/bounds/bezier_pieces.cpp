@@ -1,6 +1,7 @@
 #include "bezier_pieces.hpp"
 
 #include "../patches/cell.hpp"
+#include "../triangles/avx2.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -87,6 +88,7 @@ BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
     return result;
 }
 
+TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
     const TensorWeights<2> weights = tensor_weights<2>(triangle);
     BezierTriangle<4> result;

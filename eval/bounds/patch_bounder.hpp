@@ -125,9 +125,32 @@ class PatchBounder {
     /// @param edge  of the patch's sides
     template <int Degree>
     void bound_patch(const BezierTriangle<Degree>& patch, const Edges& edge, int depth = k_most_bisections) {
+        using Patch = BezierTriangle<Degree>;
         if (rejected_) return;
-        const auto [at_corners, elsewhere] = errors(patch, edge);
-        if (!attain(at_corners) || !needs_split(depth, [&](bool) { return std::max(lower_, elsewhere); })) return;
+        FaceDistance::Squares squares;
+        const bool squared = face_.has_squares();
+        if (squared)
+            face_.squares({patch.c[0].data(), patch.c[1].data(), patch.c[2].data()}, patch.c[0].size(), squares);
+        const auto size = [&](std::size_t i, int e) {
+            return squared ? squares[static_cast<std::size_t>(e + 1)][i] : node_error(face_.local(patch[i]), e);
+        };
+        const auto error_of = [&](double largest) { return squared ? std::sqrt(largest) : largest; };
+        double at_corners = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            for (const int e : {edge[k], edge[(k + 2) % 3]})
+                at_corners = std::max(at_corners, size(Patch::corner(k), e));
+        if (!attain(error_of(at_corners))) return;
+        const auto bound = [&](bool may_split) {
+            double most = 0;
+            for (std::size_t i = 0; i < Patch::k_count; ++i) {
+                const int side = Patch::k_side[i];
+                if (side == Patch::k_corner) continue;
+                most = std::max(most, size(i, side == Patch::k_inside ? -1 : edge[static_cast<std::size_t>(side)]));
+                if (!squared && may_split && !is_settled(std::max(lower_, most) + pad_)) break;
+            }
+            return std::max(lower_, error_of(most));
+        };
+        if (!needs_split(depth, bound)) return;
         const auto [first, second] = patch.halves();
         bound_patch(first, {edge[2], edge[0], -1}, depth - 1);
         bound_patch(second, {edge[1], -1, edge[0]}, depth - 1);
@@ -144,30 +167,6 @@ class PatchBounder {
     /// Depth of nested bisections: by then a patch is a point but for rounding.
     static constexpr int k_most_bisections = 48;
     static constexpr int k_most_splits = 1 << 12;
-
-    /// Largest errors of a patch's control points: of its corners, which are on the surface, and of the others.
-    template <int Degree>
-    std::pair<double, double> errors(const BezierTriangle<Degree>& patch, const Edges& edge) const {
-        using Patch = BezierTriangle<Degree>;
-        FaceDistance::Squares squares;
-        const bool squared = face_.has_squares();
-        if (squared)
-            face_.squares({patch.c[0].data(), patch.c[1].data(), patch.c[2].data()}, patch.c[0].size(), squares);
-        const auto error = [&](std::size_t i, int e) {
-            return squared ? squares[static_cast<std::size_t>(e + 1)][i] : node_error(face_.local(patch[i]), e);
-        };
-        double at_corners = 0, elsewhere = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            for (const int e : {edge[k], edge[(k + 2) % 3]})
-                at_corners = std::max(at_corners, error(Patch::corner(k), e));
-        for (std::size_t i = 0; i < Patch::k_count; ++i) {
-            const int side = Patch::k_side[i];
-            if (side == Patch::k_corner) continue;
-            elsewhere =
-                std::max(elsewhere, error(i, side == Patch::k_inside ? -1 : edge[static_cast<std::size_t>(side)]));
-        }
-        return squared ? std::pair{std::sqrt(at_corners), std::sqrt(elsewhere)} : std::pair{at_corners, elsewhere};
-    }
 };
 
 }  // namespace tetrakis::detail

@@ -1,6 +1,6 @@
 #include "bicubic.hpp"
 
-#include "bezier_triangle.hpp"
+#include "../triangles/avx2.hpp"
 
 namespace tetrakis::detail {
 

@@ -1,5 +1,7 @@
 #include "box_spline.hpp"
 
+#include "../triangles/avx2.hpp"
+
 namespace tetrakis::detail {
 
 namespace {

@@ -73,7 +73,7 @@ const ControlMesh& checked_triangles(const ControlMesh& mesh, const RunContext& 
 }  // namespace
 
 LoopPatches::LoopPatches(const ControlMesh& mesh, const RunContext& context)
-    : PatchTree(checked_triangles(mesh, context)) {}
+    : PatchTree(checked_triangles(mesh, context), context) {}
 
 CornerRing LoopPatches::root_ring(HalfedgeId root, std::uint32_t corner) const {
     return detail::control_ring(mesh_, SchemeKind::loop, HalfedgeId(root.value + corner));

@@ -201,10 +201,12 @@ class PatchTree {
     /// Bytes of all data, those of the trees (forgettable_bytes()) included.
     std::uint64_t memory_bytes() const { return roots_.size() * sizeof(roots_[0]) + forgettable_bytes(); }
     std::uint64_t forgettable_bytes() const { return tree_bytes_.load(std::memory_order_relaxed); }
-    /// Bytes that trees may take before they should be deleted: enough for all trees of an ordinary model.
+    /// Bytes that trees may take before they should be deleted: enough for all trees of an ordinary model, unless that
+    /// is much of the memory allowed.
     std::uint64_t bytes_to_keep() const {
-        constexpr std::uint64_t k_least = 64 << 20, k_of_root = 256;
-        return std::max(k_least, k_of_root * roots_.size());
+        constexpr std::uint64_t k_least = 16 << 20, k_ordinary = 64 << 20, k_of_root = 256, k_share = 16;
+        const std::uint64_t allowed = most_memory_ == 0 ? k_ordinary : std::min(k_ordinary, most_memory_ / k_share);
+        return std::max({k_least, allowed, k_of_root * roots_.size()});
     }
     /// Deletes all trees and so all nodes; no other thread may be reading them.
     void forget_trees() const {
@@ -238,7 +240,8 @@ class PatchTree {
     }
 
   protected:
-    explicit PatchTree(const ControlMesh& mesh) : mesh_(mesh), roots_(mesh.halfedge_count()) {}
+    PatchTree(const ControlMesh& mesh, const RunContext& context)
+        : mesh_(mesh), roots_(mesh.halfedge_count()), most_memory_(context.max_memory_bytes) {}
     ~PatchTree() { forget_trees(); }
 
     /// Makes a new node the cell of a root.
@@ -287,6 +290,7 @@ class PatchTree {
 
     mutable detail::PoolVector<std::atomic<Node*>> roots_;  ///< null until first used
     mutable std::atomic<std::uint64_t> tree_bytes_{0};
+    std::uint64_t most_memory_;  ///< of the whole run; 0: no limit
 };
 
 namespace detail {

@@ -83,7 +83,8 @@ const ControlMesh& checked(const ControlMesh& mesh, const RunContext& context) {
 
 }  // namespace
 
-QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : PatchTree(checked(mesh, context)) {
+QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context)
+    : PatchTree(checked(mesh, context), context) {
     first_step();
 }
 

@@ -1,6 +1,7 @@
 #include "face_distance.hpp"
 
 #include "../../hier/base/nearest_point.hpp"
+#include "avx2.hpp"
 
 #include <limits>
 #include <utility>

@@ -10,15 +10,6 @@
 #include <limits>
 #include <span>
 
-// Both versions of a function give the same bits, because neither fuses products and sums. ThreadSanitizer builds have
-// one version: the loader would choose before the sanitizer's runtime is ready.
-#if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_THREAD__)
-#    define TETRAKIS_FOR_AVX2_TOO __attribute__((target_clones("avx2", "default")))
-#else
-#    define TETRAKIS_FOR_AVX2_TOO
-#endif
-
 namespace tetrakis {
 
 using Vec3d = glm::dvec3;
@@ -50,6 +41,10 @@ struct Box3d {
     void add(const Vec3d& p) {
         lower = glm::min(lower, p);
         upper = glm::max(upper, p);
+    }
+    void add(const Box3d& b) {
+        lower = glm::min(lower, b.lower);
+        upper = glm::max(upper, b.upper);
     }
     bool empty() const { return lower.x > upper.x; }
     /// Length of the diagonal; 0 for an empty box.

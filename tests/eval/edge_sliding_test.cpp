@@ -51,6 +51,35 @@ double distance_to(const Vec3d& p, const Corners& c) {
 
 TEST_SUITE_BEGIN("eval");
 
+TEST_CASE("distances of many points to a triangle are those of each point") {
+    test::Random random(5);
+    for (int i = 0; i < 1000; ++i) {
+        const Corners c = random_triangle(random);
+        const FaceDistance face(c);
+        REQUIRE(face.has_squares());
+        std::array<std::array<double, FaceDistance::k_most_points>, 3> points{};
+        for (int p = 0; p < static_cast<int>(FaceDistance::k_most_points); ++p) {
+            // The first six lie at the corners and on the edges.
+            const auto k = static_cast<std::size_t>(p % 3);
+            const Vec3d at = p < 3 ? c[k] : p < 6 ? 0.5 * (c[k] + c[(k + 1) % 3]) : 2.0 * random_vector(random);
+            for (int x = 0; x < 3; ++x) points[static_cast<std::size_t>(x)][static_cast<std::size_t>(p)] = at[x];
+        }
+        const std::size_t count = i % 2 == 0 ? 16 : 28;
+        FaceDistance::Squares squares;
+        face.squares({points[0].data(), points[1].data(), points[2].data()}, count, squares);
+        for (std::size_t p = 0; p < count; ++p) {
+            const Vec3d local = face.local({points[0][p], points[1][p], points[2][p]});
+            CHECK(std::sqrt(squares[0][p]) == doctest::Approx(face.to_face(local)).epsilon(1e-14));
+            for (std::size_t k = 0; k < 3; ++k)
+                CHECK(std::sqrt(squares[k + 1][p]) == doctest::Approx(face.to_edge(local, k)).epsilon(1e-14));
+        }
+    }
+    EdgeSliding sliding;
+    sliding.edge[1] = true;
+    CHECK_FALSE(FaceDistance({Vec3d(0), {1, 0, 0}, {0, 1, 0}}, sliding).has_squares());
+    CHECK_FALSE(FaceDistance({Vec3d(0), {1, 0, 0}, {2, 1e-3, 0}}).has_squares());
+}
+
 TEST_CASE("[inv9] with sliding, errors bound the distance from a triangle and its neighbours") {
     test::Random random(1);
     for (int i = 0; i < 400; ++i) {

@@ -128,7 +128,7 @@ LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint
             }
     }
     Box3d box = bounding_box(grid_);
-    for (const Vec3d& p : jittered_) box.add(p);
+    box.add(bounding_box(jittered_));
     diagonal_ = box.diagonal();
     sampled_ = std::make_unique<NearestTriangle>(grid_, std::move(triangles));
     std::atomic<double> largest = 0;
