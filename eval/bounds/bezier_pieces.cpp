@@ -58,7 +58,7 @@ auto weights_over(const std::array<double, 3>& at) {
 
 /// Weights of a net's points, row by row, in the control points over a triangle.
 template <int D>
-using TensorWeights = std::array<std::array<double, BezierTriangle<2 * D>::k_count>, (D + 1) * (D + 1)>;
+using TensorWeights = std::array<typename BezierTriangle<2 * D>::Coordinates, (D + 1) * (D + 1)>;
 
 template <int D>
 TensorWeights<D> tensor_weights(const std::array<Vec2d, 3>& triangle) {
@@ -91,11 +91,13 @@ BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
 TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
     const TensorWeights<2> weights = tensor_weights<2>(triangle);
+    std::array<BezierTriangle<4>::Coordinates, 3> sum{};
+    for (std::size_t p = 0; p < net.size(); ++p)
+        for (int k = 0; k < 3; ++k)
+            for (std::size_t i = 0; i < weights[p].size(); ++i)
+                sum[static_cast<std::size_t>(k)][i] += weights[p][i] * net[p][k];
     BezierTriangle<4> result;
-    for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t p = 0; p < net.size(); ++p)
-            for (std::size_t i = 0; i < result.k_count; ++i)
-                result.c[k][i] += weights[p][i] * net[p][static_cast<int>(k)];
+    result.c = sum;
     return result;
 }
 

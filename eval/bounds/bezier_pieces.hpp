@@ -13,7 +13,7 @@ using Net9 = std::span<const Vec3d, 9>;
 
 /// A bicubic patch over a triangle in its parameters is a polynomial of degree 6. Entry [p][i] is the weight of net
 /// point p in control point i of that polynomial.
-using SexticWeights = std::array<std::array<double, BezierTriangle<6>::k_count>, 16>;
+using SexticWeights = std::array<BezierTriangle<6>::Coordinates, 16>;
 SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle);
 BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights);
 
