@@ -37,9 +37,8 @@ class PositionRefiner {
 
     /// Positions (on the limit surface if the options say so) and unit limit normals for other control positions. They
     /// are byte for byte those of tetrakis::refine() for a control mesh with these positions and the same tags.
-    /// @param control    one position per control vertex; not checked: a position that is not finite makes all points
-    /// that
-    ///                   depend on it not finite
+    /// @param control    one position per control vertex; not checked: where one is not finite, all points that
+    ///                   depend on it are not finite
     /// @param positions  receives the positions, as many as mesh() has and in its order
     /// @param normals    receives the normals, as many as mesh() has; or empty: no normals
     /// @throws Error     invalid_input: a span of the wrong length, also normals that the options did not ask for;

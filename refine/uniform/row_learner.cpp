@@ -23,6 +23,8 @@ std::span<const std::uint32_t> template_segments(const RootLattices& net, const 
                                                  const RuleOptions& rules, bool limits) {
     static constexpr std::uint32_t k_cells[] = {4, 8, 16, 32}, k_faces[] = {3, 4, 5, 6, 8, 16, 32};
     const int rings = rule_rings(scheme, rules);
+    // In faces, limits of one ring need 3 segments, and so do its steps then; else steps of one ring need 4, of two 5
+    // (triangles) or 6 (quads), limits 6.
     if (net.in_cells()) return std::span(k_cells).subspan(rings > (limits ? 1 : 2) ? 1 : 0);
     if (scheme.one_ring_limits && (limits || rings == 1)) return k_faces;
     return std::span(k_faces).subspan(limits ? 3 : rings == 1 ? 1 : net.side_count() - 1);

@@ -386,7 +386,7 @@ bool RowPatterns::learn(const CornerKinds& corners, std::span<const std::shared_
     if (!learn_regular(*sources.back())) return false;
     const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, sources.back()->corner.segments());
     sources = sources.first(sources.size() - 1);
-    // With kernels only the vertex at a smooth corner is special, and the first root around it computes it.
+    // With kernels all roots at a smooth corner have the same rows. The first one computes the vertex there.
     const auto different_roots = [&](const CornerKind& kind) {
         const bool smooth = kind.closed && kind.angle.empty() && std::ranges::none_of(kind.sharp, is_sharp);
         return kernel_ && smooth ? 1 : kind.roots();
