@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -75,30 +76,56 @@ TensorWeights<D> tensor_weights(const std::array<Vec2d, 3>& triangle) {
     return weights;
 }
 
-}  // namespace
+/// Entry [p][i]: weight of point p of a net in control point i of its polynomial over a triangle.
+using SexticWeights = TensorWeights<3>;
+using QuarticWeights = std::array<BezierTriangle<4>::Coordinates, 12>;
 
 SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle) { return tensor_weights<3>(triangle); }
+QuarticWeights quartic_weights(const std::array<Vec2d, 3>& triangle) {
+    QuarticWeights weights;
+    for (std::size_t p = 0; p < weights.size(); ++p) {
+        Net12 net{};
+        net[p].x = 1;
+        weights[p] = box_spline_triangle(net).over({bary(triangle[0]), bary(triangle[1]), bary(triangle[2])}).c[0];
+    }
+    return weights;
+}
+
+/// The weights for a triangle, from the thread's cache. The reference is valid until the next call.
+template <auto Compute>
+const auto& known_weights(const std::array<Vec2d, 3>& triangle) {
+    constexpr std::size_t k_most = 128;  // ordinary models have ten kinds, those with semi-sharp creases a hundred
+    thread_local std::vector<std::array<Vec2d, 3>> triangles;
+    thread_local std::vector<decltype(Compute(triangle))> weights;
+    const auto known = static_cast<std::size_t>(std::ranges::find(triangles, triangle) - triangles.begin());
+    if (known < triangles.size()) return weights[known];
+    if (weights.size() == k_most) triangles.clear(), weights.clear();
+    triangles.push_back(triangle);
+    return weights.emplace_back(Compute(triangle));
+}
 
 TETRAKIS_FOR_AVX2_TOO
-BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
-    BezierTriangle<6> result;
-    for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t p = 0; p < weights.size(); ++p)
-            for (std::size_t i = 0; i < weights[p].size(); ++i) result.c[k][i] += net.c[k][p] * weights[p][i];
-    return result;
+BezierTriangle<6> weighted(const Net16& net, std::span<const BezierTriangle<6>::Coordinates> weights) {
+    return combination<6>(weights.size(), weights.data(), [&](std::size_t p, std::size_t k) { return net.c[k][p]; });
+}
+TETRAKIS_FOR_AVX2_TOO
+BezierTriangle<4> weighted(const Net12& net, std::span<const BezierTriangle<4>::Coordinates> weights) {
+    return combination<4>(weights.size(), weights.data(), [&](std::size_t p, std::size_t k) { return (&net[p].x)[k]; });
+}
+
+}  // namespace
+
+BezierTriangle<6> polynomial_over(const Net16& net, const std::array<Vec2d, 3>& triangle) {
+    return weighted(net, known_weights<sextic_weights>(triangle));
+}
+BezierTriangle<4> polynomial_over(const Net12& net, const std::array<Vec2d, 3>& triangle) {
+    return weighted(net, known_weights<quartic_weights>(triangle));
 }
 
 TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
     const TensorWeights<2> weights = tensor_weights<2>(triangle);
-    std::array<BezierTriangle<4>::Coordinates, 3> sum{};
-    for (std::size_t p = 0; p < net.size(); ++p)
-        for (int k = 0; k < 3; ++k)
-            for (std::size_t i = 0; i < weights[p].size(); ++i)
-                sum[static_cast<std::size_t>(k)][i] += weights[p][i] * net[p][k];
-    BezierTriangle<4> result;
-    result.c = sum;
-    return result;
+    return combination<4>(net.size(), weights.data(), [&](std::size_t p, std::size_t k) { return (&net[p].x)[k]; });
 }
 
 BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::array<Vec2d, 3>& triangle) {

@@ -11,11 +11,9 @@ namespace tetrakis::detail {
 /// 3 x 3 control points, row by row.
 using Net9 = std::span<const Vec3d, 9>;
 
-/// A bicubic patch over a triangle in its parameters is a polynomial of degree 6. Entry [p][i] is the weight of net
-/// point p in control point i of that polynomial.
-using SexticWeights = std::array<BezierTriangle<6>::Coordinates, 16>;
-SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle);
-BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights);
+/// The surface of a regular cell over a triangle in its parameters: a polynomial, for bicubics of degree 6.
+BezierTriangle<6> polynomial_over(const Net16& net, const std::array<Vec2d, 3>& triangle);
+BezierTriangle<4> polynomial_over(const Net12& net, const std::array<Vec2d, 3>& triangle);
 
 /// A biquadratic patch (Doo-Sabin) over a triangle in its parameters: a polynomial of degree 4.
 BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle);

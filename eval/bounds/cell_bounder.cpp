@@ -1,7 +1,6 @@
 #include "cell_bounder.hpp"
 
 #include "../surface/local_frame.hpp"
-#include "star_norms.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -77,7 +76,7 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
     if (in_one && cell->kind == Node::Kind::regular)
         bound_regular(*cell, piece);
     else if (in_one)
-        bound_cell(*cell, piece, k_most_quarterings);
+        bound_irregular(*cell, piece, 0, k_most_quarterings);
     else
         for_each_corner_cell(piece, [&](const detail::LabelledPolygon& part, bool is_next) {
             part.for_each_triangle([&](const Piece& of) {
@@ -107,8 +106,27 @@ void CellBounder<Shape>::bound_cell(const Node& cell, const Piece& piece, int de
     if (cell.kind == Node::Kind::regular) return bound_regular(cell, piece);
     std::array<Vec3d, 3> corner;
     for (std::size_t k = 0; k < 3; ++k) corner[k] = face_.local(patches_.position(cell, piece.at[k]));
-    if (!attain(corner_error(corner, piece.edge))) return;
-    if (!needs_split(depth, [&](bool may_split) { return irregular_error(cell, piece, may_split); })) return;
+    bound_irregular(cell, piece, corner_error(corner, piece.edge), depth);
+}
+
+template <class Shape>
+void CellBounder<Shape>::bound_irregular(const Node& cell, const Piece& piece, double at_corners, int depth) {
+    if (!attain(at_corners)) return;
+    if (cell.kind == Node::Kind::star) {
+        Piece in_star = piece;
+        for (Vec2d& p : in_star.at) p = detail::turned(p, cell.turn, k_corners);
+        const auto least = std::ranges::min_element(in_star.at, {}, [](const Vec2d& p) { return std::pair(p.x, p.y); });
+        const auto first = least - in_star.at.begin();
+        std::ranges::rotate(in_star.at, in_star.at.begin() + first);
+        std::ranges::rotate(in_star.edge, in_star.edge.begin() + first);
+        if (const auto* pieces = detail::StarPieces<Shape>::of(*cell.star, in_star.at))
+            return bound_star(cell, *pieces, in_star.edge, at_corners, depth);
+    }
+    const auto by_hull = [&](bool may_split) {
+        if (cell.kind == Node::Kind::star) return hull_error(cell.star->points, piece.edge, may_split);
+        return hull_error(cell.rings->points(), piece.edge, may_split);
+    };
+    if (!needs_split(depth, by_hull)) return;
     for (int k = 0; k < 4; ++k) {
         const int quarter = k_corners == 4 ? k : 3 - k;  // a triangle's irregular quarter last
         in_quarter(piece, quarter, k_corners).for_each_triangle([&](const Piece& part) {
@@ -118,16 +136,31 @@ void CellBounder<Shape>::bound_cell(const Node& cell, const Piece& piece, int de
 }
 
 template <class Shape>
+void CellBounder<Shape>::bound_star(const Node& cell, const detail::StarPieces<Shape>& pieces, const Edges& edge,
+                                    double at_corners, int depth) {
+    const std::span<const Vec3d> points(cell.star->points);
+    const auto fit = pieces.fit(points);
+    if (!needs_split(depth, [&](bool) { return pieces.whole.deviation(fit) + at_corners; })) return;
+    const auto of_leaf = [&](Edges sides) {
+        for (int& side : sides) side = side < 0 ? -1 : edge[static_cast<std::size_t>(side)];
+        return sides;
+    };
+    for (const auto& part : pieces.regular) bound_patch(part.over(points), of_leaf(part.edge));
+    for (const auto& part : pieces.inner) {
+        std::array<Vec3d, 3> corner;
+        for (std::size_t k = 0; k < 3; ++k) corner[k] = face_.local(part.corner(points, k));
+        Piece piece{part.piece.at, of_leaf(part.piece.edge)};
+        const double error = corner_error(corner, piece.edge);
+        if (!attain(error) || settled(part.norms.deviation(fit) + error + pad_)) continue;
+        for (Vec2d& p : piece.at) p = detail::turned(p, k_corners - cell.turn, k_corners);
+        bound_irregular(cell.grown()[cell.turn], piece, error, depth - 1);
+    }
+}
+
+template <class Shape>
 void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece) {
     if constexpr (k_corners == 3) {
-        // Most pieces are whole cells.
-        auto [at, edge] = piece;
-        const auto first = std::ranges::find(at, Vec2d(0)) - at.begin();
-        std::ranges::rotate(at, at.begin() + first % 3);
-        std::ranges::rotate(edge, edge.begin() + first % 3);
-        const detail::BezierTriangle<4> patch = detail::box_spline_triangle(cell.patch);
-        if (at == Corners{Vec2d(0), Vec2d(1, 0), Vec2d(0, 1)}) return bound_patch(patch, edge);
-        bound_patch(patch.over({detail::bary(at[0]), detail::bary(at[1]), detail::bary(at[2])}), edge);
+        bound_patch(detail::polynomial_over(cell.patch, piece.at), piece.edge);
     } else if (!cell.patch.crease) {
         bound_bicubic(cell.patch, 0, piece);
     } else {
@@ -151,43 +184,6 @@ void CellBounder<Shape>::bound_regular(const Node& cell, const Piece& piece) {
 }
 
 template <class Shape>
-double CellBounder<Shape>::irregular_error(const Node& cell, const Piece& piece, bool may_split) const {
-    if (cell.kind != Node::Kind::star) return hull_error(cell.rings->points(), piece.edge, may_split);
-    const detail::StarNorms* norms = detail::StarNorms::of(*cell.star);
-    if (!norms) return hull_error(cell.star->points, piece.edge, may_split);
-    return norms->deviation(cell.star->points) + corner_error_in(cell, piece);
-}
-
-template <class Shape>
-double CellBounder<Shape>::corner_error_in(const Node& cell, const Piece& piece) const {
-    std::array<Vec3d, 4> of_cell{};
-    for (int k = 0; k < k_corners; ++k) of_cell[static_cast<std::size_t>(k)] = cell.corner(k);
-    // A bilinear function differs from the linear interpolant of the piece's corners by its twist times the same
-    // difference of x y: at most a quarter of |dx dy| along a side.
-    std::array<Vec3d, 3> corner;
-    double bend = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Vec2d &p = piece.at[k], side = piece.at[(k + 1) % 3] - p;
-        const auto weight = detail::corner_weights(p, k_corners);
-        corner[k] = face_.local(weight[0] * of_cell[0] + weight[1] * of_cell[1] + weight[2] * of_cell[2] +
-                                weight[3] * of_cell[3]);
-        bend = std::max(bend, 0.25 * std::abs(side.x * side.y));
-    }
-    const double twist = k_corners == 4 ? glm::length(of_cell[0] - of_cell[1] + of_cell[2] - of_cell[3]) : 0;
-    return bend * twist + corner_error(corner, piece.edge);
-}
-
-template <class Shape>
-const detail::SexticWeights& CellBounder<Shape>::weights_over(const Corners& at) {
-    constexpr std::size_t k_most = 128;  // ordinary models have ten kinds, those with semi-sharp creases a hundred
-    const auto known = static_cast<std::size_t>(std::ranges::find(weighed_, at) - weighed_.begin());
-    if (known < weighed_.size()) return weights_[known];
-    if (weights_.size() == k_most) weighed_.clear(), weights_.clear();
-    weighed_.push_back(at);
-    return weights_.emplace_back(detail::sextic_weights(at));
-}
-
-template <class Shape>
 void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece) {
     // The longest side becomes side 0, which is bisected.
     auto& [at, edge] = piece;
@@ -201,7 +197,7 @@ void CellBounder<Shape>::bound_bicubic(const detail::QuadShape::Patch& cell, int
     const detail::Net16 net = whole ? cell.net : net_over(cell.net, cell.crease, strip, low, high);
     for (Vec2d& p : at)
         for (int k = 0; k < 2; ++k) p[k] = high[k] > low[k] ? (p[k] - low[k]) / (high[k] - low[k]) : 0;
-    bound_patch(detail::bicubic_over(net, weights_over(at)), edge);
+    bound_patch(detail::polynomial_over(net, at), edge);
 }
 
 template class CellBounder<detail::QuadShape>;

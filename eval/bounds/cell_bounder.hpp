@@ -5,6 +5,7 @@
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
 #include "patch_bounder.hpp"
+#include "star_pieces.hpp"
 
 #include <array>
 #include <utility>
@@ -64,20 +65,15 @@ class CellBounder : private detail::PatchBounder {
     /// The first regular cell, else the deepest, around a triangle. @param at  corners in the root, then in the cell
     const Node& locate(HalfedgeId root, Corners& at) const;
     void bound_cell(const Node& cell, const Piece& piece, int depth);
+    /// @param at_corners  corner_error() of the piece
+    void bound_irregular(const Node& cell, const Piece& piece, double at_corners, int depth);
+    void bound_star(const Node& cell, const detail::StarPieces<Shape>& pieces, const Edges& edge, double at_corners,
+                    int depth);
     void bound_regular(const Node& cell, const Piece& piece);
     /// @param strip  number of the piece (CreasePieces) that contains `piece`, for a crease of finite sharpness
     void bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece);
-    const detail::SexticWeights& weights_over(const Corners& at);
-
-    /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
-    /// @param may_split  as in hull_error()
-    double irregular_error(const Node& cell, const Piece& piece, bool may_split) const;
-    /// Bound on the error over a piece if the surface were the linear or bilinear interpolant of a cell's corners.
-    double corner_error_in(const Node& cell, const Piece& piece) const;
 
     const PatchTree<Shape>& patches_;
-    std::vector<Corners> weighed_{};                ///< triangles whose sextic_weights() are known,
-    std::vector<detail::SexticWeights> weights_{};  ///< and these
 };
 
 using QuadBounder = CellBounder<detail::QuadShape>;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 namespace tetrakis {
@@ -142,11 +143,13 @@ class PatchBounder {
         if (!attain(error_of(at_corners))) return;
         const auto bound = [&](bool may_split) {
             double most = 0;
-            for (std::size_t i = 0; i < Patch::k_count; ++i) {
-                const int side = Patch::k_side[i];
-                if (side == Patch::k_corner) continue;
-                most = std::max(most, size(i, side == Patch::k_inside ? -1 : edge[static_cast<std::size_t>(side)]));
-                if (!squared && may_split && !is_settled(std::max(lower_, most) + pad_)) break;
+            for (const std::size_t side : {3u, 0u, 1u, 2u}) {
+                const int e = side < 3 ? edge[side] : -1;
+                const std::span points(Patch::k_on_side[side].data(), Patch::on_side(side));
+                for (const std::size_t i : points) {
+                    if (!squared && may_split && !is_settled(std::max(lower_, most) + pad_)) return lower_ + most;
+                    most = std::max(most, size(i, e));
+                }
             }
             return std::max(lower_, error_of(most));
         };

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstring>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -38,16 +39,18 @@ class BezierTriangle {
         for (std::size_t k = 0; k < 3; ++k) c[k][index(i, j)] = p[static_cast<int>(k)];
     }
 
-    /// Where control points lie: on side 0, 1 or 2 (from corner 0, 1 or 2 to the next), at a corner or inside.
-    static constexpr int k_corner = 3, k_inside = 4;
-    static constexpr std::array<int, k_count> k_side = [] {
-        std::array<int, k_count> side{};
+    /// Control points on side k (from corner k to the next), its ends left out; those on side 3 are inside.
+    static constexpr std::size_t on_side(std::size_t k) { return k < 3 ? Degree - 1 : (Degree - 1) * (Degree - 2) / 2; }
+    static constexpr std::array<std::array<std::size_t, k_count>, 4> k_on_side = [] {
+        std::array<std::array<std::size_t, k_count>, 4> table{};
+        std::array<std::size_t, 4> size{};
         for (int j = 0; j <= Degree; ++j)
             for (int i = 0; i + j <= Degree; ++i) {
                 const bool on0 = j == 0, on1 = i + j == Degree, on2 = i == 0;
-                side[index(i, j)] = on0 + on1 + on2 == 2 ? k_corner : on0 ? 0 : on1 ? 1 : on2 ? 2 : k_inside;
+                const std::size_t side = on0 ? 0 : on1 ? 1 : on2 ? 2 : 3;
+                if (on0 + on1 + on2 < 2) table[side][size[side]++] = index(i, j);
             }
-        return side;
+        return table;
     }();
 
     /// The polar form with Degree - N arguments equal to `at`: the control net after Degree - N steps of de Casteljau's
@@ -78,15 +81,19 @@ class BezierTriangle {
     std::pair<BezierTriangle, BezierTriangle> halves() const {
         std::pair<BezierTriangle, BezierTriangle> result;
         for (std::size_t k = 0; k < 3; ++k)
+#pragma GCC unroll 8
             for (int j = 0; j <= Degree; ++j) {
                 // De Casteljau's algorithm at 1/2 along a row parallel to side 0.
                 const int n = Degree - j;
                 std::array<double, Degree + 1> row;
+#pragma GCC unroll 8
                 for (int i = 0; i <= n; ++i) row[static_cast<std::size_t>(i)] = c[k][index(i, j)];
+#pragma GCC unroll 8
                 for (int step = 0; step <= n; ++step) {
                     // Exponents (n - step, step) of a and m, and of b and m; j of c.
                     result.first.c[k][index(n - step, step)] = row[0];
                     result.second.c[k][index(j, step)] = row[static_cast<std::size_t>(n - step)];
+#pragma GCC unroll 8
                     for (int i = 0; i + step < n; ++i) {
                         const auto at = static_cast<std::size_t>(i);
                         row[at] = 0.5 * (row[at] + row[at + 1]);
@@ -115,5 +122,27 @@ class BezierTriangle {
         }
     }
 };
+
+/// The sum of points times weights, where each point has a weight for each control point.
+/// @param coordinate  coordinate k of point p: coordinate(p, k)
+template <int Degree, class Coordinate>
+[[gnu::always_inline]] inline BezierTriangle<Degree> combination(
+    std::size_t count, const typename BezierTriangle<Degree>::Coordinates* weights, const Coordinate& coordinate) {
+    using Lanes [[gnu::vector_size(BezierTriangle<Degree>::k_lanes * sizeof(double))]] = double;
+    BezierTriangle<Degree> result;
+    for (std::size_t k = 0; k < 3; ++k) {
+        Lanes sum[sizeof(result.c[k]) / sizeof(Lanes)] = {};
+        for (std::size_t p = 0; p < count; ++p) {
+            const double at = coordinate(p, k);
+            for (std::size_t i = 0; i < std::size(sum); ++i) {
+                Lanes weight;
+                std::memcpy(&weight, &weights[p][i * result.k_lanes], sizeof(weight));
+                sum[i] += at * weight;
+            }
+        }
+        std::memcpy(&result.c[k], sum, sizeof(sum));
+    }
+    return result;
+}
 
 }  // namespace tetrakis::detail

@@ -49,14 +49,7 @@ constexpr auto k_columns = [] {
 
 TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<4> box_spline_triangle(const Net12& net) {
-    std::array<Quartic::Coordinates, 3> sum{};
-    for (std::size_t k = 0; k < 12; ++k)
-        for (int c = 0; c < 3; ++c)
-            for (std::size_t i = 0; i < sum[0].size(); ++i)
-                sum[static_cast<std::size_t>(c)][i] += k_columns[k][i] * net[k][c];
-    Quartic result;
-    result.c = sum;
-    return result;
+    return combination<4>(net.size(), k_columns.data(), [&](std::size_t p, std::size_t k) { return (&net[p].x)[k]; });
 }
 
 TETRAKIS_FOR_AVX2_TOO

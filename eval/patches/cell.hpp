@@ -30,5 +30,10 @@ inline int quarter_of(const Vec2d& p, int n) {
 inline Vec2d in_quarter(const Vec2d& p, int quarter, int n) {
     return quarter < n ? 2.0 * p - cell_corner(quarter, n) : Vec2d(1) - 2.0 * p;
 }
+/// Coordinates of a point of the cell as seen from one of its corners, which becomes (0, 0).
+inline Vec2d turned(Vec2d p, int corner, int n) {
+    for (int k = 0; k < corner; ++k) p = {p.y, 1 - p.x - (n == 3 ? p.y : 0)};
+    return p;
+}
 
 }  // namespace tetrakis::detail

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/vec.hpp"
 #include "mesh_sliding.hpp"
 
 #include <algorithm>
 #include <span>
-#include <vector>
 
 namespace tetrakis::detail {
 
@@ -84,8 +84,8 @@ class FaceDistance {
     };
     bool turns_once() const;
 
-    std::vector<Vec3d> corner_;  ///< projected
-    std::vector<Edge> edge_;
+    PoolVector<Vec3d> corner_;  ///< projected
+    PoolVector<Edge> edge_;
     Vec3d normal_{0}, x_{0}, y_{0};
     double height_ = 0, fold_ = 0, stretch_ = 1;
     bool convex_ = false, sliver_ = false, has_squares_ = false;
