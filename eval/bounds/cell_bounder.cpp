@@ -58,7 +58,7 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
                                          const EdgeSliding& sliding) {
     const auto next = [&] { return patches_.mesh().next(root); };
     const auto position = [&](const Vec2d& p) {
-        return p.x > 1 ? patches_.position(next(), p.y, 2 - p.x) : patches_.position(root, p.x, p.y);
+        return p.x > 1 ? position_at(next(), {p.y, 2 - p.x}) : position_at(root, p);
     };
     const bool in_one = std::ranges::all_of(at, [](const Vec2d& p) { return p.x <= 1; });
     Piece piece{at, {0, 1, 2}};
@@ -69,7 +69,8 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
         if (size > 0 && settled(size * size * detail::linear_deviation(cell->patch) + pad_)) return finish();
     }
     const Vec3d last = position(at[2]);
-    set_face(detail::FaceDistance({position(at[0]), position(at[1]), apex ? *apex : last}, sliding));
+    face_.set({position(at[0]), position(at[1]), apex ? *apex : last}, sliding);
+    start_with_face();
     if (apex && !attain(glm::length(last - *apex))) return finish();
     // The middle of the base decides most leaves that must be split.
     if (k_corners == 4 && !attain(node_error(face_.local(position(0.5 * (at[0] + at[1]))), 0))) return finish();
@@ -84,6 +85,14 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
             });
         });
     return finish();
+}
+
+template <class Shape>
+const Vec3d& CellBounder<Shape>::position_at(HalfedgeId root, const Vec2d& p) {
+    const auto hash = static_cast<std::size_t>(256 * p.x + 4096 * p.y) + 61 * std::size_t{root.value};
+    Known& known = known_[hash % known_.size()];
+    if (known.root != root || known.at != p) known = {root, p, patches_.position(root, p.x, p.y)};
+    return known.position;
 }
 
 template <class Shape>

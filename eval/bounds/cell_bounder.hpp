@@ -62,6 +62,8 @@ class CellBounder : private detail::PatchBounder {
     /// @param at    corners, in a root; for quads also in the next corner's cell, where x is 1 to 2
     /// @param apex  third corner of the triangle, in place of the surface's point; or null
     LeafError error_over(HalfedgeId root, const Corners& at, const Vec3d* apex, const EdgeSliding& sliding);
+    /// The surface's position; of points that neighbouring leaves share, from a cache.
+    const Vec3d& position_at(HalfedgeId root, const Vec2d& p);
     /// The first regular cell, else the deepest, around a triangle. @param at  corners in the root, then in the cell
     const Node& locate(HalfedgeId root, Corners& at) const;
     void bound_cell(const Node& cell, const Piece& piece, int depth);
@@ -74,6 +76,12 @@ class CellBounder : private detail::PatchBounder {
     void bound_bicubic(const detail::QuadShape::Patch& cell, int strip, Piece piece);
 
     const PatchTree<Shape>& patches_;
+    struct Known {
+        HalfedgeId root{};
+        Vec2d at{0};
+        Vec3d position{0};
+    };
+    std::array<Known, 251> known_{};
 };
 
 using QuadBounder = CellBounder<detail::QuadShape>;

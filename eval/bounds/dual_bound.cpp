@@ -68,10 +68,10 @@ class PieceBounder : private PatchBounder {
     PieceBounder(const DualCells& cells, bool midedge, double rounding, const DualBound::Wanted& wanted)
         : PatchBounder(rounding), cells_(cells), midedge_(midedge), wanted_(wanted) {}
 
-    void aim_at(const FaceDistance& face) { target_ = face; }
+    void aim_at(const FaceDistance& face) { face_ = face; }
     double error(const VertexCell& cell, const DualPiece& piece) {
         start(wanted_.decide_at, !wanted_.tight);
-        set_face(target_);
+        start_with_face();
         const auto on_net = [&](const Net9& net, const DualPiece& part) {
             DualCells::for_each_polynomial(
                 net, part, midedge_, [&](const auto& patch, const DualPiece& of) { bound_patch(patch, of.edge); });
@@ -88,7 +88,6 @@ class PieceBounder : private PatchBounder {
     const DualCells& cells_;
     bool midedge_;
     DualBound::Wanted wanted_;
-    FaceDistance target_;
 };
 
 /// Bounds on the errors over the parts of the surface at a face's corners.

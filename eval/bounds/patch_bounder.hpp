@@ -56,8 +56,8 @@ class PatchBounder {
         if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
         return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
     }
-    void set_face(FaceDistance face) {
-        face_ = std::move(face);
+    /// After start(), once face_ is set.
+    void start_with_face() {
         stretch_ = face_.stretch();
         if (stretch_ > 1) decide_at_ /= stretch_ * k_stretch_rounding;
     }

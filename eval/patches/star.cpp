@@ -6,6 +6,18 @@
 
 namespace tetrakis::detail {
 
+namespace {
+/// Loop::beta() without its cosine.
+double known_beta(int valence) {
+    static const auto table = [] {
+        std::array<double, 33> betas{};
+        for (int n = 3; n < 33; ++n) betas[static_cast<std::size_t>(n)] = Loop::beta(n);
+        return betas;
+    }();
+    return valence < 33 ? table[static_cast<std::size_t>(valence)] : Loop::beta(valence);
+}
+}  // namespace
+
 Vec3d corner_limit(const QuadStar& star, int corner) {
     Vec3d edges(0), faces(0);
     const int n = star.valence_of(corner);
@@ -67,15 +79,13 @@ Net12 net_of(const LoopStar& star, int corner) {
 
 Vec3d corner_limit(const LoopStar& star, int corner) {
     const int n = star.valence_of(corner);
-    static const RingMask regular = Loop::limit_mask(6);  // most corners are regular: this saves a cosine
-    const RingMask mask = n == 6 ? regular : Loop::limit_mask(n);
+    const RingMask mask = Loop::limit_mask(n, known_beta(n));
     Vec3d sum(0);
     for (int i = 0; i < n; ++i) sum += star.ring(corner, i);
     return mask.vertex * star.points[static_cast<std::size_t>(corner)] + mask.edge * sum;
 }
 
 void subdivide(const LoopStar& star, std::array<LoopStar, 4>& quarters) {
-    static const double regular = Loop::beta(6);
     // A quarter has its corners first, then the edge points around its corner of the star: point 1 + i belongs to the
     // edge to neighbour i.
     for (int k = 0; k < 3; ++k) {
@@ -92,7 +102,7 @@ void subdivide(const LoopStar& star, std::array<LoopStar, 4>& quarters) {
                 Loop::edge_end * (corner + here) + Loop::edge_opposite * (*before + after);
             before = &here;
         }
-        const double beta = n == 6 ? regular : Loop::beta(n);
+        const double beta = known_beta(n);
         quarter.points[0] = (1 - n * beta) * corner + beta * sum;
     }
     const auto point = [&](int k, int i) -> const Vec3d& {

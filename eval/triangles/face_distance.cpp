@@ -3,20 +3,25 @@
 #include "../../hier/base/nearest_point.hpp"
 #include "avx2.hpp"
 
+#include <cstring>
 #include <limits>
 #include <utility>
 
 namespace tetrakis::detail {
 
-FaceDistance::FaceDistance(const std::array<Vec3d, 3>& triangle, const EdgeSliding& sliding)
-    : FaceDistance(std::span<const Vec3d>(triangle)) {
+void FaceDistance::set(const std::array<Vec3d, 3>& triangle, const EdgeSliding& sliding) {
+    set(std::span<const Vec3d>(triangle));
     for (std::size_t k = 0; k < 3 && !sliver_; ++k)
         if (sliding.edge[k]) set_sliding(k, sliding.fold[k], sliding.flap[k], normal_);
 }
 
-FaceDistance::FaceDistance(std::span<const Vec3d> corners) : corner_(corners.begin(), corners.end()) {
+void FaceDistance::set(std::span<const Vec3d> corners) {
     const std::size_t n = corners.size();
-    edge_.resize(n);
+    corner_.assign(corners.begin(), corners.end());
+    edge_.assign(n, {});
+    height_ = fold_ = 0;
+    stretch_ = 1;
+    convex_ = sliver_ = has_squares_ = false;
     if (n == 3) {
         const Vec3d u = corners[1] - corners[0], v = corners[2] - corners[0], cross = glm::cross(u, v);
         normal_ = unit_or_zero(cross);
@@ -114,29 +119,35 @@ double FaceDistance::to_edge(const Vec3d& local, std::size_t k) const {
 
 TETRAKIS_FOR_AVX2_TOO
 void FaceDistance::squares(const std::array<const double*, 3>& points, std::size_t count, Squares& out) const {
-    count = count / 4 * 4;
-    std::array<std::array<double, k_most_points>, 3> place;  // in the frame
-    const std::array axes{x_, y_, normal_};
-    for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t i = 0; i < count; ++i)
-            place[k][i] = axes[k].x * (points[0][i] - corner_[0].x) + axes[k].y * (points[1][i] - corner_[0].y) +
-                          axes[k].z * (points[2][i] - corner_[0].z);
-    const auto& [x, y, high] = place;
-    std::array<double, k_most_points> beside, outside{};
-    beside.fill(std::numeric_limits<double>::infinity());
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Edge edge = edge_[k];
-        for (std::size_t i = 0; i < count; ++i) {
-            const double dx = x[i] - edge.start.x, dy = y[i] - edge.start.y;
-            const double off = dx * edge.along.y - dy * edge.along.x, at = dx * edge.along.x + dy * edge.along.y;
-            const double in = at > 0 ? at : 0, beyond = at - (in < edge.length ? in : edge.length);
-            const double squared = off * off + beyond * beyond;
-            out[k + 1][i] = high[i] * high[i] + squared;
-            beside[i] = off > 0 && squared < beside[i] ? squared : beside[i];
-            outside[i] = off > outside[i] ? off : outside[i];
+    using Lanes [[gnu::vector_size(4 * sizeof(double))]] = double;
+    const Lanes zero{};
+    for (std::size_t i = 0; i + 4 <= count; i += 4) {
+        const auto project = [&](const Vec3d& axis, Lanes& sum) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                Lanes p;
+                std::memcpy(&p, points[k] + i, sizeof(p));
+                sum += (&axis.x)[k] * (p - (&corner_[0].x)[k]);
+            }
+        };
+        const auto store = [i](std::array<double, k_most_points>& to, const Lanes& value) {
+            std::memcpy(&to[i], &value, sizeof(value));
+        };
+        Lanes x{}, y{}, high{};
+        project(x_, x), project(y_, y), project(normal_, high);
+        const Lanes squared_height = high * high;
+        Lanes beside = zero + std::numeric_limits<double>::infinity(), outside = zero;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Edge& edge = edge_[k];
+            const Lanes dx = x - edge.start.x, dy = y - edge.start.y;
+            const Lanes off = dx * edge.along.y - dy * edge.along.x, at = dx * edge.along.x + dy * edge.along.y;
+            const Lanes in = at > zero ? at : zero, length = zero + edge.length;
+            const Lanes beyond = at - (in < length ? in : length), squared = off * off + beyond * beyond;
+            store(out[k + 1], squared_height + squared);
+            beside = ((off > zero) & (squared < beside)) ? squared : beside;
+            outside = off > outside ? off : outside;
         }
+        store(out[0], squared_height + (outside > zero ? beside : zero));
     }
-    for (std::size_t i = 0; i < count; ++i) out[0][i] = high[i] * high[i] + (outside[i] > 0 ? beside[i] : 0);
 }
 
 }  // namespace tetrakis::detail

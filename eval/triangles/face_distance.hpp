@@ -1,11 +1,11 @@
 #pragma once
 
-#include "../../hier/base/memory.hpp"
 #include "../../hier/base/vec.hpp"
 #include "mesh_sliding.hpp"
 
 #include <algorithm>
 #include <span>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -26,9 +26,14 @@ class FaceDistance {
   public:
     FaceDistance() = default;
     /// For slivers, `sliding` is ignored.
-    explicit FaceDistance(const std::array<Vec3d, 3>& triangle, const EdgeSliding& sliding = {});
+    explicit FaceDistance(const std::array<Vec3d, 3>& triangle, const EdgeSliding& sliding = {}) {
+        set(triangle, sliding);
+    }
     /// Distances exist only if the result is convex().
-    explicit FaceDistance(std::span<const Vec3d> corners);
+    explicit FaceDistance(std::span<const Vec3d> corners) { set(corners); }
+    /// Becomes another face, without allocating memory if the last one had as many corners.
+    void set(const std::array<Vec3d, 3>& triangle, const EdgeSliding& sliding);
+    void set(std::span<const Vec3d> corners);
 
     /// Whether the corners in their order are a convex polygon.
     bool convex() const { return convex_; }
@@ -84,8 +89,8 @@ class FaceDistance {
     };
     bool turns_once() const;
 
-    PoolVector<Vec3d> corner_;  ///< projected
-    PoolVector<Edge> edge_;
+    std::vector<Vec3d> corner_;  ///< projected
+    std::vector<Edge> edge_;
     Vec3d normal_{0}, x_{0}, y_{0};
     double height_ = 0, fold_ = 0, stretch_ = 1;
     bool convex_ = false, sliver_ = false, has_squares_ = false;
