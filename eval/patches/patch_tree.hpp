@@ -120,15 +120,6 @@ struct PatchNode : PoolNew {
     }
     /// Bytes of its star or rings; neither the node itself nor its quarters.
     std::uint64_t own_bytes() const { return (star ? star->memory_bytes() : 0) + (rings ? rings->memory_bytes() : 0); }
-    /// own_bytes() and the bytes of all cells below.
-    std::uint64_t grown_bytes() const {
-        std::uint64_t sum = own_bytes();
-        if (const PatchQuarters<Shape>* below = quarters.load(std::memory_order_acquire)) {
-            sum += sizeof(*below);
-            for (const PatchNode& child : below->cell) sum += child.grown_bytes();
-        }
-        return sum;
-    }
 };
 
 /// The four quarters of a node, allocated as one block.
@@ -215,13 +206,6 @@ class PatchTree {
             [&](std::uint32_t root) { delete roots_[root].exchange(nullptr, std::memory_order_acquire); }, 1024);
         tree_bytes_.store(0, std::memory_order_relaxed);
     }
-    /// Deletes the tree of one root, which no other thread may be reading.
-    void forget_tree(HalfedgeId root) const {
-        const std::unique_ptr<Node> tree(roots_[root.value].exchange(nullptr, std::memory_order_acquire));
-        if (!tree) return;
-        tree_bytes_.fetch_sub(sizeof(Node) + tree->grown_bytes(), std::memory_order_relaxed);
-    }
-
     /// The limit position at a point of a cell.
     static Vec3d position(const Node& cell, Vec2d at) {
         const Node* node = &cell;
@@ -313,8 +297,8 @@ void for_each_batch(const Patches* patches, std::uint32_t count, std::uint32_t g
         for_each_index(
             size, [&](std::uint32_t i) { body(begin + i); }, grain);
         begin += size;
-        const std::uint64_t now = patches->forgettable_bytes();  // less than before where the body forgets trees
-        const bool large = now > before && 4 * (now - before) > patches->bytes_to_keep();
+        const std::uint64_t now = patches->forgettable_bytes();
+        const bool large = 4 * (now - before) > patches->bytes_to_keep();
         batch = large ? std::max(batch / 2, k_least * grain) : batch <= most / 2 ? 2 * batch : most;
         if (now > patches->bytes_to_keep()) patches->forget_trees();
     }

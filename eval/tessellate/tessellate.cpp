@@ -157,11 +157,6 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
                 // Within a budget the worst fans are split first, so their errors must be tight.
                 errors[i] = certified() ? fan_error_->certified(f, aim_, options_.max_triangles == 0)
                                         : fan_error_->measured(f, aim_);
-                // If the fan is good enough, the patches of the face's corner cells are not used again: their memory is
-                // freed.
-                if (errors[i] <= aim_)
-                    for (std::uint32_t k = 0; k < mesh_.face_size(f); ++k)
-                        patches_->forget_tree(HalfedgeId(mesh_.face_halfedge(f).value + k));
             });
         }
     }
