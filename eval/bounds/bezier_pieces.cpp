@@ -153,28 +153,4 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
     return quarter.over(at);
 }
 
-double linear_deviation(const Net12& net) {
-    // Second derivatives along a side are means of the net's second differences there, as a directional derivative of a
-    // box spline is the box spline without that direction. The line through a point parallel to one side ends on the
-    // other two; where second derivatives along all three are at most m, the point is within m / 6 of L.
-    constexpr std::array<std::array<std::size_t, 3>, 12> k_rows = {{{4, 0, 1},
-                                                                    {0, 1, 8},
-                                                                    {3, 2, 9},
-                                                                    {5, 6, 7},
-                                                                    {5, 0, 2},
-                                                                    {0, 2, 10},
-                                                                    {6, 1, 9},
-                                                                    {4, 3, 11},
-                                                                    {6, 0, 3},
-                                                                    {7, 1, 2},
-                                                                    {1, 2, 11},
-                                                                    {8, 9, 10}}};
-    double squared = 0;
-    for (const auto& [before, at, after] : k_rows) {
-        const Vec3d d = net[before] - 2.0 * net[at] + net[after];
-        squared = std::max(squared, glm::dot(d, d));
-    }
-    return std::sqrt(squared) / 6;
-}
-
 }  // namespace tetrakis::detail

@@ -23,8 +23,4 @@ BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& 
 /// @param side  of the cell, 0 to 3: the triangle lies between that side and the centre
 BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::array<Vec2d, 3>& triangle);
 
-/// Bound on |S - L| over a regular triangle of a Loop surface, L the linear interpolant of its corners. A triangle in
-/// it whose sides are parallel to its sides and h times as long has at most h^2 times this bound.
-double linear_deviation(const Net12& net);
-
 }  // namespace tetrakis::detail

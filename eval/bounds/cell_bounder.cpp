@@ -13,18 +13,6 @@ namespace {
 /// their hull.
 constexpr int k_most_quarterings = 40;
 
-/// Size of a triangle whose sides are parallel to those of a triangular cell, relative to it; 0 for any other one.
-double relative_size(const std::array<Vec2d, 3>& at) {
-    const auto along_side = [&](const auto& coordinate) {
-        const double a = coordinate(at[0]), b = coordinate(at[1]), c = coordinate(at[2]);
-        return a == b || b == c || c == a;
-    };
-    const bool parallel = along_side([](const Vec2d& p) { return p.x; }) &&
-                          along_side([](const Vec2d& p) { return p.y; }) &&
-                          along_side([](const Vec2d& p) { return p.x + p.y; });
-    return parallel ? std::max(std::abs(at[1].x - at[0].x), std::abs(at[2].x - at[0].x)) : 0;
-}
-
 }  // namespace
 
 template <class Shape>
@@ -63,11 +51,6 @@ LeafError CellBounder<Shape>::error_over(HalfedgeId root, const Corners& at, con
     const bool in_one = std::ranges::all_of(at, [](const Vec2d& p) { return p.x <= 1; });
     Piece piece{at, {0, 1, 2}};
     const Node* const cell = in_one ? &locate(root, piece.at) : nullptr;
-    if constexpr (k_corners == 3) {
-        // |S - L| is bounded first: it is never smaller than the distance, and known for all triangles of a cell.
-        const double size = cell->kind == Node::Kind::regular ? relative_size(piece.at) : 0;
-        if (size > 0 && settled(size * size * detail::linear_deviation(cell->patch) + pad_)) return finish();
-    }
     const Vec3d last = position(at[2]);
     face_.set({position(at[0]), position(at[1]), apex ? *apex : last}, sliding);
     start_with_face();
