@@ -1,7 +1,6 @@
 #include "bezier_pieces.hpp"
 
 #include "../patches/cell.hpp"
-#include "../triangles/avx2.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -76,11 +75,9 @@ TensorWeights<D> tensor_weights(const std::array<Vec2d, 3>& triangle) {
     return weights;
 }
 
-/// Entry [p][i]: weight of point p of a net in control point i of its polynomial over a triangle.
-using SexticWeights = TensorWeights<3>;
+/// The same for a regular triangle of Loop.
 using QuarticWeights = std::array<BezierTriangle<4>::Coordinates, 12>;
 
-SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle) { return tensor_weights<3>(triangle); }
 QuarticWeights quartic_weights(const std::array<Vec2d, 3>& triangle) {
     QuarticWeights weights;
     for (std::size_t p = 0; p < weights.size(); ++p) {
@@ -104,28 +101,18 @@ const auto& known_weights(const std::array<Vec2d, 3>& triangle) {
     return weights.emplace_back(Compute(triangle));
 }
 
-TETRAKIS_FOR_AVX2_TOO
-BezierTriangle<6> weighted(const Net16& net, std::span<const BezierTriangle<6>::Coordinates> weights) {
-    return combination<6>(weights.size(), weights.data(), [&](std::size_t p, std::size_t k) { return net.c[k][p]; });
-}
-TETRAKIS_FOR_AVX2_TOO
-BezierTriangle<4> weighted(const Net12& net, std::span<const BezierTriangle<4>::Coordinates> weights) {
-    return combination<4>(weights.size(), weights.data(), [&](std::size_t p, std::size_t k) { return (&net[p].x)[k]; });
-}
-
 }  // namespace
 
 BezierTriangle<6> polynomial_over(const Net16& net, const std::array<Vec2d, 3>& triangle) {
-    return weighted(net, known_weights<sextic_weights>(triangle));
+    std::array<Vec3d, 16> points;
+    for (std::size_t p = 0; p < points.size(); ++p) points[p] = {net.c[0][p], net.c[1][p], net.c[2][p]};
+    return combined<6>(points, known_weights<tensor_weights<3>>(triangle));
 }
 BezierTriangle<4> polynomial_over(const Net12& net, const std::array<Vec2d, 3>& triangle) {
-    return weighted(net, known_weights<quartic_weights>(triangle));
+    return combined<4>(net, known_weights<quartic_weights>(triangle));
 }
-
-TETRAKIS_FOR_AVX2_TOO
-BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
-    const TensorWeights<2> weights = tensor_weights<2>(triangle);
-    return combination<4>(net.size(), weights.data(), [&](std::size_t p, std::size_t k) { return (&net[p].x)[k]; });
+BezierTriangle<4> polynomial_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
+    return combined<4>(net, tensor_weights<2>(triangle));
 }
 
 BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::array<Vec2d, 3>& triangle) {

@@ -130,6 +130,7 @@ void CellBounder<Shape>::bound_irregular(const Node& cell, const Piece& piece, d
 template <class Shape>
 void CellBounder<Shape>::bound_star(const Node& cell, const detail::StarPieces<Shape>& pieces, const Edges& edge,
                                     double at_corners, int depth) {
+    using Pieces = detail::StarPieces<Shape>;
     const std::span<const Vec3d> points(cell.star->points);
     const auto fit = pieces.fit(points);
     if (!needs_split(depth, [&](bool) { return pieces.whole.deviation(fit) + at_corners; })) return;
@@ -137,12 +138,12 @@ void CellBounder<Shape>::bound_star(const Node& cell, const detail::StarPieces<S
         for (int& side : sides) side = side < 0 ? -1 : edge[static_cast<std::size_t>(side)];
         return sides;
     };
-    for (const auto& part : pieces.regular) bound_patch(part.over(points), of_leaf(part.edge));
+    for (const auto& part : pieces.regular)
+        bound_patch(detail::combined<Pieces::k_degree>(points, part.weights), of_leaf(part.edge));
     for (const auto& part : pieces.inner) {
-        std::array<Vec3d, 3> corner;
-        for (std::size_t k = 0; k < 3; ++k) corner[k] = face_.local(part.corner(points, k));
+        const detail::BezierTriangle<1> at = detail::combined<1>(points, part.corners);
         Piece piece{part.piece.at, of_leaf(part.piece.edge)};
-        const double error = corner_error(corner, piece.edge);
+        const double error = corner_error({face_.local(at[0]), face_.local(at[1]), face_.local(at[2])}, piece.edge);
         if (!attain(error) || settled(part.norms.deviation(fit) + error + pad_)) continue;
         for (Vec2d& p : piece.at) p = detail::turned(p, k_corners - cell.turn, k_corners);
         bound_irregular(cell.grown()[cell.turn], piece, error, depth - 1);

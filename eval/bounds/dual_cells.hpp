@@ -94,7 +94,7 @@ void DualCells::visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on
 
 template <class Take>
 void DualCells::for_each_polynomial(const Net9& net, const DualPiece& piece, bool midedge, Take&& take) {
-    if (!midedge) return take(biquadratic_over(net, piece.at), piece);
+    if (!midedge) return take(polynomial_over(net, piece.at), piece);
     // The four parts of the cell between its diagonals.
     for (const int side : {0, 1, 2, 3}) {
         const double up = side >= 2 ? 1 : -1, right = side == 1 || side == 2 ? 1 : -1;

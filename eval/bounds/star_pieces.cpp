@@ -1,6 +1,5 @@
 #include "star_pieces.hpp"
 
-#include "../triangles/avx2.hpp"
 #include "bezier_pieces.hpp"
 
 #include <glm/matrix.hpp>
@@ -94,9 +93,6 @@ StarPieces<Shape>::StarPieces(int valence, const Corners& at)
     // The last star is the reference. In those before, the three coordinates are the weights of three points.
     for (std::size_t first = 0; first < count + 3; first += 3) {
         const bool is_reference = first >= count;
-        const auto each_weight = [&](const auto& set) {
-            for (std::size_t k = 0; k < 3 && first + k < count; ++k) set(first + k, static_cast<int>(k));
-        };
         Star<n> star;
         star.resize(star.with_first(valence));
         for (std::size_t i = 0; i < count; ++i)
@@ -105,22 +101,31 @@ StarPieces<Shape>::StarPieces(int valence, const Corners& at)
         PatchNode<Shape> cell;
         cell.bytes = &bytes;
         cell.become(std::move(star), 0);
-        // Raises norms of S - L over a triangle, whose corners have the parameters `corners` and these values.
-        const auto raise = [&](Norms& norms, const Corners& corners, const std::array<Vec3d, 3>& values,
+        // Notes the weights in a polynomial's control points.
+        const auto note_weights = [&](auto& weights, const auto& polynomial) {
+            weights.resize(count);
+            for (std::size_t k = 0; k < 3 && first + k < count; ++k) weights[first + k] = polynomial.c[k];
+        };
+        const auto linear = [](const PatchNode<Shape>& of, const Corners& corners) {
+            BezierTriangle<1> result;
+            result.set(0, 0, PatchTree<Shape>::position(of, corners[0]));
+            result.set(1, 0, PatchTree<Shape>::position(of, corners[1]));
+            result.set(0, 1, PatchTree<Shape>::position(of, corners[2]));
+            return result;
+        };
+        // Raises norms of S - L over the triangle of these parameters.
+        const auto raise = [&](Norms& norms, const Corners& corners, const BezierTriangle<1>& l,
                                std::span<const ControlPoint> of) {
             const glm::dmat2 to_bary = glm::inverse(glm::dmat2(corners[1] - corners[0], corners[2] - corners[0]));
-            norms.of_point.resize(count);
             const auto note = [](double& most, double size) { most = std::max(most, size * k_rounding_of_sums); };
+            norms.of_point.resize(count);
             for (const auto& [p, q] : of) {
                 const Vec2d b = to_bary * (q - corners[0]);
-                const Vec3d d = p - (values[0] + b.x * (values[1] - values[0]) + b.y * (values[2] - values[0]));
+                const Vec3d d = p - (l[0] + b.x * (l[1] - l[0]) + b.y * (l[2] - l[0]));
                 if (is_reference) note(norms.of_reference, glm::length(d));
-                each_weight([&](std::size_t i, int k) { note(norms.of_point[i], std::abs(d[k])); });
+                for (std::size_t k = 0; k < 3 && first + k < count; ++k)
+                    note(norms.of_point[first + k], std::abs(d[static_cast<int>(k)]));
             }
-        };
-        const auto positions = [](const PatchNode<Shape>& of, const Corners& corners) {
-            const auto position = [&](std::size_t k) { return PatchTree<Shape>::position(of, corners[k]); };
-            return std::array{position(0), position(1), position(2)};
         };
         std::vector<ControlPoint> all;
         std::size_t regulars = 0, inners = 0;
@@ -134,26 +139,17 @@ StarPieces<Shape>::StarPieces(int valence, const Corners& at)
                           });
                 if (quarter.kind == PatchNode<Shape>::Kind::regular) {
                     if (first == 0) regular.push_back({t.edge, {}});
-                    RegularPart& part = regular[regulars++];
-                    part.weights.resize(count);
-                    const Polynomial weights = polynomial_over(net_in(quarter.patch), t.at);
-                    each_weight([&](std::size_t i, int c) {
-                        for (std::size_t p = 0; p < weights.c[0].size(); ++p)
-                            part.weights[i][p] = weights.c[static_cast<std::size_t>(c)][p];
-                    });
+                    note_weights(regular[regulars++].weights, polynomial_over(net_in(quarter.patch), t.at));
                 } else {
                     if (first == 0) inner.push_back({t, {}, {}});
                     InnerPart& part = inner[inners++];
-                    const std::array<Vec3d, 3> corner = positions(quarter, t.at);
-                    for (std::size_t c = 0; c < 3; ++c) {
-                        part.corner_weights[c].resize(count);
-                        each_weight([&](std::size_t i, int axis) { part.corner_weights[c][i] = corner[c][axis]; });
-                    }
-                    raise(part.norms, {0.5 * t.at[0], 0.5 * t.at[1], 0.5 * t.at[2]}, corner,
+                    const BezierTriangle<1> corners = linear(quarter, t.at);
+                    note_weights(part.corners, corners);
+                    raise(part.norms, {0.5 * t.at[0], 0.5 * t.at[1], 0.5 * t.at[2]}, corners,
                           std::span(all).subspan(before));
                 }
             });
-        raise(whole, at, positions(cell, at), all);
+        raise(whole, at, linear(cell, at), all);
     }
 }
 
@@ -197,29 +193,6 @@ double StarPieces<Shape>::Norms::deviation(const Fit& of) const {
     double sum = of.stretch * of_reference;
     for (std::size_t i = 0; i < of_point.size(); ++i) sum += of_point[i] * of.remainder[i];
     return sum * k_rounding_of_sums;
-}
-
-namespace {
-TETRAKIS_FOR_AVX2_TOO
-BezierTriangle<4> combined(StarPieces<LoopShape>::Points points, const BezierTriangle<4>::Coordinates* weights) {
-    return combination<4>(points.size(), weights, [&](std::size_t p, std::size_t k) { return (&points[p].x)[k]; });
-}
-TETRAKIS_FOR_AVX2_TOO
-BezierTriangle<6> combined(StarPieces<QuadShape>::Points points, const BezierTriangle<6>::Coordinates* weights) {
-    return combination<6>(points.size(), weights, [&](std::size_t p, std::size_t k) { return (&points[p].x)[k]; });
-}
-}  // namespace
-
-template <class Shape>
-auto StarPieces<Shape>::RegularPart::over(Points points) const -> Polynomial {
-    return combined(points, weights.data());
-}
-
-template <class Shape>
-Vec3d StarPieces<Shape>::InnerPart::corner(Points points, std::size_t k) const {
-    Vec3d sum(0);
-    for (std::size_t i = 0; i < points.size(); ++i) sum += corner_weights[k][i] * points[i];
-    return sum;
 }
 
 template class StarPieces<QuadShape>;

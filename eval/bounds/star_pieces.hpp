@@ -49,13 +49,11 @@ class StarPieces {
     struct RegularPart {
         std::array<int, 3> edge{};  ///< by side: the triangle's side that it lies on, or -1
         std::vector<typename Polynomial::Coordinates> weights;
-        Polynomial over(Points points) const;
     };
     struct InnerPart {
         LabelledTriangle piece;  ///< in lengths of the quarter's sides; edges are the triangle's sides
         Norms norms;
-        std::array<std::vector<double>, 3> corner_weights;
-        Vec3d corner(Points points, std::size_t k) const;
+        std::vector<BezierTriangle<1>::Coordinates> corners;  ///< weights of its corners
     };
     Norms whole;
     std::vector<RegularPart> regular;

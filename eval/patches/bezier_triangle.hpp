@@ -4,7 +4,7 @@
 
 #include <array>
 #include <cstddef>
-#include <cstring>
+#include <span>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -123,26 +123,10 @@ class BezierTriangle {
     }
 };
 
-/// The sum of points times weights, where each point has a weight for each control point.
-/// @param coordinate  coordinate k of point p: coordinate(p, k)
-template <int Degree, class Coordinate>
-[[gnu::always_inline]] inline BezierTriangle<Degree> combination(
-    std::size_t count, const typename BezierTriangle<Degree>::Coordinates* weights, const Coordinate& coordinate) {
-    using Lanes [[gnu::vector_size(BezierTriangle<Degree>::k_lanes * sizeof(double))]] = double;
-    BezierTriangle<Degree> result;
-    for (std::size_t k = 0; k < 3; ++k) {
-        Lanes sum[sizeof(result.c[k]) / sizeof(Lanes)] = {};
-        for (std::size_t p = 0; p < count; ++p) {
-            const double at = coordinate(p, k);
-            for (std::size_t i = 0; i < std::size(sum); ++i) {
-                Lanes weight;
-                std::memcpy(&weight, &weights[p][i * result.k_lanes], sizeof(weight));
-                sum[i] += at * weight;
-            }
-        }
-        std::memcpy(&result.c[k], sum, sizeof(sum));
-    }
-    return result;
-}
+/// The polynomial whose control points are sums of points times weights, of which each point has one for each control
+/// point. For degrees 1, 4 and 6.
+template <int Degree>
+BezierTriangle<Degree> combined(std::span<const Vec3d> points,
+                                std::span<const typename BezierTriangle<Degree>::Coordinates> weights);
 
 }  // namespace tetrakis::detail

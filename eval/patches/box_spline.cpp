@@ -47,10 +47,7 @@ constexpr auto k_columns = [] {
 
 }  // namespace
 
-TETRAKIS_FOR_AVX2_TOO
-BezierTriangle<4> box_spline_triangle(const Net12& net) {
-    return combination<4>(net.size(), k_columns.data(), [&](std::size_t p, std::size_t k) { return (&net[p].x)[k]; });
-}
+BezierTriangle<4> box_spline_triangle(const Net12& net) { return combined<4>(net, k_columns); }
 
 TETRAKIS_FOR_AVX2_TOO
 Vec3d box_spline_position(const Net12& net, const Bary& at) {
