@@ -25,8 +25,8 @@ namespace tetrakis {
 ///
 /// Both distances are convex functions of the point. On a regular cell the surface over a triangle is a polynomial of
 /// degree 6 (Catmull-Clark) or 4 (Loop), so their largest values at its control points bound them; it is bisected until
-/// these bounds decide. Irregular cells are quartered towards the extraordinary point: stars are bounded by norms,
-/// other cells by the hull of their control points.
+/// these bounds decide. Cells at an extraordinary point are bounded by StarPieces; other irregular ones by the hull of
+/// their control points, and quartered.
 template <class Shape>
 class CellBounder : private detail::PatchBounder {
   public:
