@@ -96,13 +96,10 @@ std::optional<LatticePlace> TerrainLattice::square_at(const Vec2d& place) const 
 
 lod::GroundPoint GroundSquare::ground(const Vec2d& place) const {
     const double across = (place.x - nw.x) / (se.x - nw.x), down = (nw.y - place.y) / (nw.y - se.y);
-    const bool above = down < (falls ? across : 1 - across);  // in the triangle to the north of the diagonal
-    const bool west_side = falls != above;                    // whether the triangle's other leg is in the west
-    const double slope_x = (above ? ne.z - nw.z : se.z - sw.z) / (se.x - nw.x),
-                 slope_y = (west_side ? nw.z - sw.z : ne.z - se.z) / (nw.y - se.y);
-    const Vec3d& right_angle = above ? west_side ? nw : ne : west_side ? sw : se;
-    return {right_angle.z + slope_x * (place.x - right_angle.x) + slope_y * (place.y - right_angle.y),
-            glm::normalize(Vec3d(-slope_x, -slope_y, 1))};
+    // Of the two triangles, the first is to the north of the diagonal.
+    const auto [a, b, c] = triangles()[down < (falls ? across : 1 - across) ? 0 : 1];
+    const Plane plane(a, b, c);
+    return {-plane.above(Vec3d(place, 0)), glm::normalize(Vec3d(-plane.slopes, 1))};
 }
 
 Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row) {

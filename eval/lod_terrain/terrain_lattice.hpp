@@ -25,6 +25,31 @@ struct HeightRange {
     }
 };
 
+/// A rectangle of a lattice, or of any grid; borders included.
+struct GridRectangle {
+    std::int32_t x0, x1, y0, y1;
+};
+/// The range of all heights in a rectangle. @param range_at  returns the range at (x, y)
+template <class RangeAt>
+HeightRange heights_over(const GridRectangle& rectangle, const RangeAt& range_at) {
+    HeightRange range;
+    for (std::int32_t y = rectangle.y0; y <= rectangle.y1; ++y)
+        for (std::int32_t x = rectangle.x0; x <= rectangle.x1; ++x) range.add(range_at(x, y));
+    return range;
+}
+
+/// A linear height function over the ground.
+struct Plane {
+    Plane() = default;
+    Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : at_a(a) {
+        const Vec3d across = glm::cross(b - a, c - a);
+        slopes = Vec2d(across) / -across.z;
+    }
+    double above(const Vec3d& p) const { return p.z - at_a.z - glm::dot(slopes, Vec2d(p - at_a)); }
+    Vec3d at_a{};
+    Vec2d slopes{};
+};
+
 /// The ground over a square of the lattice: two of the finest triangles. Their common diagonal runs through the corners
 /// with two even or two odd coordinates.
 struct GroundSquare {
@@ -88,15 +113,12 @@ struct TerrainLattice {
     }
 
     /// Part of the lattice that holds a diamond and all diamonds that its splits lead to.
-    struct Rectangle {
-        std::int32_t x0, x1, y0, y1;
-    };
-    Rectangle around(LatticePlace p) const {
+    GridRectangle around(LatticePlace p) const {
         const std::int32_t reach = LatticeDiamond::reach(p);
         return {std::max(p.x - reach, 0), std::min(p.x + reach, last_x()), std::max(p.y - reach, 0),
                 std::min(p.y + reach, last_y())};
     }
-    lod::DiamondBounds bounds(const Rectangle& within, const HeightRange& heights, double error) const {
+    lod::DiamondBounds bounds(const GridRectangle& within, const HeightRange& heights, double error) const {
         const Vec3d first(east(within.x0), north(within.y1), heights.low),
             last(east(within.x1), north(within.y0), heights.high);
         return {(first + last) / 2.0, (last - first) / 2.0, error};

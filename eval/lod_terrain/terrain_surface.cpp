@@ -66,13 +66,11 @@ void TerrainSurface::set_heights() {
             const auto rows = samples(lattice_.ys, static_cast<std::int32_t>(r));
             for (std::int32_t c = 0; c < finest.columns; ++c) {
                 const auto columns = samples(lattice_.xs, c);
-                HeightRange range;
-                for (std::int32_t y = rows[0]; y <= rows[1]; ++y) {
-                    const float* const row = grid_.heights.data() + static_cast<std::size_t>(y) * grid_.columns;
-                    const auto [low, high] = std::minmax_element(row + columns[0], row + columns[1] + 1);
-                    range.add({*low, *high});
-                }
-                finest.cells[r * static_cast<std::size_t>(finest.columns) + c] = range;
+                finest.cells[r * static_cast<std::size_t>(finest.columns) + c] =
+                    detail::heights_over({columns[0], columns[1], rows[0], rows[1]}, [&](auto x, auto y) {
+                        const float height = grid_.at(x, y);
+                        return HeightRange{height, height};
+                    });
             }
         },
         4);
@@ -81,13 +79,10 @@ void TerrainSurface::set_heights() {
         const HeightLevel& finer = heights_.back();
         HeightLevel level{(finer.columns + 1) / 2, (finer.rows + 1) / 2, {}};
         for (std::int32_t r = 0; r < level.rows; ++r)
-            for (std::int32_t c = 0; c < level.columns; ++c) {
-                HeightRange range;
-                for (std::int32_t y = 2 * r; y < std::min(2 * r + 2, finer.rows); ++y)
-                    for (std::int32_t x = 2 * c; x < std::min(2 * c + 2, finer.columns); ++x)
-                        range.add(finer.row(y)[x]);
-                level.cells.push_back(range);
-            }
+            for (std::int32_t c = 0; c < level.columns; ++c)
+                level.cells.push_back(detail::heights_over(
+                    {2 * c, std::min(2 * c + 1, finer.columns - 1), 2 * r, std::min(2 * r + 1, finer.rows - 1)},
+                    [&](auto x, auto y) { return finer.row(y)[x]; }));
         heights_.push_back(std::move(level));
     }
 }
@@ -213,7 +208,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     // The cells that hold a diamond and all diamonds that its splits lead to. They are as wide as these together, so
     // there are at most two along each axis.
     struct Around {
-        detail::TerrainLattice::Rectangle within;
+        detail::GridRectangle within;
         const HeightRange *north, *south;
         std::int32_t east;
         const std::uint8_t* code;

@@ -26,40 +26,23 @@ using detail::LatticeDiamond;
 using detail::LatticePlace;
 using detail::TerrainLattice;
 using detail::Tile;
-using detail::TileFile;
 using detail::TileLayout;
 using detail::TilePoint;
 
-/// A rectangle of a level's array of records, from (x, y) on.
+/// A rectangle of a level's array of records.
 template <class Record>
-struct Block {
-    Block(std::int32_t first_x, std::int32_t first_y, std::int32_t last_x, std::int32_t last_y)
-        : x(first_x),
-          y(first_y),
-          width(last_x - first_x + 1),
-          height(last_y - first_y + 1),
-          records(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
-    std::int32_t x, y, width, height;
+struct Block : detail::GridRectangle {
+    explicit Block(const GridRectangle& rectangle)
+        : GridRectangle(rectangle),
+          width(static_cast<std::size_t>(x1 - x0 + 1)),
+          records(width * static_cast<std::size_t>(y1 - y0 + 1)) {}
+    std::size_t width;
     std::vector<Record> records;
 
-    bool has(std::int32_t px, std::int32_t py) const { return px >= x && py >= y && px < x + width && py < y + height; }
-    std::size_t index(std::int32_t px, std::int32_t py) const {
-        return static_cast<std::size_t>(py - y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(px - x);
+    bool has(std::int32_t x, std::int32_t y) const { return x >= x0 && y >= y0 && x <= x1 && y <= y1; }
+    const Record& at(std::int32_t x, std::int32_t y) const {
+        return records[static_cast<std::size_t>(y - y0) * width + static_cast<std::size_t>(x - x0)];
     }
-    Record& at(std::int32_t px, std::int32_t py) { return records[index(px, py)]; }
-    const Record& at(std::int32_t px, std::int32_t py) const { return records[index(px, py)]; }
-};
-
-/// A linear height function over the ground.
-struct Plane {
-    Plane() = default;
-    Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : at_a(a) {
-        const Vec3d across = glm::cross(b - a, c - a);
-        slopes = Vec2d(across) / -across.z;
-    }
-    double above(const Vec3d& p) const { return p.z - at_a.z - glm::dot(slopes, Vec2d(p - at_a)); }
-    Vec3d at_a{};
-    Vec2d slopes{};
 };
 
 /// Bound on the vertical distance of the full-resolution surface from the two triangles at an edge, by the points and
@@ -123,7 +106,7 @@ class DiamondGap {
     const LatticeDiamond& diamond_;
     std::size_t count_ = 0;
     std::array<LatticePlace, 2> apexes_{};
-    std::array<Plane, 2> planes_{};
+    std::array<detail::Plane, 2> planes_{};
     double sign_ = 1;
 };
 
@@ -141,12 +124,11 @@ class Writer {
     }
 
     void run() {
-        file_.resize(layout_.file_bytes());
         detail::TileHeader header{.columns = frame_.columns,
                                   .rows = frame_.rows,
                                   .side = options_.side,
-                                  .spacing = {frame_.spacing.x, frame_.spacing.y},
-                                  .origin = {frame_.origin.x, frame_.origin.y}};
+                                  .spacing = frame_.spacing,
+                                  .origin = frame_.origin};
         header.checksum = header.sum();
         file_.write(0, std::as_bytes(std::span(&header, 1)));
         write_finest();
@@ -160,23 +142,6 @@ class Writer {
     // On a fractal terrain such errors need 5 to 17 % more triangles than exact ones; one halving less: twice as much.
     static constexpr int k_halvings = 2;
 
-    /// A tile that is being made, with the points from (x, y) to (last_x, last_y) of its level.
-    struct Work {
-        Work(const TileLayout& layout, std::size_t k, std::int32_t column, std::int32_t row)
-            : level(k), x(column * layout.side()), y(row * layout.side()), tile(layout) {
-            const TileLayout::Level& l = layout.levels()[k];
-            last_x = std::min(x + layout.side(), l.last_x);
-            last_y = std::min(y + layout.side(), l.last_y);
-        }
-        std::size_t level;
-        std::int32_t x, y, last_x, last_y;
-        Tile tile;
-    };
-    TilePoint& point(Work& work, std::int32_t x, std::int32_t y) const {
-        const auto& array = layout_.points();
-        return work.tile.records<TilePoint>(array)[(y - work.y) * array.row + x - work.x];
-    }
-
     void write_finest() {
         const TileLayout::Level& level = layout_.levels()[0];
         const std::int32_t side = layout_.side();
@@ -188,37 +153,38 @@ class Writer {
             for_each_index(
                 static_cast<std::uint32_t>(level.across),
                 [&](std::uint32_t column) {
-                    write_finest({layout_, 0, static_cast<std::int32_t>(column), row}, band);
+                    write_finest(static_cast<std::uint64_t>(row) * level.across + column, band);
                 },
                 1);
         }
     }
 
     /// @param band  samples for the rows of the tile and of the cells around it
-    void write_finest(Work work, const HeightGrid& band) {
+    void write_finest(std::uint64_t number, const HeightGrid& band) {
+        Tile tile(layout_, number);
         const TileLayout::Level& level = layout_.levels()[0];
         const auto vertex = [&](std::int32_t x, std::int32_t y) {
             return detail::sampled(band, lattice_.column(x), lattice_.row(y) - first_row_ * k_grid_unit);
         };
-        for (std::int32_t y = work.y; y <= work.last_y; ++y)
-            for (std::int32_t x = work.x; x <= work.last_x; ++x) {
+        const auto& points = tile.frame.points;
+        for (std::int32_t y = points.y0; y <= points.y1; ++y)
+            for (std::int32_t x = points.x0; x <= points.x1; ++x) {
                 const detail::GridVertex v = vertex(x, y);
-                TilePoint& p = point(work, x, y);
+                TilePoint& p = tile.point(x, y);
                 p.height = v.z;
                 p.set_normal(detail::sample_normal(band, static_cast<std::uint32_t>(v.x / k_grid_unit),
                                                    static_cast<std::uint32_t>(v.y / k_grid_unit)));
             }
-        set_errors(work, nullptr, [](std::int32_t, std::int32_t) { return 0.0; });
-        set_cells(work, [&](std::int32_t cx, std::int32_t cy) {
-            HeightRange range;
-            for (std::int32_t y = cy * k_cell; y <= std::min((cy + 1) * k_cell, level.last_y); ++y)
-                for (std::int32_t x = cx * k_cell; x <= std::min((cx + 1) * k_cell, level.last_x); ++x) {
-                    const float height = vertex(x, y).z;
-                    range.add({height, height});
-                }
-            return range;
+        set_errors(tile, nullptr, [](std::int32_t, std::int32_t) { return 0.0; });
+        set_cells(tile, [&](std::int32_t cx, std::int32_t cy) {
+            return detail::heights_over({cx * k_cell, std::min((cx + 1) * k_cell, level.last_x), cy * k_cell,
+                                         std::min((cy + 1) * k_cell, level.last_y)},
+                                        [&](std::int32_t x, std::int32_t y) {
+                                            const float height = vertex(x, y).z;
+                                            return HeightRange{height, height};
+                                        });
         });
-        write(work);
+        write(tile, number);
     }
 
     /// The samples for the rows `first` to `last` of the lattice, with the rows beside them for normals.
@@ -254,23 +220,21 @@ class Writer {
             return 0.5 + 0.5 * static_cast<double>(tile - layout_.levels()[1].first_tile) / coarser;
         };
         for_each_reported(tiles, 1, options_.context, "levels", done(level.first_tile), done(level.first_tile + tiles),
-                          [&](std::uint32_t i) {
-                              write_coarser({layout_, k, static_cast<std::int32_t>(i) % level.across,
-                                             static_cast<std::int32_t>(i) / level.across});
-                          });
+                          [&](std::uint32_t i) { write_coarser(level.first_tile + i); });
     }
 
-    void write_coarser(Work work) {
-        const std::size_t finer = work.level - 1;
-        const Block<TilePoint> points = read_points(work, 1);
-        for (std::int32_t y = work.y; y <= work.last_y; ++y)
-            for (std::int32_t x = work.x; x <= work.last_x; ++x) {
-                TilePoint& p = point(work, x, y);
+    void write_coarser(std::uint64_t number) {
+        Tile tile(layout_, number);
+        const auto& [k, own] = tile.frame;
+        const Block<TilePoint> points = read_points(tile, 1);
+        for (std::int32_t y = own.y0; y <= own.y1; ++y)
+            for (std::int32_t x = own.x0; x <= own.x1; ++x) {
+                TilePoint& p = tile.point(x, y);
                 p = points.at(2 * x, 2 * y);
                 p.set_error(0);
             }
-        const Block<TilePoint> fine = read_points(work, halvings(work));
-        set_errors(work, &fine, [&](std::int32_t x, std::int32_t y) {
+        const Block<TilePoint> fine = read_points(tile, halvings(tile));
+        set_errors(tile, &fine, [&](std::int32_t x, std::int32_t y) {
             double worst = 0;
             for (const std::int32_t dy : {-1, 1})
                 for (const std::int32_t dx : {-1, 1})
@@ -278,112 +242,102 @@ class Writer {
                         worst = std::max(worst, points.at(2 * x + dx, 2 * y + dy).error());
             return worst;
         });
-        const TileLayout::Level& level = layout_.levels()[finer];
-        const auto first = [](std::int32_t at) { return std::max(2 * (at / k_cell - 1), 0); };
-        const auto last = [&](std::int32_t at, std::int32_t end) {
-            return std::min(2 * (at + layout_.side()) / k_cell + 1, (end - 1) / k_cell);
-        };
-        Block<HeightRange> cells(first(work.x), first(work.y), last(work.x, level.last_x), last(work.y, level.last_y));
-        read(finer, layout_.cells(), cells);
-        set_cells(work, [&](std::int32_t cx, std::int32_t cy) {
-            HeightRange range;
-            for (const std::int32_t y : {2 * cy, 2 * cy + 1})
-                for (const std::int32_t x : {2 * cx, 2 * cx + 1})
-                    if (cells.has(x, y)) range.add(cells.at(x, y));
-            return range;
+        const std::int32_t column = 2 * (own.x0 / k_cell), row = 2 * (own.y0 / k_cell),
+                           last = 2 * layout_.side() / k_cell + 1;
+        const auto cells = read<HeightRange>(k - 1, layout_.cells(), {column - 2, column + last, row - 2, row + last});
+        set_cells(tile, [&](std::int32_t cx, std::int32_t cy) {
+            return detail::heights_over(
+                {2 * cx, std::min(2 * cx + 1, cells.x1), 2 * cy, std::min(2 * cy + 1, cells.y1)},
+                [&](std::int32_t x, std::int32_t y) { return cells.at(x, y); });
         });
-        write(work);
+        write(tile, number);
     }
 
-    static int halvings(const Work& work) { return std::min(static_cast<int>(work.level), k_halvings); }
+    static int halvings(const Tile& tile) { return std::min(tile.frame.level, k_halvings); }
 
     /// The points under the tile's diamonds, of the level that is finer by `halvings`.
-    Block<TilePoint> read_points(const Work& work, int halvings) const {
-        const std::size_t k = work.level - static_cast<std::size_t>(halvings);
-        const TileLayout::Level& level = layout_.levels()[k];
-        Block<TilePoint> points(std::max((work.x - 1) * (1 << halvings), 0),
-                                std::max((work.y - 1) * (1 << halvings), 0),
-                                std::min((work.last_x + 1) << halvings, level.last_x),
-                                std::min((work.last_y + 1) << halvings, level.last_y));
-        read(k, layout_.points(), points);
-        return points;
+    Block<TilePoint> read_points(const Tile& tile, int halvings) const {
+        const auto& [k, own] = tile.frame;
+        const std::int32_t steps = 1 << halvings;
+        return read<TilePoint>(
+            k - halvings, layout_.points(),
+            {(own.x0 - 1) * steps, (own.x1 + 1) * steps, (own.y0 - 1) * steps, (own.y1 + 1) * steps});
     }
 
-    /// Reads a block from all tiles that own records of it.
+    /// Reads the part of a rectangle that level k has, from all tiles under it.
     template <class Record>
-    void read(std::size_t k, const TileLayout::Array& array, Block<Record>& block) const {
+    Block<Record> read(int k, const TileLayout::Array& array, const detail::GridRectangle& wanted) const {
         const TileLayout::Level& level = layout_.levels()[k];
-        const std::int32_t end = block.x + block.width;
-        for (std::int32_t y = block.y; y < block.y + block.height; ++y) {
-            const std::int32_t row = std::min(y / array.step, level.down - 1);
-            for (std::int32_t x = block.x; x < end;) {
-                const std::int32_t column = std::min(x / array.step, level.across - 1);
-                const std::int32_t next = column + 1 == level.across ? end : std::min((column + 1) * array.step, end);
-                const std::uint64_t tile = level.first_tile + static_cast<std::uint64_t>(row) * level.across + column;
-                const std::int32_t at =
-                    (y - row * array.step + array.margin) * array.row + x - column * array.step + array.margin;
-                file_.read(layout_.offset(tile) + array.offset + static_cast<std::size_t>(at) * sizeof(Record),
-                           std::as_writable_bytes(std::span(&block.at(x, y), static_cast<std::size_t>(next - x))));
-                x = next;
+        Block<Record> block({std::max(wanted.x0, 0), std::min(wanted.x1, level.last_x >> array.shift),
+                             std::max(wanted.y0, 0), std::min(wanted.y1, level.last_y >> array.shift)});
+        std::span<Record> left(block.records);
+        for (std::int32_t y = block.y0; y <= block.y1; ++y)
+            for (std::int32_t x = block.x0; x <= block.x1;) {
+                const std::uint64_t tile = layout_.tile(k, x << array.shift, y << array.shift);
+                const TileLayout::Frame frame = layout_.frame(tile);
+                const std::int32_t count = std::min(frame.points.x1 >> array.shift, block.x1) + 1 - x;
+                const auto run = left.first(static_cast<std::size_t>(count));
+                file_.read(layout_.offset(tile) + array.place(frame, x, y), std::as_writable_bytes(run));
+                left = left.subspan(run.size());
+                x += count;
             }
-        }
+        return block;
     }
 
-    /// @param fine          read_points(work, halvings(work)); nullptr: there is no finer level
+    /// @param fine          read_points(tile, halvings(tile)); nullptr: there is no finer level
     /// @param worst_centre  the largest error of the finer level's diamonds around a point
     template <class WorstCentre>
-    void set_errors(Work& work, const Block<TilePoint>* fine, const WorstCentre& worst_centre) const {
-        const auto k = static_cast<int>(work.level);
+    void set_errors(Tile& tile, const Block<TilePoint>* fine, const WorstCentre& worst_centre) const {
+        const auto& [k, points] = tile.frame;
         const double beyond = share_beyond(std::size_t{1} << k);
         const auto set_error = [&](std::int32_t x, std::int32_t y, double worst) {
             const LatticeDiamond diamond({x << k, y << k});
             const auto vertex = [&](LatticePlace p) {
-                return Vec3d(lattice_.column(p.x), lattice_.row(p.y), double{point(work, p.x >> k, p.y >> k).height});
+                return Vec3d(lattice_.column(p.x), lattice_.row(p.y), double{tile.point(p).height});
             };
             const Vec3d a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]), middle = vertex(diamond.middle);
             double own = 0;
             for (const LatticePlace apex : diamond.apexes) {
                 // The middle of an edge along an axis is on that edge, so any third corner will do.
                 const Vec3d c = diamond.is_centre ? vertex(apex) : a + Vec3d(a.y - b.y, b.x - a.x, 0);
-                own = std::max(own, std::abs(Plane(a, b, c).above(middle)));
+                own = std::max(own, std::abs(detail::Plane(a, b, c).above(middle)));
             }
             // A split moves the surface by its own error, and each of the four triangles then lies under one of the
             // diamonds that become possible: the full-resolution surface is no farther away than the sum.
             double error = own + worst;
             if (fine != nullptr)
                 error = std::min(
-                    error, std::max(DiamondGap(lattice_, *fine, k - halvings(work), diamond).largest(halvings(work)),
+                    error, std::max(DiamondGap(lattice_, *fine, k - halvings(tile), diamond).largest(halvings(tile)),
                                     worst + own * (diamond.is_centre ? 0 : beyond)));
-            point(work, x, y).set_error(std::max(error, k_error_ratio * worst));
+            tile.point(x, y).set_error(std::max(error, k_error_ratio * worst));
         };
-        for (std::int32_t y = work.y; y <= work.last_y; ++y)
-            for (std::int32_t x = work.x + (y % 2 == 0 ? 1 : 0); x <= work.last_x; x += 2)
+        for (std::int32_t y = points.y0; y <= points.y1; ++y)
+            for (std::int32_t x = points.x0 + (y % 2 == 0 ? 1 : 0); x <= points.x1; x += 2)
                 set_error(x, y, worst_centre(x, y));
         // Centres of roots are there from the start.
-        if (work.level + 1 < layout_.levels().size())
-            for (std::int32_t y = work.y + 1; y <= work.last_y; y += 2)
-                for (std::int32_t x = work.x + 1; x <= work.last_x; x += 2)
+        if (k + 1 < std::ssize(layout_.levels()))
+            for (std::int32_t y = points.y0 + 1; y <= points.y1; y += 2)
+                for (std::int32_t x = points.x0 + 1; x <= points.x1; x += 2)
                     set_error(x, y,
-                              std::max({point(work, x - 1, y).error(), point(work, x + 1, y).error(),
-                                        point(work, x, y - 1).error(), point(work, x, y + 1).error()}));
+                              std::max({tile.point(x - 1, y).error(), tile.point(x + 1, y).error(),
+                                        tile.point(x, y - 1).error(), tile.point(x, y + 1).error()}));
     }
 
     template <class Cell>
-    void set_cells(Work& work, const Cell& cell) const {
-        const auto& cells = layout_.cells();
-        auto* const ranges = work.tile.records<HeightRange>(cells);
-        const TileLayout::Level& level = layout_.levels()[work.level];
-        for (std::int32_t r = 0; r < cells.row; ++r)
-            for (std::int32_t c = 0; c < cells.row; ++c) {
-                const std::int32_t x = work.x / k_cell + c - 1, y = work.y / k_cell + r - 1;
+    void set_cells(Tile& tile, const Cell& cell) const {
+        const auto& [k, own] = tile.frame;
+        const TileLayout::Level& level = layout_.levels()[k];
+        const std::int32_t row = layout_.cells().row;
+        for (std::int32_t y = own.y0 / k_cell - 1; y < own.y0 / k_cell - 1 + row; ++y)
+            for (std::int32_t x = own.x0 / k_cell - 1; x < own.x0 / k_cell - 1 + row; ++x) {
                 const bool is_there = x >= 0 && y >= 0 && x * k_cell < level.last_x && y * k_cell < level.last_y;
-                ranges[r * cells.row + c] = is_there ? cell(x, y) : HeightRange{};
+                tile.cell(x, y) = is_there ? cell(x, y) : HeightRange{};
             }
     }
 
-    void write(Work& work) {
-        work.tile.seal();
-        file_.write(layout_.offset(layout_.tile(work.level, work.x, work.y)), work.tile.bytes());
+    void write(Tile& tile, std::uint64_t number) {
+        tile.seal();
+        file_.write(layout_.offset(number), tile.bytes());
     }
 
     /// Part of a split's own error that can reach samples of a neighbour (lemma, part 3, in README.md). If lines are
@@ -392,15 +346,10 @@ class Writer {
     double share_beyond(std::size_t step) const {
         // Half a sample along both axes, and half as much for each of the finer sides, which are diagonal.
         constexpr double k_beyond = 2 * std::numbers::sqrt2 / 2 * std::numbers::sqrt2 * k_grid_unit;
-        bool is_even = true;
-        std::int32_t nearest = std::numeric_limits<std::int32_t>::max();
-        for (const auto* const axis : {&lattice_.xs, &lattice_.ys}) {
-            const std::span<const std::int32_t> lines = *axis;
-            for (std::size_t i = 1; i < lines.size(); ++i) is_even &= lines[i] - lines[i - 1] == lines[1] - lines[0];
-            for (std::size_t i = step; i < lines.size(); i += step)
-                nearest = std::min(nearest, lines[i] - lines[i - step]);
-        }
-        return is_even ? 0 : std::min(1.0, k_beyond / nearest);
+        // No other lines are nearer to each other than the first ones are.
+        const auto &xs = lattice_.xs, &ys = lattice_.ys;
+        const bool is_even = xs[1] * lattice_.last_x() == xs.back() && ys[1] * lattice_.last_y() == ys.back();
+        return is_even ? 0 : std::min(1.0, k_beyond / std::min(xs[step], ys[step]));
     }
 
     HeightSource& source_;
@@ -408,7 +357,7 @@ class Writer {
     HeightGrid frame_;
     TerrainLattice lattice_;
     TileLayout layout_;
-    TileFile file_;
+    detail::TileFile file_;
     std::int32_t first_row_ = 0;  // of the band
 };
 
