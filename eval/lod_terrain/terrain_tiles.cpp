@@ -51,64 +51,48 @@ struct Block : detail::GridRectangle {
 /// Repeated bisection cuts both into small triangles, within whose diamonds' errors the surface lies. Heights of a
 /// small triangle over each of the two planes are linear, so corners decide (lemma, part 2, in README.md). If the upper
 /// plane counts, a height above it is no larger than the height above either plane.
-class DiamondGap {
-  public:
-    /// @param points   points of level `level`
-    /// @param diamond  a diamond of a coarser level
-    DiamondGap(const TerrainLattice& lattice, const Block<TilePoint>& points, int level, const LatticeDiamond& diamond)
-        : lattice_(lattice), points_(points), level_(level), diamond_(diamond) {
-        for (const LatticePlace apex : diamond.apexes) {
-            if (!lattice.has(apex)) continue;
-            apexes_[count_] = apex;
-            planes_[count_++] = {vertex(diamond.ends[0]), vertex(diamond.ends[1]), vertex(apex)};
-        }
-        if (count_ == 1) planes_[1] = planes_[0];
-        if (planes_[0].above(vertex(apexes_[count_ - 1])) < 0) sign_ = -1;
-    }
-
-    /// @param halvings  how often the edge is halved until it is an edge of the points' level
-    double largest(int halvings) const {
-        const Corner a = corner(diamond_.ends[0]), b = corner(diamond_.ends[1]);
-        double gap = 0;
-        for (std::size_t i = 0; i < count_; ++i) gap = std::max(gap, over(a, b, corner(apexes_[i]), 2 * halvings));
-        return gap;
-    }
-
-  private:
+/// @param points    points of level `level`
+/// @param diamond   a diamond of a coarser level
+/// @param halvings  how often its edge is halved until it is an edge of the points' level
+double gap_below(const TerrainLattice& lattice, const Block<TilePoint>& points, int level,
+                 const LatticeDiamond& diamond, int halvings) {
+    const auto vertex = [&lattice, &points, level](LatticePlace p) {
+        return Vec3d(lattice.column(p.x), lattice.row(p.y), double{points.at(p.x >> level, p.y >> level).height});
+    };
+    std::array<LatticePlace, 2> apexes = diamond.apexes;  // one twice, if the other is outside
+    for (const std::size_t i : {0u, 1u})
+        if (!lattice.has(apexes[i])) apexes[i] = apexes[1 - i];
+    const Vec3d start = vertex(diamond.ends[0]), end = vertex(diamond.ends[1]);
+    const detail::Plane first(start, end, vertex(apexes[0])), second(start, end, vertex(apexes[1]));
+    const double sign = first.above(vertex(apexes[1])) < 0 ? -1 : 1;
     /// A point, and its height over the two planes; negated if the lower plane is the surface.
     struct Corner {
         LatticePlace place;
         std::array<double, 2> above;
     };
-
-    Vec3d vertex(LatticePlace p) const {
-        return {lattice_.column(p.x), lattice_.row(p.y), double{points_.at(p.x >> level_, p.y >> level_).height}};
-    }
-    Corner corner(LatticePlace p) const {
+    const auto corner = [=](LatticePlace p) {
         const Vec3d v = vertex(p);
-        return {p, {sign_ * planes_[0].above(v), sign_ * planes_[1].above(v)}};
-    }
-    double over(const Corner& a, const Corner& b, const Corner& apex, int bisections) const {
-        const LatticePlace middle{(a.place.x + b.place.x) / 2, (a.place.y + b.place.y) / 2};
-        if (bisections > 0) {
-            const Corner m = corner(middle);
-            return std::max(over(apex, a, m, bisections - 1), over(b, apex, m, bisections - 1));
+        return Corner{p, {sign * first.above(v), sign * second.above(v)}};
+    };
+    const auto between = [](const Corner& a, const Corner& b) {
+        return LatticePlace{(a.place.x + b.place.x) / 2, (a.place.y + b.place.y) / 2};
+    };
+    const auto over = [=, &points](const auto& self, const Corner& a, const Corner& b, const Corner& apex,
+                                   int left) -> double {
+        const LatticePlace middle = between(a, b);
+        if (left > 0) {
+            const Corner m = corner(middle), ma = corner(between(a, apex)), mb = corner(between(b, apex));
+            return std::max({self(self, m, apex, ma, left - 1), self(self, a, m, ma, left - 1),
+                             self(self, m, b, mb, left - 1), self(self, apex, m, mb, left - 1)});
         }
         const auto [low0, high0] = std::minmax({a.above[0], b.above[0], apex.above[0]});
         const auto [low1, high1] = std::minmax({a.above[1], b.above[1], apex.above[1]});
         return std::max({0.0, -low0, -low1, std::min(high0, high1)}) +
-               points_.at(middle.x >> level_, middle.y >> level_).error();
-    }
-
-    const TerrainLattice& lattice_;
-    const Block<TilePoint>& points_;
-    int level_;
-    const LatticeDiamond& diamond_;
-    std::size_t count_ = 0;
-    std::array<LatticePlace, 2> apexes_{};
-    std::array<detail::Plane, 2> planes_{};
-    double sign_ = 1;
-};
+               points.at(middle.x >> level, middle.y >> level).error();
+    };
+    const Corner a = corner(diamond.ends[0]), b = corner(diamond.ends[1]);
+    return std::max(over(over, a, b, corner(apexes[0]), halvings), over(over, a, b, corner(apexes[1]), halvings));
+}
 
 class Writer {
   public:
@@ -175,7 +159,7 @@ class Writer {
                 p.set_normal(detail::sample_normal(band, static_cast<std::uint32_t>(v.x / k_grid_unit),
                                                    static_cast<std::uint32_t>(v.y / k_grid_unit)));
             }
-        set_errors(tile, nullptr, [](std::int32_t, std::int32_t) { return 0.0; });
+        set_errors(tile, nullptr, nullptr);
         set_cells(tile, [&](std::int32_t cx, std::int32_t cy) {
             return detail::heights_over({cx * k_cell, std::min((cx + 1) * k_cell, level.last_x), cy * k_cell,
                                          std::min((cy + 1) * k_cell, level.last_y)},
@@ -196,19 +180,11 @@ class Writer {
         band.rows = static_cast<std::uint32_t>(end - first_row_);
         band.heights.resize(std::size_t{band.rows} * band.columns);
         source_.read(static_cast<std::uint32_t>(first_row_), band.rows, band.heights);
-        for (std::size_t i = 0; i < band.heights.size(); ++i) {
-            float& height = band.heights[i];
-            if (std::isfinite(height)) continue;
-            if (std::isinf(height) || !options_.missing_height)
-                throw Error(
-                    ErrorCode::invalid_input,
-                    fmt::format("the height at column {}, row {} is {}", i % band.columns,
-                                i / band.columns + static_cast<std::size_t>(first_row_),
-                                std::isinf(height) ? "larger than single precision holds; take a smaller scale"
-                                                   : "missing; TileOptions::missing_height (--missing; in C `gaps`) "
-                                                     "is one to take"));
-            height = *options_.missing_height;
-        }
+        if (options_.missing_height)
+            std::ranges::replace_if(
+                band.heights, [](float height) { return std::isnan(height); }, *options_.missing_height);
+        detail::check_heights(band, static_cast<std::uint32_t>(first_row_),
+                              "missing; TileOptions::missing_height (--missing; in C `gaps`) is one to take");
         return band;
     }
 
@@ -234,14 +210,7 @@ class Writer {
                 p.set_error(0);
             }
         const Block<TilePoint> fine = read_points(tile, halvings(tile));
-        set_errors(tile, &fine, [&](std::int32_t x, std::int32_t y) {
-            double worst = 0;
-            for (const std::int32_t dy : {-1, 1})
-                for (const std::int32_t dx : {-1, 1})
-                    if (points.has(2 * x + dx, 2 * y + dy))
-                        worst = std::max(worst, points.at(2 * x + dx, 2 * y + dy).error());
-            return worst;
-        });
+        set_errors(tile, &points, &fine);
         const std::int32_t column = 2 * (own.x0 / k_cell), row = 2 * (own.y0 / k_cell),
                            last = 2 * layout_.side() / k_cell + 1;
         const auto cells = read<HeightRange>(k - 1, layout_.cells(), {column - 2, column + last, row - 2, row + last});
@@ -284,43 +253,42 @@ class Writer {
         return block;
     }
 
-    /// @param fine          read_points(tile, halvings(tile)); nullptr: there is no finer level
-    /// @param worst_centre  the largest error of the finer level's diamonds around a point
-    template <class WorstCentre>
-    void set_errors(Tile& tile, const Block<TilePoint>* fine, const WorstCentre& worst_centre) const {
+    /// @param finer, fine  read_points(tile, 1) and read_points(tile, halvings(tile)); nullptr: there is no finer level
+    void set_errors(Tile& tile, const Block<TilePoint>* finer, const Block<TilePoint>* fine) const {
         const auto& [k, points] = tile.frame;
         const double beyond = share_beyond(std::size_t{1} << k);
-        const auto set_error = [&](std::int32_t x, std::int32_t y, double worst) {
+        const auto set_error = [&](std::int32_t x, std::int32_t y) {
             const LatticeDiamond diamond({x << k, y << k});
             const auto vertex = [&](LatticePlace p) {
                 return Vec3d(lattice_.column(p.x), lattice_.row(p.y), double{tile.point(p).height});
             };
             const Vec3d a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]), middle = vertex(diamond.middle);
-            double own = 0;
-            for (const LatticePlace apex : diamond.apexes) {
+            double own = 0, worst = 0;
+            for (const LatticePlace apex : std::span(diamond.apexes).first(diamond.is_centre ? 2 : 1)) {
                 // The middle of an edge along an axis is on that edge, so any third corner will do.
                 const Vec3d c = diamond.is_centre ? vertex(apex) : a + Vec3d(a.y - b.y, b.x - a.x, 0);
                 own = std::max(own, std::abs(detail::Plane(a, b, c).above(middle)));
             }
+            for (const auto [px, py] : diamond.children())
+                if (diamond.is_centre)
+                    worst = std::max(worst, tile.point({px, py}).error());
+                else if (finer != nullptr && finer->has(px >> (k - 1), py >> (k - 1)))
+                    worst = std::max(worst, finer->at(px >> (k - 1), py >> (k - 1)).error());
             // A split moves the surface by its own error, and each of the four triangles then lies under one of the
             // diamonds that become possible: the full-resolution surface is no farther away than the sum.
             double error = own + worst;
             if (fine != nullptr)
-                error = std::min(
-                    error, std::max(DiamondGap(lattice_, *fine, k - halvings(tile), diamond).largest(halvings(tile)),
-                                    worst + own * (diamond.is_centre ? 0 : beyond)));
+                error =
+                    std::min(error, std::max(gap_below(lattice_, *fine, k - halvings(tile), diamond, halvings(tile)),
+                                             worst + own * (diamond.is_centre ? 0 : beyond)));
             tile.point(x, y).set_error(std::max(error, k_error_ratio * worst));
         };
         for (std::int32_t y = points.y0; y <= points.y1; ++y)
-            for (std::int32_t x = points.x0 + (y % 2 == 0 ? 1 : 0); x <= points.x1; x += 2)
-                set_error(x, y, worst_centre(x, y));
+            for (std::int32_t x = points.x0 + (y % 2 == 0 ? 1 : 0); x <= points.x1; x += 2) set_error(x, y);
         // Centres of roots are there from the start.
         if (k + 1 < std::ssize(layout_.levels()))
             for (std::int32_t y = points.y0 + 1; y <= points.y1; y += 2)
-                for (std::int32_t x = points.x0 + 1; x <= points.x1; x += 2)
-                    set_error(x, y,
-                              std::max({tile.point(x - 1, y).error(), tile.point(x + 1, y).error(),
-                                        tile.point(x, y - 1).error(), tile.point(x, y + 1).error()}));
+                for (std::int32_t x = points.x0 + 1; x <= points.x1; x += 2) set_error(x, y);
     }
 
     template <class Cell>
