@@ -81,22 +81,15 @@ std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& directi
 
 std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, std::uint64_t seed) {
     const ControlMesh& roots = surface.roots();
-    const int level = surface.max_depth() / 2;
     std::vector<HalfedgeId> cells;
     for (std::uint32_t h = 0; h < roots.halfedge_count(); ++h)
         if (!roots.is_hole(roots.face(HalfedgeId(h)))) cells.push_back(HalfedgeId(h));
     std::mt19937_64 random(seed);
     std::vector<Site> sites;
     for (std::uint32_t i = 0; i < count && !cells.empty(); ++i) {
-        const auto up_to_side = [&] {
-            return static_cast<std::uint32_t>(random() % ((std::uint64_t{1} << level) + 1));
-        };
-        const HalfedgeId cell = cells[random() % cells.size()];
-        const std::uint32_t x = up_to_side();
-        std::uint32_t y = up_to_side();
-        // At even depths only every other lattice point is a corner of a triangle.
-        if (surface.max_depth() % 2 == 0 && (x + y) % 2 != 0) y = y > 0 ? y - 1 : 1;
-        sites.push_back(canonical(roots, {cell, {x, y}, static_cast<std::uint8_t>(level)}));
+        const HalfedgeId root = cells[random() % cells.size()];
+        const std::uint64_t path = random() % (std::uint64_t{1} << surface.max_depth());
+        sites.push_back(corner_site(roots, cell_triangle(roots, root, surface.max_depth(), path), random() % 3));
     }
     std::vector<Place> places(sites.size());
     surface.places(sites, places);

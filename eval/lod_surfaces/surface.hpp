@@ -84,12 +84,6 @@ class Surface {
   protected:
     /// Whether hit() can follow a ray.
     static bool is_ray(const Vec3d& origin, const Vec3d& direction, double farthest);
-
-    Surface() = default;
-    Surface(const Surface&) = default;
-    Surface(Surface&&) = default;
-    Surface& operator=(const Surface&) = default;
-    Surface& operator=(Surface&&) = default;
 };
 
 /// The ground of a terrain at a place, at full resolution.
