@@ -254,10 +254,6 @@ void SampledSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     std::array<Vec3d, k_batch> centers;
     for (std::size_t begin = 0; begin < sites.size(); begin += k_batch) {
         const std::span batch = sites.subspan(begin, std::min(k_batch, sites.size() - begin));
-        for (const Site& site : batch) {
-            __builtin_prefetch(errors_.data() + index(site));
-            __builtin_prefetch(radii_.data() + index(site));
-        }
         positions(batch, std::span(centers).first(batch.size()));
         for (std::size_t i = 0; i < batch.size(); ++i) {
             const std::size_t at = index(batch[i]);
