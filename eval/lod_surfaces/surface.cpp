@@ -31,11 +31,9 @@ class RaySearch {
   private:
     void search(HalfedgeId cell, const BisectionShape& shape, int depth) {
         const ControlMesh& roots = surface_.roots();
-        const auto site = [&](const LatticePoint& p, int level) {
-            return canonical(roots, {cell, p, static_cast<std::uint8_t>(level)});
-        };
+        const Site middle = canonical(roots, {cell, shape.middle(depth), lattice_level(depth + 1)});
         std::array<DiamondBounds, 1> bounds;
-        if (depth < depth_) surface_.bounds(std::array{site(shape.middle(depth), lattice_level(depth + 1))}, bounds);
+        if (depth < depth_) surface_.bounds({&middle, 1}, bounds);
         if (depth == depth_ || !bounds[0].known) {
             known_ = std::min(known_, depth);
             const CellTriangle triangle = shape.in(cell, depth);
@@ -58,18 +56,11 @@ class RaySearch {
 
 }  // namespace
 
-bool Surface::is_ray(const Vec3d& origin, const Vec3d& direction, double farthest) {
-    constexpr double k_shortest = 1e-100, k_longest = 1e100;
-    const double length = glm::length(direction);
-    return std::isfinite(origin.x + origin.y + origin.z) && length >= k_shortest && length <= k_longest &&
-           !std::isnan(farthest);
-}
-
 std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     // A use keeps corners known: they are midpoints of larger triangles.
     const SurfaceUse use(*this);
-    if (!is_ray(origin, direction, farthest)) return {};
-    const detail::RayCast ray(origin, direction, farthest);
+    const detail::RayCast ray(origin, direction, farthest, roots().bounding_box().centre());
+    if (!ray.is_valid()) return {};
     RaySearch finest(*this, ray, max_depth());
     finest.search();
     if (finest.result() || finest.known_depth() == max_depth()) return finest.result();

@@ -50,28 +50,19 @@ struct Plane {
     Vec2d slopes{};
 };
 
-/// The ground over a square of the lattice: two of the finest triangles. Their common diagonal runs through the corners
-/// with two even or two odd coordinates.
-struct GroundSquare {
-    Vec3d nw, ne, sw, se;
-    bool falls;  ///< whether the diagonal runs from the north-west to the south-east
-
-    /// @param p         the north-west corner
-    /// @param position  returns the position of a lattice point
-    template <class Position>
-    GroundSquare(LatticePlace p, const Position& position)
-        : nw(position(p)),
-          ne(position(LatticePlace{p.x + 1, p.y})),
-          sw(position(LatticePlace{p.x, p.y + 1})),
-          se(position(LatticePlace{p.x + 1, p.y + 1})),
-          falls(((p.x ^ p.y) & 1) == 0) {}
-
-    lod::GroundPoint ground(const Vec2d& place) const;
-    /// Counter-clockwise from above.
-    std::array<std::array<Vec3d, 3>, 2> triangles() const {
-        return {{{nw, falls ? se : sw, ne}, {falls ? nw : ne, sw, se}}};
-    }
-};
+/// The two finest triangles over a square of the lattice, counter-clockwise from above. Their common diagonal runs
+/// through the corners with two even or two odd coordinates; it is the first side of the second triangle.
+using GroundSquare = std::array<std::array<Vec3d, 3>, 2>;
+/// @param p         the north-west corner
+/// @param position  returns the position of a lattice point
+template <class Position>
+GroundSquare ground_square(LatticePlace p, const Position& position) {
+    const Vec3d nw = position(p), ne = position(LatticePlace{p.x + 1, p.y}), sw = position(LatticePlace{p.x, p.y + 1}),
+                se = position(LatticePlace{p.x + 1, p.y + 1});
+    const bool falls = ((p.x ^ p.y) & 1) == 0;
+    return falls ? GroundSquare{{{nw, se, ne}, {se, nw, sw}}} : GroundSquare{{{nw, sw, ne}, {ne, sw, se}}};
+}
+lod::GroundPoint ground(const GroundSquare& square, const Vec2d& place);
 
 /// The common lattice of all roots over a height grid: x to the east, y to the south, 2^log_side steps to a root's
 /// side. Its lines are at samples, or between two adjacent samples, so that grids of any size work.

@@ -22,14 +22,6 @@ using detail::LatticeDiamond;
 
 constexpr int k_log_cell = 3;  // log2 of the steps of the finest cells with known heights
 
-/// Whether the lines `steps` to one side or the other of line `at` are a sample or more away from it.
-bool spans_samples(const std::vector<std::int32_t>& lines, std::int32_t at, std::int32_t steps) {
-    const auto place = [&](std::int32_t i) {
-        return lines[static_cast<std::size_t>(std::clamp(i, 0, static_cast<std::int32_t>(lines.size()) - 1))];
-    };
-    return std::max(place(at + steps) - place(at), place(at) - place(at - steps)) >= k_grid_unit;
-}
-
 }  // namespace
 
 TerrainSurface::TerrainSurface(HeightGrid grid, const RunContext& context) : grid_(std::move(grid)) {
@@ -101,9 +93,12 @@ void TerrainSurface::set_errors(const RunContext& context) {
         if (diamond.is_centre || diamond.step > 1)
             for (const auto& child : diamond.children())
                 if (lattice_.has(child)) worst = std::max(worst, int{code(child)});
-        const bool all_at_samples = diamond.step > 1 && spans_samples(lattice_.xs, x, diamond.step) &&
-                                    spans_samples(lattice_.ys, y, diamond.step);
-        double error = diamond.step > 1 ? exact_error(diamond) : 0;
+        const std::int32_t step = diamond.step;
+        const bool all_at_samples =
+            step > 1 &&
+            lattice_.column(std::min(x + step, last_x)) - lattice_.column(std::max(x - step, 0)) >= 2 * k_grid_unit &&
+            lattice_.row(std::min(y + step, last_y)) - lattice_.row(std::max(y - step, 0)) >= 2 * k_grid_unit;
+        double error = step > 1 ? exact_error(diamond) : 0;
         if (!all_at_samples) {
             // Squares of two steps have lines in their middles, and narrow strips more of them. This bounds the
             // distance from the finer triangles.
@@ -168,7 +163,7 @@ void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places
 std::optional<GroundPoint> TerrainSurface::at(const Vec2d& place) const {
     const auto corner = lattice_.square_at(place);
     if (!corner) return {};
-    return square(*corner).ground(place);
+    return detail::ground(square(*corner), place);
 }
 
 void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int32_t side, HeightRange range) const {
@@ -182,7 +177,7 @@ void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int3
         1e-9 * (std::abs(double{range.low}) + std::abs(double{range.high}) + grid_.spacing.x + grid_.spacing.y);
     if (!ray.enters(box.center, box.half_sides + room)) return;
     if (side == 1) {
-        for (const auto& [a, b, c] : square(corner).triangles()) ray.meet(a, b, c);
+        for (const auto& [a, b, c] : square(corner)) ray.meet(a, b, c);
         return;
     }
     const std::int32_t half = side / 2;
@@ -194,11 +189,8 @@ void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int3
 }
 
 std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
-    if (!is_ray(origin, direction, farthest)) return {};
-    detail::RayCast ray(origin, direction, farthest);
-    const DiamondBounds all =
-        lattice_.bounds({0, lattice_.last_x(), 0, lattice_.last_y()}, heights_.back().cells[0], 0);
-    ray.skip_to(all.center, 2.0 * all.half_sides + grid_.spacing.x);  // with a margin for rounding errors
+    detail::RayCast ray(origin, direction, farthest, roots_.bounding_box().centre());
+    if (!ray.is_valid()) return {};
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
     search(ray, {0, 0}, 1 << top, {});
     return ray.hit();

@@ -64,7 +64,7 @@ class TerrainSurface final : public Terrain {
     }
     std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
     detail::GroundSquare square(LatticePlace p) const {
-        return {p, [this](LatticePlace corner) { return position(corner); }};
+        return detail::ground_square(p, [this](LatticePlace corner) { return position(corner); });
     }
     void search(detail::RayCast& ray, LatticePlace corner, std::int32_t side, HeightRange range) const;
 

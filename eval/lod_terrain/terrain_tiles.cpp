@@ -103,8 +103,8 @@ class Writer {
           lattice_(frame_),
           layout_(lattice_, static_cast<std::int32_t>(options.side)),
           file_(path) {
-        if (layout_.tile_count() > std::numeric_limits<std::int32_t>::max())
-            throw Error(ErrorCode::unsupported, fmt::format("{} tiles; use larger ones", layout_.tile_count()), path);
+        if (layout_.tile_count > std::numeric_limits<std::int32_t>::max())
+            throw Error(ErrorCode::unsupported, fmt::format("{} tiles; use larger ones", layout_.tile_count), path);
     }
 
     void run() {
@@ -116,7 +116,7 @@ class Writer {
         header.checksum = header.sum();
         file_.write(0, std::as_bytes(std::span(&header, 1)));
         write_finest();
-        for (std::size_t k = 1; k < layout_.levels().size(); ++k) write_level(k);
+        for (std::size_t k = 1; k < layout_.levels.size(); ++k) write_level(k);
         options_.context.report("write", 1);
         file_.commit();
     }
@@ -127,8 +127,8 @@ class Writer {
     static constexpr int k_halvings = 2;
 
     void write_finest() {
-        const TileLayout::Level& level = layout_.levels()[0];
-        const std::int32_t side = layout_.side();
+        const TileLayout::Level& level = layout_.levels[0];
+        const std::int32_t side = layout_.side;
         for (std::int32_t row = 0; row < level.down; ++row) {
             options_.context.report("heights", 0.5 * row / level.down);
             const std::int32_t first = std::max(row * side - k_cell, 0),
@@ -146,7 +146,7 @@ class Writer {
     /// @param band  samples for the rows of the tile and of the cells around it
     void write_finest(std::uint64_t number, const HeightGrid& band) {
         Tile tile(layout_, number);
-        const TileLayout::Level& level = layout_.levels()[0];
+        const TileLayout::Level& level = layout_.levels[0];
         const auto vertex = [&](std::int32_t x, std::int32_t y) {
             return detail::sampled(band, lattice_.column(x), lattice_.row(y) - first_row_ * k_grid_unit);
         };
@@ -189,13 +189,11 @@ class Writer {
     }
 
     void write_level(std::size_t k) {
-        const TileLayout::Level& level = layout_.levels()[k];
+        const TileLayout::Level& level = layout_.levels[k];
         const auto tiles = static_cast<std::uint32_t>(level.across * level.down);
-        const double coarser = static_cast<double>(layout_.tile_count() - layout_.levels()[1].first_tile);
-        const auto done = [&](std::uint64_t tile) {
-            return 0.5 + 0.5 * static_cast<double>(tile - layout_.levels()[1].first_tile) / coarser;
-        };
-        for_each_reported(tiles, 1, options_.context, "levels", done(level.first_tile), done(level.first_tile + tiles),
+        // Each level has a quarter of the tiles of the level below.
+        const auto done = [](std::size_t levels) { return 1 - 2 * std::pow(0.25, levels); };
+        for_each_reported(tiles, 1, options_.context, "levels", done(k), done(k + 1),
                           [&](std::uint32_t i) { write_coarser(level.first_tile + i); });
     }
 
@@ -212,8 +210,8 @@ class Writer {
         const Block<TilePoint> fine = read_points(tile, halvings(tile));
         set_errors(tile, &points, &fine);
         const std::int32_t column = 2 * (own.x0 / k_cell), row = 2 * (own.y0 / k_cell),
-                           last = 2 * layout_.side() / k_cell + 1;
-        const auto cells = read<HeightRange>(k - 1, layout_.cells(), {column - 2, column + last, row - 2, row + last});
+                           last = 2 * layout_.side / k_cell + 1;
+        const auto cells = read<HeightRange>(k - 1, layout_.cells, {column - 2, column + last, row - 2, row + last});
         set_cells(tile, [&](std::int32_t cx, std::int32_t cy) {
             return detail::heights_over(
                 {2 * cx, std::min(2 * cx + 1, cells.x1), 2 * cy, std::min(2 * cy + 1, cells.y1)},
@@ -229,14 +227,14 @@ class Writer {
         const auto& [k, own] = tile.frame;
         const std::int32_t steps = 1 << halvings;
         return read<TilePoint>(
-            k - halvings, layout_.points(),
+            k - halvings, layout_.points,
             {(own.x0 - 1) * steps, (own.x1 + 1) * steps, (own.y0 - 1) * steps, (own.y1 + 1) * steps});
     }
 
     /// Reads the part of a rectangle that level k has, from all tiles under it.
     template <class Record>
     Block<Record> read(int k, const TileLayout::Array& array, const detail::GridRectangle& wanted) const {
-        const TileLayout::Level& level = layout_.levels()[k];
+        const TileLayout::Level& level = layout_.levels[k];
         Block<Record> block({std::max(wanted.x0, 0), std::min(wanted.x1, level.last_x >> array.shift),
                              std::max(wanted.y0, 0), std::min(wanted.y1, level.last_y >> array.shift)});
         std::span<Record> left(block.records);
@@ -286,7 +284,7 @@ class Writer {
         for (std::int32_t y = points.y0; y <= points.y1; ++y)
             for (std::int32_t x = points.x0 + (y % 2 == 0 ? 1 : 0); x <= points.x1; x += 2) set_error(x, y);
         // Centres of roots are there from the start.
-        if (k + 1 < std::ssize(layout_.levels()))
+        if (k + 1 < std::ssize(layout_.levels))
             for (std::int32_t y = points.y0 + 1; y <= points.y1; y += 2)
                 for (std::int32_t x = points.x0 + 1; x <= points.x1; x += 2) set_error(x, y);
     }
@@ -294,8 +292,8 @@ class Writer {
     template <class Cell>
     void set_cells(Tile& tile, const Cell& cell) const {
         const auto& [k, own] = tile.frame;
-        const TileLayout::Level& level = layout_.levels()[k];
-        const std::int32_t row = layout_.cells().row;
+        const TileLayout::Level& level = layout_.levels[k];
+        const std::int32_t row = layout_.cells.row;
         for (std::int32_t y = own.y0 / k_cell - 1; y < own.y0 / k_cell - 1 + row; ++y)
             for (std::int32_t x = own.x0 / k_cell - 1; x < own.x0 / k_cell - 1 + row; ++x) {
                 const bool is_there = x >= 0 && y >= 0 && x * k_cell < level.last_x && y * k_cell < level.last_y;

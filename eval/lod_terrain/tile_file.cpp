@@ -11,29 +11,29 @@
 
 namespace tetrakis::detail {
 
-TileLayout::TileLayout(const TerrainLattice& lattice, std::int32_t side) : side_(side) {
+TileLayout::TileLayout(const TerrainLattice& lattice, std::int32_t tile_side) : side(tile_side) {
     for (int k = 0; k < lattice.log_side; ++k) {
-        Level level{lattice.last_x() >> k, lattice.last_y() >> k, 0, 0, tile_count_};
+        Level level{lattice.last_x() >> k, lattice.last_y() >> k, 0, 0, tile_count};
         level.across = (level.last_x + side - 1) / side;
         level.down = (level.last_y + side - 1) / side;
-        tile_count_ += static_cast<std::uint64_t>(level.across) * static_cast<std::uint64_t>(level.down);
-        levels_.push_back(level);
+        tile_count += static_cast<std::uint64_t>(level.across) * static_cast<std::uint64_t>(level.down);
+        levels.push_back(level);
     }
     const auto bytes = [](const Array& array) {
         return array.record_bytes * static_cast<std::size_t>(array.row) * static_cast<std::size_t>(array.row);
     };
-    points_ = {0, sizeof(TilePoint), side + 1, 0, 0};
-    cells_ = {bytes(points_), sizeof(HeightRange), side / k_cell + 2, k_log_cell, 1};
-    tile_bytes_ = cells_.offset + bytes(cells_) + sizeof(std::uint64_t);
+    points = {0, sizeof(TilePoint), side + 1, 0, 0};
+    cells = {bytes(points), sizeof(HeightRange), side / k_cell + 2, k_log_cell, 1};
+    tile_bytes = cells.offset + bytes(cells) + sizeof(std::uint64_t);
 }
 
 TileLayout::Frame TileLayout::frame(std::uint64_t tile) const {
     int k = 0;
-    while (k + 1 < std::ssize(levels_) && levels_[k + 1].first_tile <= tile) ++k;
-    const Level& level = levels_[k];
+    while (k + 1 < std::ssize(levels) && levels[k + 1].first_tile <= tile) ++k;
+    const Level& level = levels[k];
     const auto number = static_cast<std::int32_t>(tile - level.first_tile);
-    const std::int32_t x = number % level.across * side_, y = number / level.across * side_;
-    return {k, {x, std::min(x + side_, level.last_x), y, std::min(y + side_, level.last_y)}};
+    const std::int32_t x = number % level.across * side, y = number / level.across * side;
+    return {k, {x, std::min(x + side, level.last_x), y, std::min(y + side, level.last_y)}};
 }
 
 namespace {

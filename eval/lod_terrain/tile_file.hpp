@@ -69,8 +69,7 @@ static_assert(sizeof(TileHeader) == 64);
 /// of 2^k, and the diamonds whose step is 2^k. A tile has: the points of side * side squares of its level, border
 /// points included; the lowest and highest heights of cells of 4 * 4 squares, with one more row of cells on each side;
 /// and a checksum.
-class TileLayout {
-  public:
+struct TileLayout {
     static constexpr int k_log_cell = 2;
     static constexpr std::int32_t k_cell = 1 << k_log_cell;
     struct Level {
@@ -99,44 +98,36 @@ class TileLayout {
     TileLayout() = default;
     TileLayout(const TerrainLattice& lattice, std::int32_t side);
 
-    std::int32_t side() const { return side_; }
-    const std::vector<Level>& levels() const { return levels_; }
-    std::uint64_t tile_count() const { return tile_count_; }
-    std::size_t tile_bytes() const { return tile_bytes_; }
-    const Array& points() const { return points_; }
-    const Array& cells() const { return cells_; }
+    std::int32_t side = 0;
+    std::vector<Level> levels;
+    std::uint64_t tile_count = 0;
+    std::size_t tile_bytes = 0;
+    Array points, cells;
 
     /// The tile of a level that owns the point.
     std::uint64_t tile(int level, std::int32_t x, std::int32_t y) const {
-        const Level& l = levels_[level];
-        const std::int32_t c = std::min(x / side_, l.across - 1), r = std::min(y / side_, l.down - 1);
+        const Level& l = levels[level];
+        const std::int32_t c = std::min(x / side, l.across - 1), r = std::min(y / side, l.down - 1);
         return l.first_tile + static_cast<std::uint64_t>(r) * static_cast<std::uint64_t>(l.across) +
                static_cast<std::uint64_t>(c);
     }
     Frame frame(std::uint64_t tile) const;
-    std::uint64_t offset(std::uint64_t tile) const { return sizeof(TileHeader) + tile * tile_bytes_; }
-    std::uint64_t file_bytes() const { return offset(tile_count_); }
-
-  private:
-    std::int32_t side_ = 0;
-    std::vector<Level> levels_;
-    std::uint64_t tile_count_ = 0;
-    std::size_t tile_bytes_ = 0;
-    Array points_, cells_;
+    std::uint64_t offset(std::uint64_t tile) const { return sizeof(TileHeader) + tile * tile_bytes; }
+    std::uint64_t file_bytes() const { return offset(tile_count); }
 };
 
 /// A tile's records. A layout must outlive its tiles.
 class Tile {
   public:
     Tile(const TileLayout& layout, std::uint64_t number)
-        : frame(layout.frame(number)), layout_(&layout), bytes_(layout.tile_bytes() / sizeof(std::uint64_t)) {}
+        : frame(layout.frame(number)), layout_(&layout), bytes_(layout.tile_bytes / sizeof(std::uint64_t)) {}
 
     TileLayout::Frame frame;
 
     std::span<std::byte> bytes() { return std::as_writable_bytes(std::span(bytes_)); }
     /// @param x, y  coordinates in its level
-    TilePoint& point(std::int32_t x, std::int32_t y) { return record<TilePoint>(layout_->points(), x, y); }
-    HeightRange& cell(std::int32_t x, std::int32_t y) { return record<HeightRange>(layout_->cells(), x, y); }
+    TilePoint& point(std::int32_t x, std::int32_t y) { return record<TilePoint>(layout_->points, x, y); }
+    HeightRange& cell(std::int32_t x, std::int32_t y) { return record<HeightRange>(layout_->cells, x, y); }
     /// By coordinates in the lattice.
     TilePoint& point(LatticePlace p) { return point(p.x >> frame.level, p.y >> frame.level); }
     /// Lowest and highest heights of all cells that overlap the open rectangle of the lattice.

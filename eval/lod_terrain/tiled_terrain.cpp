@@ -45,11 +45,7 @@ struct TiledTerrain::Impl {
     Impl(const std::filesystem::path& path, TiledTerrainOptions terrain_options)
         : options(std::move(terrain_options)), file(path, header) {
         const auto refuse = [&](ErrorCode code, const std::string& text) { throw Error(code, text, path); };
-        frame = {.columns = header.columns,
-                 .rows = header.rows,
-                 .heights = {},
-                 .spacing = header.spacing,
-                 .origin = header.origin};
+        frame = {header.columns, header.rows, {}, header.spacing, header.origin};
         try {
             detail::check_frame(frame);
         } catch (const Error& error) {
@@ -63,15 +59,15 @@ struct TiledTerrain::Impl {
             refuse(ErrorCode::invalid_input, fmt::format("the tile file has {} bytes, not {}: it is cut off or damaged",
                                                          bytes, layout.file_bytes()));
         // Levels of one tile always stay, and so does the coarsest level, which has the roots.
-        const auto& levels = layout.levels();
+        const auto& levels = layout.levels;
         std::size_t k = levels.size() - 1;
         while (k > 0 && levels[k - 1].across == 1 && levels[k - 1].down == 1) --k;
-        const std::uint64_t first_kept = levels[k].first_tile, kept = layout.tile_count() - first_kept,
-                            least = (kept + std::min(k_least_cached, first_kept) + 1) * layout.tile_bytes();
+        const std::uint64_t first_kept = levels[k].first_tile, kept = layout.tile_count - first_kept,
+                            least = (kept + std::min(k_least_cached, first_kept) + 1) * layout.tile_bytes;
         if (options.cache_bytes < least)
             refuse(ErrorCode::memory_limit,
                    fmt::format("a cache of {} bytes is too small; it needs {} at least", options.cache_bytes, least));
-        most_loaded = options.cache_bytes / layout.tile_bytes() - 1;  // the loader reads into another one
+        most_loaded = options.cache_bytes / layout.tile_bytes - 1;  // the loader reads into another one
         for (loaded = 0; loaded < kept; ++loaded) {
             const std::uint64_t number = first_kept + loaded;
             Tile& tile = tiles[number].tile.emplace(layout, number);
@@ -94,7 +90,7 @@ struct TiledTerrain::Impl {
     /// The tile of a level, by default the point's own, that has the point. Else nullptr, and the tile is requested.
     Tile* find(LatticePlace p, int level = 31) {
         level = std::min({level, std::countr_zero(static_cast<std::uint32_t>(p.x | p.y)),
-                          static_cast<int>(layout.levels().size()) - 1});
+                          static_cast<int>(layout.levels.size()) - 1});
         const auto [found, is_new] = tiles.try_emplace(layout.tile(level, p.x >> level, p.y >> level));
         Entry& entry = found->second;
         entry.use = std::max(entry.use, last_use);
@@ -250,7 +246,7 @@ std::optional<GroundPoint> TiledTerrain::at(const Vec2d& place) const {
     Tile* const tile = impl_->find(*corner, 0);
     if (tile != nullptr) {
         const auto known = [&](LatticePlace p) { return impl_->position(*tile, p); };
-        return detail::GroundSquare(*corner, known).ground(place);
+        return detail::ground(detail::ground_square(*corner, known), place);
     }
     // If the loader waits for room, this call counts as a use, since perhaps no view is updated.
     if (impl_->waits_for_use) {
@@ -278,7 +274,7 @@ TileStatistics TiledTerrain::statistics() const {
     const std::lock_guard lock(impl_->mutex);
     TileStatistics result = impl_->statistics;
     result.wanted = impl_->tiles.size() - impl_->loaded;
-    result.cached_bytes = (impl_->loaded + 1) * impl_->layout.tile_bytes();
+    result.cached_bytes = (impl_->loaded + 1) * impl_->layout.tile_bytes;
     return result;
 }
 void TiledTerrain::wait(std::uint64_t revision, std::chrono::milliseconds longest) const {

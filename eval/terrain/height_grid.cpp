@@ -73,12 +73,8 @@ HeightGrid from_source(HeightSource& source, const std::filesystem::path& path, 
 
 class GridSource final : public HeightSource {
   public:
-    explicit GridSource(std::shared_ptr<const HeightGrid> grid) : grid_(std::move(grid)) {
-        frame_.columns = grid_->columns;
-        frame_.rows = grid_->rows;
-        frame_.spacing = grid_->spacing;
-        frame_.origin = grid_->origin;
-    }
+    explicit GridSource(std::shared_ptr<const HeightGrid> grid)
+        : grid_(std::move(grid)), frame_{grid_->columns, grid_->rows, {}, grid_->spacing, grid_->origin} {}
     const HeightGrid& frame() const override { return frame_; }
     void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
         std::copy_n(grid_->heights.data() + std::size_t{first_row} * grid_->columns,
