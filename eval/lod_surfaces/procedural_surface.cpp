@@ -20,8 +20,6 @@ namespace tetrakis::lod {
 
 namespace {
 
-using detail::LatticeDiamond;
-
 /// A layer is the sum of a few waves.
 struct Wave {
     double height, phase;  // phase: in turns
@@ -160,7 +158,8 @@ void ProceduralSurface::places(std::span<const Site> sites, std::span<Place> pla
         place.position = place.on_edge = ground(at);
         const std::uint32_t n = 1u << site.level;
         if (site.at.x != site.at.y || (site.at.x != 0 && site.at.x != n)) {
-            const LatticeDiamond diamond({static_cast<std::int32_t>(site.at.x), static_cast<std::int32_t>(site.at.y)});
+            const detail::LatticeDiamond diamond(
+                {static_cast<std::int32_t>(site.at.x), static_cast<std::int32_t>(site.at.y)});
             const auto end = [&](const detail::LatticePlace& p) {
                 return ground(base(detail::on_flat_roots(roots_, site.root, std::ldexp(p.x, -site.level),
                                                          std::ldexp(p.y, -site.level))));

@@ -17,10 +17,8 @@ namespace {
 class RaySearch {
   public:
     RaySearch(const Surface& surface, const detail::RayCast& ray, int depth)
-        : surface_(surface), ray_(ray), depth_(depth), known_(depth) {}
-
-    void search() {
-        const ControlMesh& roots = surface_.roots();
+        : surface_(surface), ray_(ray), depth_(depth), known_(depth) {
+        const ControlMesh& roots = surface.roots();
         for (std::uint32_t h = 0; h < roots.halfedge_count(); ++h)
             if (!roots.is_hole(roots.face(HalfedgeId(h)))) search(HalfedgeId(h), BisectionShape::root(), 0);
     }
@@ -61,13 +59,10 @@ std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& directi
     const SurfaceUse use(*this);
     const detail::RayCast ray(origin, direction, farthest, roots().bounding_box().centre());
     if (!ray.is_valid()) return {};
-    RaySearch finest(*this, ray, max_depth());
-    finest.search();
+    const RaySearch finest(*this, ray, max_depth());
     if (finest.result() || finest.known_depth() == max_depth()) return finest.result();
     // The ray may have passed a gap beside a triangle of another depth. Triangles of one depth have no gaps.
-    RaySearch closed(*this, ray, finest.known_depth());
-    closed.search();
-    return closed.result();
+    return RaySearch(*this, ray, finest.known_depth()).result();
 }
 
 std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, std::uint64_t seed) {

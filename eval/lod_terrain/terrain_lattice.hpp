@@ -23,31 +23,31 @@ struct HeightRange {
         low = std::min(low, other.low);
         high = std::max(high, other.high);
     }
+    void add(float height) { add({height, height}); }
 };
 
 /// A rectangle of a lattice, or of any grid; borders included.
 struct GridRectangle {
     std::int32_t x0, x1, y0, y1;
 };
-/// The range of all heights in a rectangle. @param range_at  returns the range at (x, y)
-template <class RangeAt>
-HeightRange heights_over(const GridRectangle& rectangle, const RangeAt& range_at) {
+/// The range of all heights in a rectangle. @param at  returns the height, or a range of heights, at (x, y)
+template <class At>
+HeightRange heights_over(const GridRectangle& rectangle, const At& at) {
     HeightRange range;
     for (std::int32_t y = rectangle.y0; y <= rectangle.y1; ++y)
-        for (std::int32_t x = rectangle.x0; x <= rectangle.x1; ++x) range.add(range_at(x, y));
+        for (std::int32_t x = rectangle.x0; x <= rectangle.x1; ++x) range.add(at(x, y));
     return range;
 }
 
 /// A linear height function over the ground.
 struct Plane {
-    Plane() = default;
     Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : at_a(a) {
         const Vec3d across = glm::cross(b - a, c - a);
         slopes = Vec2d(across) / -across.z;
     }
     double above(const Vec3d& p) const { return p.z - at_a.z - glm::dot(slopes, Vec2d(p - at_a)); }
-    Vec3d at_a{};
-    Vec2d slopes{};
+    Vec3d at_a;
+    Vec2d slopes;
 };
 
 /// The two finest triangles over a square of the lattice, counter-clockwise from above. Their common diagonal runs
@@ -90,10 +90,9 @@ struct TerrainLattice {
     /// @param position  returns the position of a lattice point
     template <class Position>
     lod::Place vertex(LatticePlace p, const Vec3d& normal, const Position& position) const {
-        lod::Place place{
-            .position = position(p),
-            .normal = normal,
-            .uv = {in_samples(column(p.x)) / in_samples(xs.back()), in_samples(row(p.y)) / in_samples(ys.back())}};
+        lod::Place place{.position = position(p),
+                         .normal = normal,
+                         .uv = {double(column(p.x)) / xs.back(), double(row(p.y)) / ys.back()}};
         place.on_edge = place.position;
         if (is_fixed(p)) return place;
         // The edge's point that is nearest in plan.

@@ -3,7 +3,6 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../lod_surfaces/ray_cast.hpp"
-#include "../terrain/grid_triangle.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -15,8 +14,6 @@ namespace tetrakis::lod {
 
 namespace {
 
-using detail::GridTriangle;
-using detail::GridVertex;
 using detail::k_grid_unit;
 using detail::LatticeDiamond;
 
@@ -58,11 +55,8 @@ void TerrainSurface::set_heights() {
             const auto rows = samples(lattice_.ys, static_cast<std::int32_t>(r));
             for (std::int32_t c = 0; c < finest.columns; ++c) {
                 const auto columns = samples(lattice_.xs, c);
-                finest.cells[r * static_cast<std::size_t>(finest.columns) + c] =
-                    detail::heights_over({columns[0], columns[1], rows[0], rows[1]}, [&](auto x, auto y) {
-                        const float height = grid_.at(x, y);
-                        return HeightRange{height, height};
-                    });
+                finest.cells[r * static_cast<std::size_t>(finest.columns) + c] = detail::heights_over(
+                    {columns[0], columns[1], rows[0], rows[1]}, [&](auto x, auto y) { return grid_.at(x, y); });
             }
         },
         4);
@@ -92,7 +86,7 @@ void TerrainSurface::set_errors(const RunContext& context) {
         int worst = 0;
         if (diamond.is_centre || diamond.step > 1)
             for (const auto& child : diamond.children())
-                if (lattice_.has(child)) worst = std::max(worst, int{code(child)});
+                if (lattice_.has(child)) worst = std::max(worst, int{codes_[code_index(child)]});
         const std::int32_t step = diamond.step;
         const bool all_at_samples =
             step > 1 &&
@@ -127,18 +121,13 @@ void TerrainSurface::set_errors(const RunContext& context) {
 }
 
 double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
-    const auto vertex = [&](LatticePlace p) { return detail::sampled(grid_, lattice_.column(p.x), lattice_.row(p.y)); };
-    const GridVertex a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]);
     double error = 0;
     for (const LatticePlace& apex : diamond.apexes)
         if (lattice_.has(apex))
-            error = std::max(error,
-                             GridTriangle(grid_, {a, b, vertex(apex)}).error(std::numeric_limits<double>::infinity()));
+            error = std::max(
+                error, detail::GridTriangle(grid_, {vertex(diamond.ends[0]), vertex(diamond.ends[1]), vertex(apex)})
+                           .error(std::numeric_limits<double>::infinity()));
     return error;
-}
-
-double TerrainSurface::height(LatticePlace p) const {
-    return double{detail::sampled(grid_, lattice_.column(p.x), lattice_.row(p.y)).z};
 }
 
 void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places) const {

@@ -163,10 +163,7 @@ class Writer {
         set_cells(tile, [&](std::int32_t cx, std::int32_t cy) {
             return detail::heights_over({cx * k_cell, std::min((cx + 1) * k_cell, level.last_x), cy * k_cell,
                                          std::min((cy + 1) * k_cell, level.last_y)},
-                                        [&](std::int32_t x, std::int32_t y) {
-                                            const float height = vertex(x, y).z;
-                                            return HeightRange{height, height};
-                                        });
+                                        [&](std::int32_t x, std::int32_t y) { return vertex(x, y).z; });
         });
         write(tile, number);
     }
