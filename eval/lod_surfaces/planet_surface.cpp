@@ -9,7 +9,6 @@
 #include <cmath>
 #include <iterator>
 #include <span>
-#include <vector>
 
 namespace tetrakis::lod {
 

@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../lod_surfaces/ray_cast.hpp"
+#include "../terrain/grid_triangle.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -121,6 +122,7 @@ void TerrainSurface::set_errors(const RunContext& context) {
 }
 
 double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
+    const auto vertex = [&](LatticePlace p) { return detail::sampled(grid_, lattice_.column(p.x), lattice_.row(p.y)); };
     double error = 0;
     for (const LatticePlace& apex : diamond.apexes)
         if (lattice_.has(apex))
@@ -128,6 +130,10 @@ double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
                 error, detail::GridTriangle(grid_, {vertex(diamond.ends[0]), vertex(diamond.ends[1]), vertex(apex)})
                            .error(std::numeric_limits<double>::infinity()));
     return error;
+}
+
+double TerrainSurface::height(LatticePlace p) const {
+    return double{detail::sampled(grid_, lattice_.column(p.x), lattice_.row(p.y)).z};
 }
 
 void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places) const {

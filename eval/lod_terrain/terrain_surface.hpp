@@ -4,7 +4,7 @@
 #include "../lod_surfaces/byte_lengths.hpp"
 #include "../lod_surfaces/lattice_diamond.hpp"
 #include "../lod_surfaces/surface.hpp"
-#include "../terrain/grid_triangle.hpp"
+#include "../terrain/height_grid.hpp"
 #include "terrain_lattice.hpp"
 
 #include <cstddef>
@@ -57,10 +57,7 @@ class TerrainSurface final : public Terrain {
     void set_heights();
     void set_errors(const RunContext& context);
     double exact_error(const detail::LatticeDiamond& diamond) const;
-    detail::GridVertex vertex(LatticePlace p) const {
-        return detail::sampled(grid_, lattice_.column(p.x), lattice_.row(p.y));
-    }
-    double height(LatticePlace p) const { return double{vertex(p).z}; }
+    double height(LatticePlace p) const;
     Vec3d position(LatticePlace p) const { return lattice_.position(p, height(p)); }
     std::size_t code_index(LatticePlace p) const {
         return static_cast<std::size_t>(p.y) * lattice_.xs.size() + static_cast<std::size_t>(p.x);
