@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "../terrain/height_grid.hpp"
+#include "../surface/local_frame.hpp"
 #include "terrain_lattice.hpp"
 
 #include <algorithm>
@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,9 +23,7 @@ struct TilePoint {
 
     /// Stores a float without its sign and its lowest 19 bits, rounded up by at most a sixteenth.
     void set_error(double error) {
-        auto above = static_cast<float>(error);
-        if (double{above} < error) above = std::nextafter(above, std::numeric_limits<float>::infinity());
-        packed = (packed & ~0xFFFu) | (std::bit_cast<std::uint32_t>(above) + k_rest) >> k_digits;
+        packed = (packed & ~0xFFFu) | (std::bit_cast<std::uint32_t>(round_up(error)) + k_rest) >> k_digits;
     }
     double error() const { return double{std::bit_cast<float>((packed & 0xFFFu) << k_digits)}; }
 
