@@ -51,7 +51,7 @@ class DirtySlots {
         first_ = words_.size();
         last_ = 0;
         while (ranges.size() > most) {
-            gap *= 2;
+            gap += gap / 8 + 1;
             for (const lod::Update::Range& range : std::exchange(ranges, {})) append(range);
         }
     }
