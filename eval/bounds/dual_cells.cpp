@@ -115,15 +115,15 @@ void DualCells::collect(const VertexCell& cell, int levels, std::vector<VertexCe
     }
 }
 
-void DualCells::find(std::span<const VertexCell> leaves, const std::function<void(double)>& report) {
+void DualCells::find(std::span<const VertexCell> leaves, const std::function<void(double)>& tell, int levels) {
     constexpr std::size_t k_block = 1u << 13;  // cells between two reports
     std::vector<VertexCell> wanted, cells, each;
-    for (const VertexCell& leaf : leaves) collect(leaf, k_hull_levels, wanted);
+    for (const VertexCell& leaf : leaves) collect(leaf, levels, wanted);
     std::sort(wanted.begin(), wanted.end());
     wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
     std::vector<Vec3d> found;
     for (std::size_t begin = 0; begin < wanted.size(); begin += k_block) {
-        report(static_cast<double>(begin) / static_cast<double>(wanted.size()));
+        tell(static_cast<double>(begin) / static_cast<double>(wanted.size()));
         const auto some = std::span(wanted).subspan(begin, std::min(k_block, wanted.size() - begin));
         each.clear();
         for (const VertexCell& cell : some) {

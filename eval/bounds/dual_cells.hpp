@@ -43,7 +43,7 @@ class DualCells {
     Vec2d vertex(const VertexCell& cell) const;
 
     /// Finds the control points that visit() needs of these leaves.
-    void find(std::span<const VertexCell> leaves, const std::function<void(double)>& report);
+    void find(std::span<const VertexCell> leaves, const std::function<void(double)>& tell, int levels = k_hull_levels);
     /// Visits the parts of the surface over a piece of a leaf.
     /// @param on_net   called with (net, piece) for each part in a regular cell
     /// @param on_hull  called with (points) for the rest: the surface is in their convex hull

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -34,43 +35,31 @@ class DirtySlots {
     }
     /// Those below `slots` in at most so many ranges, between which the gaps are the largest; none is dirty afterwards.
     void take_ranges(std::uint32_t slots, std::uint32_t most, std::vector<lod::Update::Range>& ranges) {
-        // A gap of a few slots costs less than another range.
-        constexpr std::uint32_t k_gap = 3;
+        std::uint32_t gap = 3;  // of a few slots, which cost less than another range
+        const auto append = [&](const lod::Update::Range& range) {
+            if (!ranges.empty() && range.first <= ranges.back().first + ranges.back().count + gap)
+                ranges.back().count = range.first + range.count - ranges.back().first;
+            else
+                ranges.push_back(range);
+        };
         ranges.clear();
         for_each([&](std::uint32_t slot) {
-            if (slot >= slots) return;
-            if (!ranges.empty() && slot <= ranges.back().first + ranges.back().count + k_gap)
-                ranges.back().count = slot + 1 - ranges.back().first;
-            else
-                ranges.push_back({slot, 1});
+            if (slot < slots) append({slot, 1});
         });
         std::fill(words_.begin() + static_cast<std::ptrdiff_t>(std::min(first_, last_)),
                   words_.begin() + static_cast<std::ptrdiff_t>(last_), 0);
         first_ = words_.size();
         last_ = 0;
-        if (ranges.size() <= most) return;
-        const auto gap = [&](std::size_t i) { return ranges[i].first - ranges[i - 1].first - ranges[i - 1].count; };
-        gaps_.clear();
-        for (std::size_t i = 1; i < ranges.size(); ++i) gaps_.push_back(gap(i));
-        const std::size_t joined = ranges.size() - most;  // gaps to close, and others as small as the largest of them
-        std::nth_element(gaps_.begin(), gaps_.begin() + static_cast<std::ptrdiff_t>(joined - 1), gaps_.end());
-        const std::uint32_t limit = gaps_[joined - 1];
-        std::size_t kept = 0;
-        for (std::size_t i = 1; i < ranges.size(); ++i) {
-            const std::uint32_t between = ranges[i].first - ranges[kept].first - ranges[kept].count;
-            if (between <= limit)
-                ranges[kept].count = ranges[i].first + ranges[i].count - ranges[kept].first;
-            else
-                ranges[++kept] = ranges[i];
+        while (ranges.size() > most) {
+            gap += gap / 8 + 1;
+            for (const lod::Update::Range& range : std::exchange(ranges, {})) append(range);
         }
-        ranges.resize(kept + 1);
     }
     std::uint64_t memory_bytes() const { return words_.capacity() * sizeof(std::uint64_t); }
 
   private:
     std::vector<std::uint64_t> words_;
     std::size_t first_ = 0, last_ = 0;  // words that may hold marks
-    std::vector<std::uint32_t> gaps_;
 };
 
 /// A unit vector as two numbers (Meyer et al. 2010): 32767 is 1.

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -18,9 +17,8 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Levels after which the cells around a point where a crease ends stand for that point: each level halves their
-/// distance from it.
-constexpr int k_to_an_end = 12;
+/// Levels after which the cells around a point stand for that point: each level halves their distance from it.
+constexpr int k_to_a_point = 12;
 
 }  // namespace
 
@@ -91,6 +89,7 @@ DualLimits::DualLimits(const ControlMesh& control, const SchemeInfo& scheme, con
       level_(level + 1),
       midedge_(scheme.pieces == SurfacePieces::quadratic_box),
       source_(row_points(control, scheme, rules, &roots_, context, false)),
+      to_a_point_(std::min(k_to_a_point, source_->max_level() - 1 - level_)),
       cells_(*source_, roots_) {}
 
 VertexRoots::Corner DualLimits::corner(const Site& site) const {
@@ -121,11 +120,10 @@ void DualLimits::points(std::span<const Corner> corners, std::span<Vec3d> positi
         for (const Corner& c : fan.corners) {
             VertexCell cell = c.cell;
             if (!stays) {
-                const int down = std::min(k_to_an_end, source_->max_level() - 1 - level_);
-                const std::uint32_t last = (1u << down) - 1;
-                cell.level = static_cast<std::uint8_t>(cell.level + down);
-                cell.at.x = (cell.at.x << down) + (c.corner == 1 || c.corner == 2 ? last : 0);
-                cell.at.y = (cell.at.y << down) + (c.corner >= 2 ? last : 0);
+                const std::uint32_t last = (1u << to_a_point_) - 1;
+                cell.level = static_cast<std::uint8_t>(cell.level + to_a_point_);
+                cell.at.x = (cell.at.x << to_a_point_) + (c.corner == 1 || c.corner == 2 ? last : 0);
+                cell.at.y = (cell.at.y << to_a_point_) + (c.corner >= 2 ? last : 0);
             }
             around.push_back(cell);
         }
@@ -171,7 +169,8 @@ void DualLimits::bound(std::span<const CellTriangle> triangles, std::span<double
         pieces.push_back(piece);
     }
     DualCells cells = cells_;
-    cells.find(squares, [](double) {});
+    cells.find(
+        squares, [](double) {}, to_a_point_);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
         double error = 0;
         const auto corner_at = [&](std::size_t k) {
@@ -193,50 +192,9 @@ void DualLimits::bound(std::span<const CellTriangle> triangles, std::span<double
                     error = std::max(error, distance(polynomial.points()));
                 });
             },
-            [&](std::span<const Vec3d> hull) {
-                error = std::max(error, std::min(distance(hull), hull_error(cells, squares[t], hull)));
-            });
+            [&](std::span<const Vec3d> hull) { error = std::max(error, distance(hull)); }, to_a_point_);
         errors[t] = error;
     }
-}
-
-/// Bound on the distance of a hull around an extraordinary point from the triangles around that point. Over a plane
-/// through the point, heights of the triangles are linear along rays from it.
-double DualLimits::hull_error(const DualCells& cells, const VertexCell& cell, std::span<const Vec3d> hull) const {
-    constexpr double k_none = std::numeric_limits<double>::infinity();
-    int k = 0;
-    while (k < 3 && cells.point(cell, k) == DualCells::k_none) ++k;
-    const VertexRoots::Fan fan = roots_.fan({cell, k});
-    if (!fan.is_face()) return k_none;
-    std::vector<Corner> corners{{cell, k}};
-    for (const Corner& c : fan.corners)
-        for (const int ahead : {1, 2}) corners.push_back({c.cell, (c.corner + ahead) % 4});
-    std::vector<Vec3d> at(corners.size());
-    points(corners, at, {});
-    const Vec3d centre = at[0];
-    const auto ring = std::span(at).subspan(1);
-    for (Vec3d& p : ring) p -= centre;
-    Vec3d sum(0);
-    for (std::size_t i = 0; i < ring.size(); ++i) sum += glm::cross(ring[i], ring[(i + 1) % ring.size()]);
-    const Vec3d normal = unit_or_zero(sum);
-    double reach = k_none, low = 0, high = 0;  // of the triangles, in the plane and over it
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-        const Vec3d &a = ring[i], &b = ring[(i + 1) % ring.size()], side = b - a;
-        const double up = glm::dot(side, normal);
-        reach = std::min(reach, glm::dot(glm::cross(a, b), normal) / std::sqrt(glm::dot(side, side) - up * up));
-        low = std::min(low, glm::dot(a, normal));
-        high = std::max(high, glm::dot(a, normal));
-    }
-    double away = 0, lowest = 0, highest = 0;  // of the hull
-    for (const Vec3d& p : hull) {
-        const double up = glm::dot(p - centre, normal);
-        away = std::max(away, glm::length(p - centre - up * normal));
-        lowest = std::min(lowest, up);
-        highest = std::max(highest, up);
-    }
-    if (!(away < reach)) return k_none;  // the hull reaches beyond them, or they do not go around once
-    const double share = away / reach;
-    return std::max(highest - share * low, share * high - lowest);
 }
 
 }  // namespace tetrakis::detail

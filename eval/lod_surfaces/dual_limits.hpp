@@ -47,12 +47,12 @@ class DualLimits final : public LatticeLimits {
     /// A point of the lattice as a corner of a cell of its finest squares.
     Corner corner(const Site& site) const;
     void points(std::span<const Corner> corners, std::span<Vec3d> positions, std::span<Vec3d> normals) const;
-    double hull_error(const DualCells& cells, const VertexCell& cell, std::span<const Vec3d> hull) const;
 
     VertexRoots roots_;
     int level_;  // of the cells that are the finest squares
     bool midedge_;
     std::shared_ptr<const LevelSource> source_;
+    int to_a_point_;   // levels that a descent to a point takes
     DualCells cells_;  // empty; bound() calls find() of a copy
 };
 

@@ -7,9 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
-#include <utility>
-#include <vector>
 
 namespace tetrakis::lod {
 
@@ -18,7 +17,7 @@ namespace {
 constexpr int k_finest_level = 12;  // unless it is asked for
 
 /// Radians between samples where they are nearest to each other.
-double step_of(const std::vector<HeightGrid>& grids) {
+double step_of(std::span<const HeightGrid> grids) {
     for (const HeightGrid& grid : grids) {
         detail::check_surface(grid);
         if (grids.size() == 1) break;
@@ -33,7 +32,7 @@ double step_of(const std::vector<HeightGrid>& grids) {
                              : 2.0 / (grids[0].columns - 1);
 }
 
-int level_of(const std::vector<HeightGrid>& grids, const PlanetOptions& options) {
+int level_of(std::span<const HeightGrid> grids, const PlanetOptions& options) {
     if (!(options.radius >= detail::k_smallest_radius && options.radius <= detail::k_largest_radius))
         throw Error(ErrorCode::invalid_input,
                     fmt::format("a planet's radius of {}; it has to be from {} to {}", options.radius,
@@ -56,21 +55,17 @@ double between_samples(const HeightGrid& grid, double x, double y, bool is_close
     return std::lerp(along(north), along(north + 1), y - north);
 }
 
-std::vector<HeightGrid> list(std::span<HeightGrid> grids) {
-    return {std::make_move_iterator(grids.begin()), std::make_move_iterator(grids.end())};
-}
-
 }  // namespace
 
 PlanetSurface::PlanetSurface(HeightGrid longitudes_latitudes, const PlanetOptions& options)
-    : PlanetSurface(list({&longitudes_latitudes, 1}), options) {}
+    : PlanetSurface(std::span(&longitudes_latitudes, 1), options) {}
 
 PlanetSurface::PlanetSurface(std::array<HeightGrid, 6> faces, const PlanetOptions& options)
-    : PlanetSurface(list(faces), options) {}
+    : PlanetSurface(std::span(faces), options) {}
 
-PlanetSurface::PlanetSurface(std::vector<HeightGrid> grids, const PlanetOptions& options)
+PlanetSurface::PlanetSurface(std::span<HeightGrid> grids, const PlanetOptions& options)
     : SampledSurface(detail::cube_roots(options.radius), level_of(grids, options)),
-      grids_(std::move(grids)),
+      grids_(std::make_move_iterator(grids.begin()), std::make_move_iterator(grids.end())),
       radius_(options.radius),
       step_(step_of(grids_)) {
     for (const HeightGrid& grid : grids_)

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace tetrakis::lod {
 
@@ -40,7 +41,7 @@ class PlanetSurface final : public SampledSurface {
     std::uint64_t memory_bytes() const override;
 
   private:
-    PlanetSurface(std::vector<HeightGrid> grids, const PlanetOptions& options);
+    PlanetSurface(std::span<HeightGrid> grids, const PlanetOptions& options);
     void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override;
     void shade(std::span<const Site> sites, std::span<Place> places) const override;
     Vec3d direction(const Site& site) const;

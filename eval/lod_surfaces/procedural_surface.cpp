@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -19,8 +18,6 @@
 namespace tetrakis::lod {
 
 namespace {
-
-using detail::LatticeDiamond;
 
 /// A layer is the sum of a few waves.
 struct Wave {
@@ -160,14 +157,14 @@ void ProceduralSurface::places(std::span<const Site> sites, std::span<Place> pla
         place.position = place.on_edge = ground(at);
         const std::uint32_t n = 1u << site.level;
         if (site.at.x != site.at.y || (site.at.x != 0 && site.at.x != n)) {
-            const LatticeDiamond diamond({static_cast<std::int32_t>(site.at.x), static_cast<std::int32_t>(site.at.y)});
-            std::array<Vec3d, 2> ends;
-            for (std::size_t k = 0; k < 2; ++k)
-                ends[k] =
-                    ground(base(detail::on_flat_roots(roots_, site.root, std::ldexp(diamond.ends[k].x, -site.level),
-                                                      std::ldexp(diamond.ends[k].y, -site.level))));
-            const Vec3d along = ends[1] - ends[0];
-            place.on_edge = ends[0] + detail::nearest_on_segment(along, place.position - ends[0]) * along;
+            const detail::LatticeDiamond diamond(
+                {static_cast<std::int32_t>(site.at.x), static_cast<std::int32_t>(site.at.y)});
+            const auto end = [&](const detail::LatticePlace& p) {
+                return ground(base(detail::on_flat_roots(roots_, site.root, std::ldexp(p.x, -site.level),
+                                                         std::ldexp(p.y, -site.level))));
+            };
+            const Vec3d start = end(diamond.ends[0]), along = end(diamond.ends[1]) - start;
+            place.on_edge = start + detail::nearest_on_segment(along, place.position - start) * along;
         }
         const Vec3d x = glm::normalize(glm::cross(std::abs(z.x) < 0.9 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0), z)),
                     y = glm::cross(z, x);

@@ -77,6 +77,12 @@ Site SampledSurface::site_at(HalfedgeId cell, std::int64_t x, std::int64_t y) co
     return roots_.is_hole(roots_.face(site.root)) ? Site{} : site;
 }
 
+Vec3d SampledSurface::position(const Site& site) const {
+    Vec3d position;
+    positions({&site, 1}, {&position, 1});
+    return position;
+}
+
 std::vector<Site> SampledSurface::sites_of(HalfedgeId cell) const {
     const std::uint32_t n = 1u << level_;
     std::vector<Site> sites;
@@ -206,18 +212,12 @@ void SampledSurface::nest(HalfedgeId cell, std::int32_t step, bool centres) {
         if (step == n) {
             // measure_cell() left out the roots, as their points are in two cells. A root's error is at most the error
             // of its halves plus their distance from the root.
-            const std::array<Site, 3> ends{site, site_at(cell, diamond.ends[0].x, diamond.ends[0].y),
-                                           site_at(cell, diamond.ends[1].x, diamond.ends[1].y)};
-            std::array<Vec3d, 3> p;
-            positions(ends, p);
-            own = error + glm::length(p[0] - 0.5 * (p[1] + p[2]));
-            for (const LatticePlace& child : diamond.children()) {
-                const std::array below{site_at(cell, child.x, child.y)};
-                if (!below[0].root.valid()) continue;
-                std::array<Vec3d, 1> q;
-                positions(below, q);
-                way = std::max(way, glm::length(q[0] - p[0]));
-            }
+            const auto point = [&](const LatticePlace& p) { return position(site_at(cell, p.x, p.y)); };
+            const Vec3d middle = position(site);
+            own = error + glm::length(middle - 0.5 * (point(diamond.ends[0]) + point(diamond.ends[1])));
+            for (const LatticePlace& child : diamond.children())
+                if (site_at(cell, child.x, child.y).root.valid())
+                    way = std::max(way, glm::length(point(child) - middle));
         }
         errors_[at] = lengths_.code(std::max(own, k_error_ratio * error));
         radii_[at] = lengths_.code(way + reach);
@@ -232,19 +232,12 @@ void SampledSurface::places(std::span<const Site> sites, std::span<Place> places
         const int shift = level_ - sites[i].level;
         const auto x = static_cast<std::int32_t>(sites[i].at.x << shift),
                    y = static_cast<std::int32_t>(sites[i].at.y << shift);
-        std::array<Site, 3> around{sites[i], {}, {}};
-        std::array<Vec3d, 3> p;
-        const bool fixed = (x == 0 && y == 0) || (x == n && y == n);
-        if (!fixed) {
-            const LatticeDiamond diamond({x, y});
-            for (std::size_t k = 0; k < 2; ++k)
-                around[k + 1] = site_at(sites[i].root, diamond.ends[k].x, diamond.ends[k].y);
-        }
-        positions(std::span(around).first(fixed ? 1 : 3), std::span(p).first(fixed ? 1 : 3));
-        places[i].position = places[i].on_edge = p[0];
-        if (fixed) continue;
-        const Vec3d along = p[2] - p[1];
-        places[i].on_edge = p[1] + detail::nearest_on_segment(along, p[0] - p[1]) * along;
+        places[i].position = places[i].on_edge = position(sites[i]);
+        if ((x == 0 && y == 0) || (x == n && y == n)) continue;
+        const auto end = [&](const LatticePlace& p) { return position(site_at(sites[i].root, p.x, p.y)); };
+        const LatticeDiamond diamond({x, y});
+        const Vec3d start = end(diamond.ends[0]), along = end(diamond.ends[1]) - start;
+        places[i].on_edge = start + detail::nearest_on_segment(along, places[i].position - start) * along;
     }
     shade(sites, places);
 }
@@ -254,10 +247,6 @@ void SampledSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     std::array<Vec3d, k_batch> centers;
     for (std::size_t begin = 0; begin < sites.size(); begin += k_batch) {
         const std::span batch = sites.subspan(begin, std::min(k_batch, sites.size() - begin));
-        for (const Site& site : batch) {
-            __builtin_prefetch(errors_.data() + index(site));
-            __builtin_prefetch(radii_.data() + index(site));
-        }
         positions(batch, std::span(centers).first(batch.size()));
         for (std::size_t i = 0; i < batch.size(); ++i) {
             const std::size_t at = index(batch[i]);

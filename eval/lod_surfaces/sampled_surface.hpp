@@ -66,6 +66,7 @@ class SampledSurface : public Surface {
     std::vector<Site> sites_of(HalfedgeId cell) const;
 
   private:
+    Vec3d position(const Site& site) const;
     void measure_cell(HalfedgeId cell);
     void nest(HalfedgeId cell, std::int32_t step, bool centres);
 

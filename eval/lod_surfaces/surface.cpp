@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <random>
 
 namespace tetrakis::lod {
@@ -17,10 +16,8 @@ namespace {
 class RaySearch {
   public:
     RaySearch(const Surface& surface, const detail::RayCast& ray, int depth)
-        : surface_(surface), ray_(ray), depth_(depth), known_(depth) {}
-
-    void search() {
-        const ControlMesh& roots = surface_.roots();
+        : surface_(surface), ray_(ray), depth_(depth), known_(depth) {
+        const ControlMesh& roots = surface.roots();
         for (std::uint32_t h = 0; h < roots.halfedge_count(); ++h)
             if (!roots.is_hole(roots.face(HalfedgeId(h)))) search(HalfedgeId(h), BisectionShape::root(), 0);
     }
@@ -31,11 +28,9 @@ class RaySearch {
   private:
     void search(HalfedgeId cell, const BisectionShape& shape, int depth) {
         const ControlMesh& roots = surface_.roots();
-        const auto site = [&](const LatticePoint& p, int level) {
-            return canonical(roots, {cell, p, static_cast<std::uint8_t>(level)});
-        };
+        const Site middle = canonical(roots, {cell, shape.middle(depth), lattice_level(depth + 1)});
         std::array<DiamondBounds, 1> bounds;
-        if (depth < depth_) surface_.bounds(std::array{site(shape.middle(depth), lattice_level(depth + 1))}, bounds);
+        if (depth < depth_) surface_.bounds({&middle, 1}, bounds);
         if (depth == depth_ || !bounds[0].known) {
             known_ = std::min(known_, depth);
             const CellTriangle triangle = shape.in(cell, depth);
@@ -58,45 +53,28 @@ class RaySearch {
 
 }  // namespace
 
-bool Surface::is_ray(const Vec3d& origin, const Vec3d& direction, double farthest) {
-    constexpr double k_shortest = 1e-100, k_longest = 1e100;
-    const double length = glm::length(direction);
-    return std::isfinite(origin.x + origin.y + origin.z) && length >= k_shortest && length <= k_longest &&
-           !std::isnan(farthest);
-}
-
 std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     // A use keeps corners known: they are midpoints of larger triangles.
     const SurfaceUse use(*this);
-    if (!is_ray(origin, direction, farthest)) return {};
-    const detail::RayCast ray(origin, direction, farthest);
-    RaySearch finest(*this, ray, max_depth());
-    finest.search();
+    const detail::RayCast ray(origin, direction, farthest, roots().bounding_box().centre());
+    if (!ray.is_valid()) return {};
+    const RaySearch finest(*this, ray, max_depth());
     if (finest.result() || finest.known_depth() == max_depth()) return finest.result();
     // The ray may have passed a gap beside a triangle of another depth. Triangles of one depth have no gaps.
-    RaySearch closed(*this, ray, finest.known_depth());
-    closed.search();
-    return closed.result();
+    return RaySearch(*this, ray, finest.known_depth()).result();
 }
 
 std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, std::uint64_t seed) {
     const ControlMesh& roots = surface.roots();
-    const int level = surface.max_depth() / 2;
     std::vector<HalfedgeId> cells;
     for (std::uint32_t h = 0; h < roots.halfedge_count(); ++h)
         if (!roots.is_hole(roots.face(HalfedgeId(h)))) cells.push_back(HalfedgeId(h));
     std::mt19937_64 random(seed);
     std::vector<Site> sites;
     for (std::uint32_t i = 0; i < count && !cells.empty(); ++i) {
-        const auto up_to_side = [&] {
-            return static_cast<std::uint32_t>(random() % ((std::uint64_t{1} << level) + 1));
-        };
-        const HalfedgeId cell = cells[random() % cells.size()];
-        const std::uint32_t x = up_to_side();
-        std::uint32_t y = up_to_side();
-        // At even depths only every other lattice point is a corner of a triangle.
-        if (surface.max_depth() % 2 == 0 && (x + y) % 2 != 0) y = y > 0 ? y - 1 : 1;
-        sites.push_back(canonical(roots, {cell, {x, y}, static_cast<std::uint8_t>(level)}));
+        const HalfedgeId root = cells[random() % cells.size()];
+        const std::uint64_t path = random() % (std::uint64_t{1} << surface.max_depth());
+        sites.push_back(corner_site(roots, cell_triangle(roots, root, surface.max_depth(), path), random() % 3));
     }
     std::vector<Place> places(sites.size());
     surface.places(sites, places);

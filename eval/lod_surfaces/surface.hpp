@@ -80,16 +80,6 @@ class Surface {
     /// Begins a use. A midpoint whose bounds are found known then stays known, with its place, until end_use(result).
     virtual std::uint64_t begin_use() const { return 0; }
     virtual void end_use(std::uint64_t /*use*/) const {}
-
-  protected:
-    /// Whether hit() can follow a ray.
-    static bool is_ray(const Vec3d& origin, const Vec3d& direction, double farthest);
-
-    Surface() = default;
-    Surface(const Surface&) = default;
-    Surface(Surface&&) = default;
-    Surface& operator=(const Surface&) = default;
-    Surface& operator=(Surface&&) = default;
 };
 
 /// The ground of a terrain at a place, at full resolution.

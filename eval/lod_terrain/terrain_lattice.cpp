@@ -3,6 +3,7 @@
 #include "../terrain/grid_triangle.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <utility>
 
@@ -21,12 +22,10 @@ int best_log_side(std::uint32_t width, std::uint32_t height) {
     std::uint64_t fewest = ~std::uint64_t{0};
     // In larger squares, lines across a narrow strip would coincide.
     const std::uint64_t largest = std::uint64_t{k_grid_unit} / 2 * std::min(width, height);
-    for (int log_side = 25; log_side >= 1; --log_side) {
+    for (int log_side = std::clamp(static_cast<int>(std::bit_width(largest)) - 1, 1, 25); log_side >= 1; --log_side) {
         const std::uint32_t side = 1u << log_side;
         const std::uint64_t roots = std::uint64_t{pieces(width, side)} * pieces(height, side);
-        if (side > largest && log_side > 1) continue;
-        if (best != 0 && roots > k_most_roots && fewest / k_most_points_a_sample <= std::uint64_t{width} * height)
-            break;
+        if (roots > k_most_roots && fewest / k_most_points_a_sample <= std::uint64_t{width} * height) break;
         const std::uint64_t points = roots << (2 * log_side);
         if (points < fewest) {
             fewest = points;
@@ -94,15 +93,11 @@ std::optional<LatticePlace> TerrainLattice::square_at(const Vec2d& place) const 
     return LatticePlace{line(xs, x), line(ys, y)};
 }
 
-lod::GroundPoint GroundSquare::ground(const Vec2d& place) const {
-    const double across = (place.x - nw.x) / (se.x - nw.x), down = (nw.y - place.y) / (nw.y - se.y);
-    const bool above = down < (falls ? across : 1 - across);  // in the triangle to the north of the diagonal
-    const bool west_side = falls != above;                    // whether the triangle's other leg is in the west
-    const double slope_x = (above ? ne.z - nw.z : se.z - sw.z) / (se.x - nw.x),
-                 slope_y = (west_side ? nw.z - sw.z : ne.z - se.z) / (nw.y - se.y);
-    const Vec3d& right_angle = above ? west_side ? nw : ne : west_side ? sw : se;
-    return {right_angle.z + slope_x * (place.x - right_angle.x) + slope_y * (place.y - right_angle.y),
-            glm::normalize(Vec3d(-slope_x, -slope_y, 1))};
+lod::GroundPoint ground(const GroundSquare& square, const Vec2d& place) {
+    const Vec2d along = square[1][1] - square[1][0], off = place - Vec2d(square[1][0]);
+    const auto& [a, b, c] = square[along.x * off.y > along.y * off.x ? 1 : 0];
+    const Plane plane(a, b, c);
+    return {-plane.above(Vec3d(place, 0)), glm::normalize(Vec3d(-plane.slopes, 1))};
 }
 
 Vec3d sample_normal(const HeightGrid& grid, std::uint32_t column, std::uint32_t row) {

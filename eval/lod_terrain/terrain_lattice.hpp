@@ -23,30 +23,46 @@ struct HeightRange {
         low = std::min(low, other.low);
         high = std::max(high, other.high);
     }
+    void add(float height) { add({height, height}); }
 };
 
-/// The ground over a square of the lattice: two of the finest triangles. Their common diagonal runs through the corners
-/// with two even or two odd coordinates.
-struct GroundSquare {
-    Vec3d nw, ne, sw, se;
-    bool falls;  ///< whether the diagonal runs from the north-west to the south-east
+/// A rectangle of a lattice, or of any grid; borders included.
+struct GridRectangle {
+    std::int32_t x0, x1, y0, y1;
+};
+/// The range of all heights in a rectangle. @param at  returns the height, or a range of heights, at (x, y)
+template <class At>
+HeightRange heights_over(const GridRectangle& rectangle, const At& at) {
+    HeightRange range;
+    for (std::int32_t y = rectangle.y0; y <= rectangle.y1; ++y)
+        for (std::int32_t x = rectangle.x0; x <= rectangle.x1; ++x) range.add(at(x, y));
+    return range;
+}
 
-    /// @param p         the north-west corner
-    /// @param position  returns the position of a lattice point
-    template <class Position>
-    GroundSquare(LatticePlace p, const Position& position)
-        : nw(position(p)),
-          ne(position(LatticePlace{p.x + 1, p.y})),
-          sw(position(LatticePlace{p.x, p.y + 1})),
-          se(position(LatticePlace{p.x + 1, p.y + 1})),
-          falls(((p.x ^ p.y) & 1) == 0) {}
-
-    lod::GroundPoint ground(const Vec2d& place) const;
-    /// Counter-clockwise from above.
-    std::array<std::array<Vec3d, 3>, 2> triangles() const {
-        return {{{nw, falls ? se : sw, ne}, {falls ? nw : ne, sw, se}}};
+/// A linear height function over the ground.
+struct Plane {
+    Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : at_a(a) {
+        const Vec3d across = glm::cross(b - a, c - a);
+        slopes = Vec2d(across) / -across.z;
     }
+    double above(const Vec3d& p) const { return p.z - at_a.z - glm::dot(slopes, Vec2d(p - at_a)); }
+    Vec3d at_a;
+    Vec2d slopes;
 };
+
+/// The two finest triangles over a square of the lattice, counter-clockwise from above. Their common diagonal runs
+/// through the corners with two even or two odd coordinates; it is the first side of the second triangle.
+using GroundSquare = std::array<std::array<Vec3d, 3>, 2>;
+/// @param p         the north-west corner
+/// @param position  returns the position of a lattice point
+template <class Position>
+GroundSquare ground_square(LatticePlace p, const Position& position) {
+    const Vec3d nw = position(p), ne = position(LatticePlace{p.x + 1, p.y}), sw = position(LatticePlace{p.x, p.y + 1}),
+                se = position(LatticePlace{p.x + 1, p.y + 1});
+    const bool falls = ((p.x ^ p.y) & 1) == 0;
+    return falls ? GroundSquare{{{nw, se, ne}, {se, nw, sw}}} : GroundSquare{{{nw, sw, ne}, {ne, sw, se}}};
+}
+lod::GroundPoint ground(const GroundSquare& square, const Vec2d& place);
 
 /// The common lattice of all roots over a height grid: x to the east, y to the south, 2^log_side steps to a root's
 /// side. Its lines are at samples, or between two adjacent samples, so that grids of any size work.
@@ -74,10 +90,9 @@ struct TerrainLattice {
     /// @param position  returns the position of a lattice point
     template <class Position>
     lod::Place vertex(LatticePlace p, const Vec3d& normal, const Position& position) const {
-        lod::Place place{
-            .position = position(p),
-            .normal = normal,
-            .uv = {in_samples(column(p.x)) / in_samples(xs.back()), in_samples(row(p.y)) / in_samples(ys.back())}};
+        lod::Place place{.position = position(p),
+                         .normal = normal,
+                         .uv = {double(column(p.x)) / xs.back(), double(row(p.y)) / ys.back()}};
         place.on_edge = place.position;
         if (is_fixed(p)) return place;
         // The edge's point that is nearest in plan.
@@ -88,15 +103,12 @@ struct TerrainLattice {
     }
 
     /// Part of the lattice that holds a diamond and all diamonds that its splits lead to.
-    struct Rectangle {
-        std::int32_t x0, x1, y0, y1;
-    };
-    Rectangle around(LatticePlace p) const {
+    GridRectangle around(LatticePlace p) const {
         const std::int32_t reach = LatticeDiamond::reach(p);
         return {std::max(p.x - reach, 0), std::min(p.x + reach, last_x()), std::max(p.y - reach, 0),
                 std::min(p.y + reach, last_y())};
     }
-    lod::DiamondBounds bounds(const Rectangle& within, const HeightRange& heights, double error) const {
+    lod::DiamondBounds bounds(const GridRectangle& within, const HeightRange& heights, double error) const {
         const Vec3d first(east(within.x0), north(within.y1), heights.low),
             last(east(within.x1), north(within.y0), heights.high);
         return {(first + last) / 2.0, (last - first) / 2.0, error};

@@ -15,20 +15,10 @@ namespace tetrakis::lod {
 
 namespace {
 
-using detail::GridTriangle;
-using detail::GridVertex;
 using detail::k_grid_unit;
 using detail::LatticeDiamond;
 
 constexpr int k_log_cell = 3;  // log2 of the steps of the finest cells with known heights
-
-/// Whether the lines `steps` to one side or the other of line `at` are a sample or more away from it.
-bool spans_samples(const std::vector<std::int32_t>& lines, std::int32_t at, std::int32_t steps) {
-    const auto place = [&](std::int32_t i) {
-        return lines[static_cast<std::size_t>(std::clamp(i, 0, static_cast<std::int32_t>(lines.size()) - 1))];
-    };
-    return std::max(place(at + steps) - place(at), place(at) - place(at - steps)) >= k_grid_unit;
-}
 
 }  // namespace
 
@@ -66,13 +56,8 @@ void TerrainSurface::set_heights() {
             const auto rows = samples(lattice_.ys, static_cast<std::int32_t>(r));
             for (std::int32_t c = 0; c < finest.columns; ++c) {
                 const auto columns = samples(lattice_.xs, c);
-                HeightRange range;
-                for (std::int32_t y = rows[0]; y <= rows[1]; ++y) {
-                    const float* const row = grid_.heights.data() + static_cast<std::size_t>(y) * grid_.columns;
-                    const auto [low, high] = std::minmax_element(row + columns[0], row + columns[1] + 1);
-                    range.add({*low, *high});
-                }
-                finest.cells[r * static_cast<std::size_t>(finest.columns) + c] = range;
+                finest.cells[r * static_cast<std::size_t>(finest.columns) + c] = detail::heights_over(
+                    {columns[0], columns[1], rows[0], rows[1]}, [&](auto x, auto y) { return grid_.at(x, y); });
             }
         },
         4);
@@ -81,13 +66,10 @@ void TerrainSurface::set_heights() {
         const HeightLevel& finer = heights_.back();
         HeightLevel level{(finer.columns + 1) / 2, (finer.rows + 1) / 2, {}};
         for (std::int32_t r = 0; r < level.rows; ++r)
-            for (std::int32_t c = 0; c < level.columns; ++c) {
-                HeightRange range;
-                for (std::int32_t y = 2 * r; y < std::min(2 * r + 2, finer.rows); ++y)
-                    for (std::int32_t x = 2 * c; x < std::min(2 * c + 2, finer.columns); ++x)
-                        range.add(finer.row(y)[x]);
-                level.cells.push_back(range);
-            }
+            for (std::int32_t c = 0; c < level.columns; ++c)
+                level.cells.push_back(detail::heights_over(
+                    {2 * c, std::min(2 * c + 1, finer.columns - 1), 2 * r, std::min(2 * r + 1, finer.rows - 1)},
+                    [&](auto x, auto y) { return finer.row(y)[x]; }));
         heights_.push_back(std::move(level));
     }
 }
@@ -105,10 +87,13 @@ void TerrainSurface::set_errors(const RunContext& context) {
         int worst = 0;
         if (diamond.is_centre || diamond.step > 1)
             for (const auto& child : diamond.children())
-                if (lattice_.has(child)) worst = std::max(worst, int{code(child)});
-        const bool all_at_samples = diamond.step > 1 && spans_samples(lattice_.xs, x, diamond.step) &&
-                                    spans_samples(lattice_.ys, y, diamond.step);
-        double error = diamond.step > 1 ? exact_error(diamond) : 0;
+                if (lattice_.has(child)) worst = std::max(worst, int{codes_[code_index(child)]});
+        const std::int32_t step = diamond.step;
+        const bool all_at_samples =
+            step > 1 &&
+            lattice_.column(std::min(x + step, last_x)) - lattice_.column(std::max(x - step, 0)) >= 2 * k_grid_unit &&
+            lattice_.row(std::min(y + step, last_y)) - lattice_.row(std::max(y - step, 0)) >= 2 * k_grid_unit;
+        double error = step > 1 ? exact_error(diamond) : 0;
         if (!all_at_samples) {
             // Squares of two steps have lines in their middles, and narrow strips more of them. This bounds the
             // distance from the finer triangles.
@@ -138,12 +123,12 @@ void TerrainSurface::set_errors(const RunContext& context) {
 
 double TerrainSurface::exact_error(const LatticeDiamond& diamond) const {
     const auto vertex = [&](LatticePlace p) { return detail::sampled(grid_, lattice_.column(p.x), lattice_.row(p.y)); };
-    const GridVertex a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]);
     double error = 0;
     for (const LatticePlace& apex : diamond.apexes)
         if (lattice_.has(apex))
-            error = std::max(error,
-                             GridTriangle(grid_, {a, b, vertex(apex)}).error(std::numeric_limits<double>::infinity()));
+            error = std::max(
+                error, detail::GridTriangle(grid_, {vertex(diamond.ends[0]), vertex(diamond.ends[1]), vertex(apex)})
+                           .error(std::numeric_limits<double>::infinity()));
     return error;
 }
 
@@ -173,7 +158,7 @@ void TerrainSurface::places(std::span<const Site> sites, std::span<Place> places
 std::optional<GroundPoint> TerrainSurface::at(const Vec2d& place) const {
     const auto corner = lattice_.square_at(place);
     if (!corner) return {};
-    return square(*corner).ground(place);
+    return detail::ground(square(*corner), place);
 }
 
 void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int32_t side, HeightRange range) const {
@@ -187,7 +172,7 @@ void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int3
         1e-9 * (std::abs(double{range.low}) + std::abs(double{range.high}) + grid_.spacing.x + grid_.spacing.y);
     if (!ray.enters(box.center, box.half_sides + room)) return;
     if (side == 1) {
-        for (const auto& [a, b, c] : square(corner).triangles()) ray.meet(a, b, c);
+        for (const auto& [a, b, c] : square(corner)) ray.meet(a, b, c);
         return;
     }
     const std::int32_t half = side / 2;
@@ -199,11 +184,8 @@ void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int3
 }
 
 std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
-    if (!is_ray(origin, direction, farthest)) return {};
-    detail::RayCast ray(origin, direction, farthest);
-    const DiamondBounds all =
-        lattice_.bounds({0, lattice_.last_x(), 0, lattice_.last_y()}, heights_.back().cells[0], 0);
-    ray.skip_to(all.center, 2.0 * all.half_sides + grid_.spacing.x);  // with a margin for rounding errors
+    detail::RayCast ray(origin, direction, farthest, roots_.bounding_box().centre());
+    if (!ray.is_valid()) return {};
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
     search(ray, {0, 0}, 1 << top, {});
     return ray.hit();
@@ -213,7 +195,7 @@ void TerrainSurface::bounds(std::span<const Site> sites, std::span<DiamondBounds
     // The cells that hold a diamond and all diamonds that its splits lead to. They are as wide as these together, so
     // there are at most two along each axis.
     struct Around {
-        detail::TerrainLattice::Rectangle within;
+        detail::GridRectangle within;
         const HeightRange *north, *south;
         std::int32_t east;
         const std::uint8_t* code;

@@ -62,9 +62,8 @@ class TerrainSurface final : public Terrain {
     std::size_t code_index(LatticePlace p) const {
         return static_cast<std::size_t>(p.y) * lattice_.xs.size() + static_cast<std::size_t>(p.x);
     }
-    std::uint8_t code(LatticePlace p) const { return codes_[code_index(p)]; }
     detail::GroundSquare square(LatticePlace p) const {
-        return {p, [this](LatticePlace corner) { return position(corner); }};
+        return detail::ground_square(p, [this](LatticePlace corner) { return position(corner); });
     }
     void search(detail::RayCast& ray, LatticePlace corner, std::int32_t side, HeightRange range) const;
 

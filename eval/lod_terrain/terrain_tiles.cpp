@@ -26,40 +26,23 @@ using detail::LatticeDiamond;
 using detail::LatticePlace;
 using detail::TerrainLattice;
 using detail::Tile;
-using detail::TileFile;
 using detail::TileLayout;
 using detail::TilePoint;
 
-/// A rectangle of a level's array of records, from (x, y) on.
+/// A rectangle of a level's array of records.
 template <class Record>
-struct Block {
-    Block(std::int32_t first_x, std::int32_t first_y, std::int32_t last_x, std::int32_t last_y)
-        : x(first_x),
-          y(first_y),
-          width(last_x - first_x + 1),
-          height(last_y - first_y + 1),
-          records(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
-    std::int32_t x, y, width, height;
+struct Block : detail::GridRectangle {
+    explicit Block(const GridRectangle& rectangle)
+        : GridRectangle(rectangle),
+          width(static_cast<std::size_t>(x1 - x0 + 1)),
+          records(width * static_cast<std::size_t>(y1 - y0 + 1)) {}
+    std::size_t width;
     std::vector<Record> records;
 
-    bool has(std::int32_t px, std::int32_t py) const { return px >= x && py >= y && px < x + width && py < y + height; }
-    std::size_t index(std::int32_t px, std::int32_t py) const {
-        return static_cast<std::size_t>(py - y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(px - x);
+    bool has(std::int32_t x, std::int32_t y) const { return x >= x0 && y >= y0 && x <= x1 && y <= y1; }
+    const Record& at(std::int32_t x, std::int32_t y) const {
+        return records[static_cast<std::size_t>(y - y0) * width + static_cast<std::size_t>(x - x0)];
     }
-    Record& at(std::int32_t px, std::int32_t py) { return records[index(px, py)]; }
-    const Record& at(std::int32_t px, std::int32_t py) const { return records[index(px, py)]; }
-};
-
-/// A linear height function over the ground.
-struct Plane {
-    Plane() = default;
-    Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : at_a(a) {
-        const Vec3d across = glm::cross(b - a, c - a);
-        slopes = Vec2d(across) / -across.z;
-    }
-    double above(const Vec3d& p) const { return p.z - at_a.z - glm::dot(slopes, Vec2d(p - at_a)); }
-    Vec3d at_a{};
-    Vec2d slopes{};
 };
 
 /// Bound on the vertical distance of the full-resolution surface from the two triangles at an edge, by the points and
@@ -68,64 +51,48 @@ struct Plane {
 /// Repeated bisection cuts both into small triangles, within whose diamonds' errors the surface lies. Heights of a
 /// small triangle over each of the two planes are linear, so corners decide (lemma, part 2, in README.md). If the upper
 /// plane counts, a height above it is no larger than the height above either plane.
-class DiamondGap {
-  public:
-    /// @param points   points of level `level`
-    /// @param diamond  a diamond of a coarser level
-    DiamondGap(const TerrainLattice& lattice, const Block<TilePoint>& points, int level, const LatticeDiamond& diamond)
-        : lattice_(lattice), points_(points), level_(level), diamond_(diamond) {
-        for (const LatticePlace apex : diamond.apexes) {
-            if (!lattice.has(apex)) continue;
-            apexes_[count_] = apex;
-            planes_[count_++] = {vertex(diamond.ends[0]), vertex(diamond.ends[1]), vertex(apex)};
-        }
-        if (count_ == 1) planes_[1] = planes_[0];
-        if (planes_[0].above(vertex(apexes_[count_ - 1])) < 0) sign_ = -1;
-    }
-
-    /// @param halvings  how often the edge is halved until it is an edge of the points' level
-    double largest(int halvings) const {
-        const Corner a = corner(diamond_.ends[0]), b = corner(diamond_.ends[1]);
-        double gap = 0;
-        for (std::size_t i = 0; i < count_; ++i) gap = std::max(gap, over(a, b, corner(apexes_[i]), 2 * halvings));
-        return gap;
-    }
-
-  private:
+/// @param points    points of level `level`
+/// @param diamond   a diamond of a coarser level
+/// @param halvings  how often its edge is halved until it is an edge of the points' level
+double gap_below(const TerrainLattice& lattice, const Block<TilePoint>& points, int level,
+                 const LatticeDiamond& diamond, int halvings) {
+    const auto vertex = [&lattice, &points, level](LatticePlace p) {
+        return Vec3d(lattice.column(p.x), lattice.row(p.y), double{points.at(p.x >> level, p.y >> level).height});
+    };
+    std::array<LatticePlace, 2> apexes = diamond.apexes;  // one twice, if the other is outside
+    for (const std::size_t i : {0u, 1u})
+        if (!lattice.has(apexes[i])) apexes[i] = apexes[1 - i];
+    const Vec3d start = vertex(diamond.ends[0]), end = vertex(diamond.ends[1]);
+    const detail::Plane first(start, end, vertex(apexes[0])), second(start, end, vertex(apexes[1]));
+    const double sign = first.above(vertex(apexes[1])) < 0 ? -1 : 1;
     /// A point, and its height over the two planes; negated if the lower plane is the surface.
     struct Corner {
         LatticePlace place;
         std::array<double, 2> above;
     };
-
-    Vec3d vertex(LatticePlace p) const {
-        return {lattice_.column(p.x), lattice_.row(p.y), double{points_.at(p.x >> level_, p.y >> level_).height}};
-    }
-    Corner corner(LatticePlace p) const {
+    const auto corner = [=](LatticePlace p) {
         const Vec3d v = vertex(p);
-        return {p, {sign_ * planes_[0].above(v), sign_ * planes_[1].above(v)}};
-    }
-    double over(const Corner& a, const Corner& b, const Corner& apex, int bisections) const {
-        const LatticePlace middle{(a.place.x + b.place.x) / 2, (a.place.y + b.place.y) / 2};
-        if (bisections > 0) {
-            const Corner m = corner(middle);
-            return std::max(over(apex, a, m, bisections - 1), over(b, apex, m, bisections - 1));
+        return Corner{p, {sign * first.above(v), sign * second.above(v)}};
+    };
+    const auto between = [](const Corner& a, const Corner& b) {
+        return LatticePlace{(a.place.x + b.place.x) / 2, (a.place.y + b.place.y) / 2};
+    };
+    const auto over = [=, &points](const auto& self, const Corner& a, const Corner& b, const Corner& apex,
+                                   int left) -> double {
+        const LatticePlace middle = between(a, b);
+        if (left > 0) {
+            const Corner m = corner(middle), ma = corner(between(a, apex)), mb = corner(between(b, apex));
+            return std::max({self(self, m, apex, ma, left - 1), self(self, a, m, ma, left - 1),
+                             self(self, m, b, mb, left - 1), self(self, apex, m, mb, left - 1)});
         }
         const auto [low0, high0] = std::minmax({a.above[0], b.above[0], apex.above[0]});
         const auto [low1, high1] = std::minmax({a.above[1], b.above[1], apex.above[1]});
         return std::max({0.0, -low0, -low1, std::min(high0, high1)}) +
-               points_.at(middle.x >> level_, middle.y >> level_).error();
-    }
-
-    const TerrainLattice& lattice_;
-    const Block<TilePoint>& points_;
-    int level_;
-    const LatticeDiamond& diamond_;
-    std::size_t count_ = 0;
-    std::array<LatticePlace, 2> apexes_{};
-    std::array<Plane, 2> planes_{};
-    double sign_ = 1;
-};
+               points.at(middle.x >> level, middle.y >> level).error();
+    };
+    const Corner a = corner(diamond.ends[0]), b = corner(diamond.ends[1]);
+    return std::max(over(over, a, b, corner(apexes[0]), halvings), over(over, a, b, corner(apexes[1]), halvings));
+}
 
 class Writer {
   public:
@@ -136,21 +103,20 @@ class Writer {
           lattice_(frame_),
           layout_(lattice_, static_cast<std::int32_t>(options.side)),
           file_(path) {
-        if (layout_.tile_count() > std::numeric_limits<std::int32_t>::max())
-            throw Error(ErrorCode::unsupported, fmt::format("{} tiles; use larger ones", layout_.tile_count()), path);
+        if (layout_.tile_count > std::numeric_limits<std::int32_t>::max())
+            throw Error(ErrorCode::unsupported, fmt::format("{} tiles; use larger ones", layout_.tile_count), path);
     }
 
     void run() {
-        file_.resize(layout_.file_bytes());
         detail::TileHeader header{.columns = frame_.columns,
                                   .rows = frame_.rows,
                                   .side = options_.side,
-                                  .spacing = {frame_.spacing.x, frame_.spacing.y},
-                                  .origin = {frame_.origin.x, frame_.origin.y}};
+                                  .spacing = frame_.spacing,
+                                  .origin = frame_.origin};
         header.checksum = header.sum();
         file_.write(0, std::as_bytes(std::span(&header, 1)));
         write_finest();
-        for (std::size_t k = 1; k < layout_.levels().size(); ++k) write_level(k);
+        for (std::size_t k = 1; k < layout_.levels.size(); ++k) write_level(k);
         options_.context.report("write", 1);
         file_.commit();
     }
@@ -160,26 +126,9 @@ class Writer {
     // On a fractal terrain such errors need 5 to 17 % more triangles than exact ones; one halving less: twice as much.
     static constexpr int k_halvings = 2;
 
-    /// A tile that is being made, with the points from (x, y) to (last_x, last_y) of its level.
-    struct Work {
-        Work(const TileLayout& layout, std::size_t k, std::int32_t column, std::int32_t row)
-            : level(k), x(column * layout.side()), y(row * layout.side()), tile(layout) {
-            const TileLayout::Level& l = layout.levels()[k];
-            last_x = std::min(x + layout.side(), l.last_x);
-            last_y = std::min(y + layout.side(), l.last_y);
-        }
-        std::size_t level;
-        std::int32_t x, y, last_x, last_y;
-        Tile tile;
-    };
-    TilePoint& point(Work& work, std::int32_t x, std::int32_t y) const {
-        const auto& array = layout_.points();
-        return work.tile.records<TilePoint>(array)[(y - work.y) * array.row + x - work.x];
-    }
-
     void write_finest() {
-        const TileLayout::Level& level = layout_.levels()[0];
-        const std::int32_t side = layout_.side();
+        const TileLayout::Level& level = layout_.levels[0];
+        const std::int32_t side = layout_.side;
         for (std::int32_t row = 0; row < level.down; ++row) {
             options_.context.report("heights", 0.5 * row / level.down);
             const std::int32_t first = std::max(row * side - k_cell, 0),
@@ -188,37 +137,35 @@ class Writer {
             for_each_index(
                 static_cast<std::uint32_t>(level.across),
                 [&](std::uint32_t column) {
-                    write_finest({layout_, 0, static_cast<std::int32_t>(column), row}, band);
+                    write_finest(static_cast<std::uint64_t>(row) * level.across + column, band);
                 },
                 1);
         }
     }
 
     /// @param band  samples for the rows of the tile and of the cells around it
-    void write_finest(Work work, const HeightGrid& band) {
-        const TileLayout::Level& level = layout_.levels()[0];
+    void write_finest(std::uint64_t number, const HeightGrid& band) {
+        Tile tile(layout_, number);
+        const TileLayout::Level& level = layout_.levels[0];
         const auto vertex = [&](std::int32_t x, std::int32_t y) {
             return detail::sampled(band, lattice_.column(x), lattice_.row(y) - first_row_ * k_grid_unit);
         };
-        for (std::int32_t y = work.y; y <= work.last_y; ++y)
-            for (std::int32_t x = work.x; x <= work.last_x; ++x) {
+        const auto& points = tile.frame.points;
+        for (std::int32_t y = points.y0; y <= points.y1; ++y)
+            for (std::int32_t x = points.x0; x <= points.x1; ++x) {
                 const detail::GridVertex v = vertex(x, y);
-                TilePoint& p = point(work, x, y);
+                TilePoint& p = tile.point(x, y);
                 p.height = v.z;
                 p.set_normal(detail::sample_normal(band, static_cast<std::uint32_t>(v.x / k_grid_unit),
                                                    static_cast<std::uint32_t>(v.y / k_grid_unit)));
             }
-        set_errors(work, nullptr, [](std::int32_t, std::int32_t) { return 0.0; });
-        set_cells(work, [&](std::int32_t cx, std::int32_t cy) {
-            HeightRange range;
-            for (std::int32_t y = cy * k_cell; y <= std::min((cy + 1) * k_cell, level.last_y); ++y)
-                for (std::int32_t x = cx * k_cell; x <= std::min((cx + 1) * k_cell, level.last_x); ++x) {
-                    const float height = vertex(x, y).z;
-                    range.add({height, height});
-                }
-            return range;
+        set_errors(tile, nullptr, nullptr);
+        set_cells(tile, [&](std::int32_t cx, std::int32_t cy) {
+            return detail::heights_over({cx * k_cell, std::min((cx + 1) * k_cell, level.last_x), cy * k_cell,
+                                         std::min((cy + 1) * k_cell, level.last_y)},
+                                        [&](std::int32_t x, std::int32_t y) { return vertex(x, y).z; });
         });
-        write(work);
+        write(tile, number);
     }
 
     /// The samples for the rows `first` to `last` of the lattice, with the rows beside them for normals.
@@ -230,160 +177,130 @@ class Writer {
         band.rows = static_cast<std::uint32_t>(end - first_row_);
         band.heights.resize(std::size_t{band.rows} * band.columns);
         source_.read(static_cast<std::uint32_t>(first_row_), band.rows, band.heights);
-        for (std::size_t i = 0; i < band.heights.size(); ++i) {
-            float& height = band.heights[i];
-            if (std::isfinite(height)) continue;
-            if (std::isinf(height) || !options_.missing_height)
-                throw Error(
-                    ErrorCode::invalid_input,
-                    fmt::format("the height at column {}, row {} is {}", i % band.columns,
-                                i / band.columns + static_cast<std::size_t>(first_row_),
-                                std::isinf(height) ? "larger than single precision holds; take a smaller scale"
-                                                   : "missing; TileOptions::missing_height (--missing; in C `gaps`) "
-                                                     "is one to take"));
-            height = *options_.missing_height;
-        }
+        if (options_.missing_height)
+            std::ranges::replace_if(
+                band.heights, [](float height) { return std::isnan(height); }, *options_.missing_height);
+        detail::check_heights(band, static_cast<std::uint32_t>(first_row_),
+                              "missing; TileOptions::missing_height (--missing; in C `gaps`) is one to take");
         return band;
     }
 
     void write_level(std::size_t k) {
-        const TileLayout::Level& level = layout_.levels()[k];
+        const TileLayout::Level& level = layout_.levels[k];
         const auto tiles = static_cast<std::uint32_t>(level.across * level.down);
-        const double coarser = static_cast<double>(layout_.tile_count() - layout_.levels()[1].first_tile);
-        const auto done = [&](std::uint64_t tile) {
-            return 0.5 + 0.5 * static_cast<double>(tile - layout_.levels()[1].first_tile) / coarser;
-        };
-        for_each_reported(tiles, 1, options_.context, "levels", done(level.first_tile), done(level.first_tile + tiles),
-                          [&](std::uint32_t i) {
-                              write_coarser({layout_, k, static_cast<std::int32_t>(i) % level.across,
-                                             static_cast<std::int32_t>(i) / level.across});
-                          });
+        // Each level has a quarter of the tiles of the level below.
+        const auto done = [](std::size_t levels) { return 1 - 2 * std::pow(0.25, levels); };
+        for_each_reported(tiles, 1, options_.context, "levels", done(k), done(k + 1),
+                          [&](std::uint32_t i) { write_coarser(level.first_tile + i); });
     }
 
-    void write_coarser(Work work) {
-        const std::size_t finer = work.level - 1;
-        const Block<TilePoint> points = read_points(work, 1);
-        for (std::int32_t y = work.y; y <= work.last_y; ++y)
-            for (std::int32_t x = work.x; x <= work.last_x; ++x) {
-                TilePoint& p = point(work, x, y);
+    void write_coarser(std::uint64_t number) {
+        Tile tile(layout_, number);
+        const auto& [k, own] = tile.frame;
+        const Block<TilePoint> points = read_points(tile, 1);
+        for (std::int32_t y = own.y0; y <= own.y1; ++y)
+            for (std::int32_t x = own.x0; x <= own.x1; ++x) {
+                TilePoint& p = tile.point(x, y);
                 p = points.at(2 * x, 2 * y);
                 p.set_error(0);
             }
-        const Block<TilePoint> fine = read_points(work, halvings(work));
-        set_errors(work, &fine, [&](std::int32_t x, std::int32_t y) {
-            double worst = 0;
-            for (const std::int32_t dy : {-1, 1})
-                for (const std::int32_t dx : {-1, 1})
-                    if (points.has(2 * x + dx, 2 * y + dy))
-                        worst = std::max(worst, points.at(2 * x + dx, 2 * y + dy).error());
-            return worst;
+        const Block<TilePoint> fine = read_points(tile, halvings(tile));
+        set_errors(tile, &points, &fine);
+        const std::int32_t column = 2 * (own.x0 / k_cell), row = 2 * (own.y0 / k_cell),
+                           last = 2 * layout_.side / k_cell + 1;
+        const auto cells = read<HeightRange>(k - 1, layout_.cells, {column - 2, column + last, row - 2, row + last});
+        set_cells(tile, [&](std::int32_t cx, std::int32_t cy) {
+            return detail::heights_over(
+                {2 * cx, std::min(2 * cx + 1, cells.x1), 2 * cy, std::min(2 * cy + 1, cells.y1)},
+                [&](std::int32_t x, std::int32_t y) { return cells.at(x, y); });
         });
-        const TileLayout::Level& level = layout_.levels()[finer];
-        const auto first = [](std::int32_t at) { return std::max(2 * (at / k_cell - 1), 0); };
-        const auto last = [&](std::int32_t at, std::int32_t end) {
-            return std::min(2 * (at + layout_.side()) / k_cell + 1, (end - 1) / k_cell);
-        };
-        Block<HeightRange> cells(first(work.x), first(work.y), last(work.x, level.last_x), last(work.y, level.last_y));
-        read(finer, layout_.cells(), cells);
-        set_cells(work, [&](std::int32_t cx, std::int32_t cy) {
-            HeightRange range;
-            for (const std::int32_t y : {2 * cy, 2 * cy + 1})
-                for (const std::int32_t x : {2 * cx, 2 * cx + 1})
-                    if (cells.has(x, y)) range.add(cells.at(x, y));
-            return range;
-        });
-        write(work);
+        write(tile, number);
     }
 
-    static int halvings(const Work& work) { return std::min(static_cast<int>(work.level), k_halvings); }
+    static int halvings(const Tile& tile) { return std::min(tile.frame.level, k_halvings); }
 
     /// The points under the tile's diamonds, of the level that is finer by `halvings`.
-    Block<TilePoint> read_points(const Work& work, int halvings) const {
-        const std::size_t k = work.level - static_cast<std::size_t>(halvings);
-        const TileLayout::Level& level = layout_.levels()[k];
-        Block<TilePoint> points(std::max((work.x - 1) * (1 << halvings), 0),
-                                std::max((work.y - 1) * (1 << halvings), 0),
-                                std::min((work.last_x + 1) << halvings, level.last_x),
-                                std::min((work.last_y + 1) << halvings, level.last_y));
-        read(k, layout_.points(), points);
-        return points;
+    Block<TilePoint> read_points(const Tile& tile, int halvings) const {
+        const auto& [k, own] = tile.frame;
+        const std::int32_t steps = 1 << halvings;
+        return read<TilePoint>(
+            k - halvings, layout_.points,
+            {(own.x0 - 1) * steps, (own.x1 + 1) * steps, (own.y0 - 1) * steps, (own.y1 + 1) * steps});
     }
 
-    /// Reads a block from all tiles that own records of it.
+    /// Reads the part of a rectangle that level k has, from all tiles under it.
     template <class Record>
-    void read(std::size_t k, const TileLayout::Array& array, Block<Record>& block) const {
-        const TileLayout::Level& level = layout_.levels()[k];
-        const std::int32_t end = block.x + block.width;
-        for (std::int32_t y = block.y; y < block.y + block.height; ++y) {
-            const std::int32_t row = std::min(y / array.step, level.down - 1);
-            for (std::int32_t x = block.x; x < end;) {
-                const std::int32_t column = std::min(x / array.step, level.across - 1);
-                const std::int32_t next = column + 1 == level.across ? end : std::min((column + 1) * array.step, end);
-                const std::uint64_t tile = level.first_tile + static_cast<std::uint64_t>(row) * level.across + column;
-                const std::int32_t at =
-                    (y - row * array.step + array.margin) * array.row + x - column * array.step + array.margin;
-                file_.read(layout_.offset(tile) + array.offset + static_cast<std::size_t>(at) * sizeof(Record),
-                           std::as_writable_bytes(std::span(&block.at(x, y), static_cast<std::size_t>(next - x))));
-                x = next;
+    Block<Record> read(int k, const TileLayout::Array& array, const detail::GridRectangle& wanted) const {
+        const TileLayout::Level& level = layout_.levels[k];
+        Block<Record> block({std::max(wanted.x0, 0), std::min(wanted.x1, level.last_x >> array.shift),
+                             std::max(wanted.y0, 0), std::min(wanted.y1, level.last_y >> array.shift)});
+        std::span<Record> left(block.records);
+        for (std::int32_t y = block.y0; y <= block.y1; ++y)
+            for (std::int32_t x = block.x0; x <= block.x1;) {
+                const std::uint64_t tile = layout_.tile(k, x << array.shift, y << array.shift);
+                const TileLayout::Frame frame = layout_.frame(tile);
+                const std::int32_t count = std::min(frame.points.x1 >> array.shift, block.x1) + 1 - x;
+                const auto run = left.first(static_cast<std::size_t>(count));
+                file_.read(layout_.offset(tile) + array.place(frame, x, y), std::as_writable_bytes(run));
+                left = left.subspan(run.size());
+                x += count;
             }
-        }
+        return block;
     }
 
-    /// @param fine          read_points(work, halvings(work)); nullptr: there is no finer level
-    /// @param worst_centre  the largest error of the finer level's diamonds around a point
-    template <class WorstCentre>
-    void set_errors(Work& work, const Block<TilePoint>* fine, const WorstCentre& worst_centre) const {
-        const auto k = static_cast<int>(work.level);
+    /// @param finer, fine  read_points(tile, 1) and read_points(tile, halvings(tile)); nullptr: there is no finer level
+    void set_errors(Tile& tile, const Block<TilePoint>* finer, const Block<TilePoint>* fine) const {
+        const auto& [k, points] = tile.frame;
         const double beyond = share_beyond(std::size_t{1} << k);
-        const auto set_error = [&](std::int32_t x, std::int32_t y, double worst) {
+        const auto set_error = [&](std::int32_t x, std::int32_t y) {
             const LatticeDiamond diamond({x << k, y << k});
             const auto vertex = [&](LatticePlace p) {
-                return Vec3d(lattice_.column(p.x), lattice_.row(p.y), double{point(work, p.x >> k, p.y >> k).height});
+                return Vec3d(lattice_.column(p.x), lattice_.row(p.y), double{tile.point(p).height});
             };
             const Vec3d a = vertex(diamond.ends[0]), b = vertex(diamond.ends[1]), middle = vertex(diamond.middle);
-            double own = 0;
-            for (const LatticePlace apex : diamond.apexes) {
+            double own = 0, worst = 0;
+            for (const LatticePlace apex : std::span(diamond.apexes).first(diamond.is_centre ? 2 : 1)) {
                 // The middle of an edge along an axis is on that edge, so any third corner will do.
                 const Vec3d c = diamond.is_centre ? vertex(apex) : a + Vec3d(a.y - b.y, b.x - a.x, 0);
-                own = std::max(own, std::abs(Plane(a, b, c).above(middle)));
+                own = std::max(own, std::abs(detail::Plane(a, b, c).above(middle)));
             }
+            for (const auto [px, py] : diamond.children())
+                if (diamond.is_centre)
+                    worst = std::max(worst, tile.point({px, py}).error());
+                else if (finer != nullptr && finer->has(px >> (k - 1), py >> (k - 1)))
+                    worst = std::max(worst, finer->at(px >> (k - 1), py >> (k - 1)).error());
             // A split moves the surface by its own error, and each of the four triangles then lies under one of the
             // diamonds that become possible: the full-resolution surface is no farther away than the sum.
             double error = own + worst;
             if (fine != nullptr)
-                error = std::min(
-                    error, std::max(DiamondGap(lattice_, *fine, k - halvings(work), diamond).largest(halvings(work)),
-                                    worst + own * (diamond.is_centre ? 0 : beyond)));
-            point(work, x, y).set_error(std::max(error, k_error_ratio * worst));
+                error =
+                    std::min(error, std::max(gap_below(lattice_, *fine, k - halvings(tile), diamond, halvings(tile)),
+                                             worst + own * (diamond.is_centre ? 0 : beyond)));
+            tile.point(x, y).set_error(std::max(error, k_error_ratio * worst));
         };
-        for (std::int32_t y = work.y; y <= work.last_y; ++y)
-            for (std::int32_t x = work.x + (y % 2 == 0 ? 1 : 0); x <= work.last_x; x += 2)
-                set_error(x, y, worst_centre(x, y));
+        for (std::int32_t y = points.y0; y <= points.y1; ++y)
+            for (std::int32_t x = points.x0 + (y % 2 == 0 ? 1 : 0); x <= points.x1; x += 2) set_error(x, y);
         // Centres of roots are there from the start.
-        if (work.level + 1 < layout_.levels().size())
-            for (std::int32_t y = work.y + 1; y <= work.last_y; y += 2)
-                for (std::int32_t x = work.x + 1; x <= work.last_x; x += 2)
-                    set_error(x, y,
-                              std::max({point(work, x - 1, y).error(), point(work, x + 1, y).error(),
-                                        point(work, x, y - 1).error(), point(work, x, y + 1).error()}));
+        if (k + 1 < std::ssize(layout_.levels))
+            for (std::int32_t y = points.y0 + 1; y <= points.y1; y += 2)
+                for (std::int32_t x = points.x0 + 1; x <= points.x1; x += 2) set_error(x, y);
     }
 
     template <class Cell>
-    void set_cells(Work& work, const Cell& cell) const {
-        const auto& cells = layout_.cells();
-        auto* const ranges = work.tile.records<HeightRange>(cells);
-        const TileLayout::Level& level = layout_.levels()[work.level];
-        for (std::int32_t r = 0; r < cells.row; ++r)
-            for (std::int32_t c = 0; c < cells.row; ++c) {
-                const std::int32_t x = work.x / k_cell + c - 1, y = work.y / k_cell + r - 1;
+    void set_cells(Tile& tile, const Cell& cell) const {
+        const auto& [k, own] = tile.frame;
+        const TileLayout::Level& level = layout_.levels[k];
+        const std::int32_t row = layout_.cells.row;
+        for (std::int32_t y = own.y0 / k_cell - 1; y < own.y0 / k_cell - 1 + row; ++y)
+            for (std::int32_t x = own.x0 / k_cell - 1; x < own.x0 / k_cell - 1 + row; ++x) {
                 const bool is_there = x >= 0 && y >= 0 && x * k_cell < level.last_x && y * k_cell < level.last_y;
-                ranges[r * cells.row + c] = is_there ? cell(x, y) : HeightRange{};
+                tile.cell(x, y) = is_there ? cell(x, y) : HeightRange{};
             }
     }
 
-    void write(Work& work) {
-        work.tile.seal();
-        file_.write(layout_.offset(layout_.tile(work.level, work.x, work.y)), work.tile.bytes());
+    void write(Tile& tile, std::uint64_t number) {
+        tile.seal();
+        file_.write(layout_.offset(number), tile.bytes());
     }
 
     /// Part of a split's own error that can reach samples of a neighbour (lemma, part 3, in README.md). If lines are
@@ -392,15 +309,10 @@ class Writer {
     double share_beyond(std::size_t step) const {
         // Half a sample along both axes, and half as much for each of the finer sides, which are diagonal.
         constexpr double k_beyond = 2 * std::numbers::sqrt2 / 2 * std::numbers::sqrt2 * k_grid_unit;
-        bool is_even = true;
-        std::int32_t nearest = std::numeric_limits<std::int32_t>::max();
-        for (const auto* const axis : {&lattice_.xs, &lattice_.ys}) {
-            const std::span<const std::int32_t> lines = *axis;
-            for (std::size_t i = 1; i < lines.size(); ++i) is_even &= lines[i] - lines[i - 1] == lines[1] - lines[0];
-            for (std::size_t i = step; i < lines.size(); i += step)
-                nearest = std::min(nearest, lines[i] - lines[i - step]);
-        }
-        return is_even ? 0 : std::min(1.0, k_beyond / nearest);
+        // No other lines are nearer to each other than the first ones are.
+        const auto &xs = lattice_.xs, &ys = lattice_.ys;
+        const bool is_even = xs[1] * lattice_.last_x() == xs.back() && ys[1] * lattice_.last_y() == ys.back();
+        return is_even ? 0 : std::min(1.0, k_beyond / std::min(xs[step], ys[step]));
     }
 
     HeightSource& source_;
@@ -408,7 +320,7 @@ class Writer {
     HeightGrid frame_;
     TerrainLattice lattice_;
     TileLayout layout_;
-    TileFile file_;
+    detail::TileFile file_;
     std::int32_t first_row_ = 0;  // of the band
 };
 

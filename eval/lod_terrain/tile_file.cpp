@@ -4,7 +4,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -12,20 +11,29 @@
 
 namespace tetrakis::detail {
 
-TileLayout::TileLayout(const TerrainLattice& lattice, std::int32_t side) : side_(side) {
+TileLayout::TileLayout(const TerrainLattice& lattice, std::int32_t tile_side) : side(tile_side) {
     for (int k = 0; k < lattice.log_side; ++k) {
-        Level level{lattice.last_x() >> k, lattice.last_y() >> k, 0, 0, tile_count_};
+        Level level{lattice.last_x() >> k, lattice.last_y() >> k, 0, 0, tile_count};
         level.across = (level.last_x + side - 1) / side;
         level.down = (level.last_y + side - 1) / side;
-        tile_count_ += static_cast<std::uint64_t>(level.across) * static_cast<std::uint64_t>(level.down);
-        levels_.push_back(level);
+        tile_count += static_cast<std::uint64_t>(level.across) * static_cast<std::uint64_t>(level.down);
+        levels.push_back(level);
     }
     const auto bytes = [](const Array& array) {
         return array.record_bytes * static_cast<std::size_t>(array.row) * static_cast<std::size_t>(array.row);
     };
-    points_ = {0, sizeof(TilePoint), side + 1, side, 0};
-    cells_ = {bytes(points_), sizeof(HeightRange), side / k_cell + 2, side / k_cell, 1};
-    tile_bytes_ = cells_.offset + bytes(cells_) + sizeof(std::uint64_t);
+    points = {0, sizeof(TilePoint), side + 1, 0, 0};
+    cells = {bytes(points), sizeof(HeightRange), side / k_cell + 2, k_log_cell, 1};
+    tile_bytes = cells.offset + bytes(cells) + sizeof(std::uint64_t);
+}
+
+TileLayout::Frame TileLayout::frame(std::uint64_t tile) const {
+    int k = 0;
+    while (k + 1 < std::ssize(levels) && levels[k + 1].first_tile <= tile) ++k;
+    const Level& level = levels[k];
+    const auto number = static_cast<std::int32_t>(tile - level.first_tile);
+    const std::int32_t x = number % level.across * side, y = number / level.across * side;
+    return {k, {x, std::min(x + side, level.last_x), y, std::min(y + side, level.last_y)}};
 }
 
 namespace {
@@ -51,12 +59,11 @@ std::uint32_t TileHeader::sum() const {
 TileFile::TileFile(const std::filesystem::path& path, TileHeader& header)
     : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
     if (descriptor_ < 0) fail(errno == ENOENT ? "there is no such file; check the path" : std::strerror(errno));
-    struct stat there {};
     const auto refuse = [&](ErrorCode code, const std::string& text) {
         ::close(descriptor_);
         throw Error(code, text, path_);
     };
-    if (::fstat(descriptor_, &there) != 0 || !S_ISREG(there.st_mode)) refuse(ErrorCode::io, "this is no regular file");
+    if (!std::filesystem::is_regular_file(path)) refuse(ErrorCode::io, "this is no regular file");
     const auto got = ::pread(descriptor_, &header, sizeof header, 0);
     if (got < static_cast<ssize_t>(sizeof header.magic) || header.magic != TileHeader::k_magic)
         refuse(ErrorCode::invalid_input, "this is no tile file; write_tiles() makes one of heights");
@@ -98,16 +105,6 @@ void TileFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
         bytes = bytes.subspan(static_cast<std::size_t>(put));
         offset += static_cast<std::uint64_t>(put);
     }
-}
-
-void TileFile::resize(std::uint64_t bytes) {
-    if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) fail("cannot be written");
-}
-
-std::uint64_t TileFile::size() const {
-    struct stat there {};
-    if (::fstat(descriptor_, &there) != 0) fail(std::strerror(errno));
-    return static_cast<std::uint64_t>(there.st_size);
 }
 
 void TileFile::commit() {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "../terrain/height_grid.hpp"
+#include "../surface/local_frame.hpp"
 #include "terrain_lattice.hpp"
 
 #include <algorithm>
@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,9 +23,7 @@ struct TilePoint {
 
     /// Stores a float without its sign and its lowest 19 bits, rounded up by at most a sixteenth.
     void set_error(double error) {
-        auto above = static_cast<float>(error);
-        if (double{above} < error) above = std::nextafter(above, std::numeric_limits<float>::infinity());
-        packed = (packed & ~0xFFFu) | (std::bit_cast<std::uint32_t>(above) + k_rest) >> k_digits;
+        packed = (packed & ~0xFFFu) | (std::bit_cast<std::uint32_t>(round_up(error)) + k_rest) >> k_digits;
     }
     double error() const { return double{std::bit_cast<float>((packed & 0xFFFu) << k_digits)}; }
 
@@ -58,7 +55,7 @@ struct TileHeader {
     std::uint32_t version = k_version, byte_order = k_byte_order;
     std::uint32_t columns = 0, rows = 0, side = 0;
     std::uint32_t checksum = 0;  ///< sum() when the file was written
-    std::array<double, 2> spacing{}, origin{};
+    Vec2d spacing{}, origin{};
 
     /// Checksum of all members but `checksum`.
     std::uint32_t sum() const;
@@ -69,67 +66,85 @@ static_assert(sizeof(TileHeader) == 64);
 /// of 2^k, and the diamonds whose step is 2^k. A tile has: the points of side * side squares of its level, border
 /// points included; the lowest and highest heights of cells of 4 * 4 squares, with one more row of cells on each side;
 /// and a checksum.
-class TileLayout {
-  public:
-    static constexpr std::int32_t k_cell = 4;
+struct TileLayout {
+    static constexpr int k_log_cell = 2;
+    static constexpr std::int32_t k_cell = 1 << k_log_cell;
     struct Level {
         std::int32_t last_x = 0, last_y = 0;  ///< largest coordinates of its points
         std::int32_t across = 0, down = 0;    ///< numbers of tiles along x and y
         std::uint64_t first_tile = 0;
     };
-    /// An array in a tile: rows of `row` records.
+    /// Level of a tile, and the points of that level that it has.
+    struct Frame {
+        int level;
+        GridRectangle points;
+    };
+    /// An array in a tile: rows of `row` records, of which `margin` are before a tile's own ones.
     struct Array {
         std::size_t offset = 0, record_bytes = 0;
-        std::int32_t row = 0, step = 0, margin = 0;  ///< records from tile to tile; before a tile's own ones
+        std::int32_t row = 0, shift = 0, margin = 0;  ///< shift: from a point's coordinates to those of its record
+
+        /// Bytes from the beginning of a tile to a record.
+        std::size_t place(const Frame& tile, std::int32_t x, std::int32_t y) const {
+            const std::int32_t column = x - (tile.points.x0 >> shift) + margin,
+                               line = y - (tile.points.y0 >> shift) + margin;
+            return offset + record_bytes * static_cast<std::size_t>(line * row + column);
+        }
     };
 
     TileLayout() = default;
     TileLayout(const TerrainLattice& lattice, std::int32_t side);
 
-    std::int32_t side() const { return side_; }
-    const std::vector<Level>& levels() const { return levels_; }
-    std::uint64_t tile_count() const { return tile_count_; }
-    std::size_t tile_bytes() const { return tile_bytes_; }
-    const Array& points() const { return points_; }
-    const Array& cells() const { return cells_; }
+    std::int32_t side = 0;
+    std::vector<Level> levels;
+    std::uint64_t tile_count = 0;
+    std::size_t tile_bytes = 0;
+    Array points, cells;
 
     /// The tile of a level that owns the point.
-    std::uint64_t tile(std::size_t level, std::int32_t x, std::int32_t y) const {
-        const Level& l = levels_[level];
-        const std::int32_t c = std::min(x / side_, l.across - 1), r = std::min(y / side_, l.down - 1);
+    std::uint64_t tile(int level, std::int32_t x, std::int32_t y) const {
+        const Level& l = levels[level];
+        const std::int32_t c = std::min(x / side, l.across - 1), r = std::min(y / side, l.down - 1);
         return l.first_tile + static_cast<std::uint64_t>(r) * static_cast<std::uint64_t>(l.across) +
                static_cast<std::uint64_t>(c);
     }
-    std::uint64_t offset(std::uint64_t tile) const { return sizeof(TileHeader) + tile * tile_bytes_; }
-    std::uint64_t file_bytes() const { return offset(tile_count_); }
-
-  private:
-    std::int32_t side_ = 0;
-    std::vector<Level> levels_;
-    std::uint64_t tile_count_ = 0;
-    std::size_t tile_bytes_ = 0;
-    Array points_, cells_;
+    Frame frame(std::uint64_t tile) const;
+    std::uint64_t offset(std::uint64_t tile) const { return sizeof(TileHeader) + tile * tile_bytes; }
+    std::uint64_t file_bytes() const { return offset(tile_count); }
 };
 
-/// A tile's bytes.
+/// A tile's records. A layout must outlive its tiles.
 class Tile {
   public:
-    explicit Tile(const TileLayout& layout) : bytes_(layout.tile_bytes() / sizeof(std::uint64_t)) {}
+    Tile(const TileLayout& layout, std::uint64_t number)
+        : frame(layout.frame(number)), layout_(&layout), bytes_(layout.tile_bytes / sizeof(std::uint64_t)) {}
+
+    TileLayout::Frame frame;
 
     std::span<std::byte> bytes() { return std::as_writable_bytes(std::span(bytes_)); }
-    template <class T>
-    T* records(const TileLayout::Array& array) {
-        return reinterpret_cast<T*>(bytes().data() + array.offset);
-    }
-    template <class T>
-    const T* records(const TileLayout::Array& array) const {
-        return reinterpret_cast<const T*>(std::as_bytes(std::span(bytes_)).data() + array.offset);
+    /// @param x, y  coordinates in its level
+    TilePoint& point(std::int32_t x, std::int32_t y) { return record<TilePoint>(layout_->points, x, y); }
+    HeightRange& cell(std::int32_t x, std::int32_t y) { return record<HeightRange>(layout_->cells, x, y); }
+    /// By coordinates in the lattice.
+    TilePoint& point(LatticePlace p) { return point(p.x >> frame.level, p.y >> frame.level); }
+    /// Lowest and highest heights of all cells that overlap the open rectangle of the lattice.
+    HeightRange heights(const GridRectangle& within) {
+        const int shift = frame.level + TileLayout::k_log_cell;
+        return heights_over(
+            {within.x0 >> shift, (within.x1 - 1) >> shift, within.y0 >> shift, (within.y1 - 1) >> shift},
+            [&](std::int32_t x, std::int32_t y) { return cell(x, y); });
     }
     void seal() { bytes_.back() = checksum(); }
     bool is_sealed() const { return bytes_.back() == checksum(); }
 
   private:
+    template <class Record>
+    Record& record(const TileLayout::Array& array, std::int32_t x, std::int32_t y) {
+        return *reinterpret_cast<Record*>(bytes().data() + array.place(frame, x, y));
+    }
     std::uint64_t checksum() const;
+
+    const TileLayout* layout_;
     std::vector<std::uint64_t> bytes_;
 };
 
@@ -147,8 +162,6 @@ class TileFile {
     /// @throws Error io
     void read(std::uint64_t offset, std::span<std::byte> bytes) const;
     void write(std::uint64_t offset, std::span<const std::byte> bytes);
-    void resize(std::uint64_t bytes);
-    std::uint64_t size() const;
     void commit();
     const std::filesystem::path& path() const { return path_; }
 

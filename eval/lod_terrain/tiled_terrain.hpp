@@ -64,7 +64,7 @@ class TiledTerrain final : public Terrain {
     void wait(std::uint64_t revision, std::chrono::milliseconds longest = std::chrono::seconds(10)) const;
 
   private:
-    class Impl;
+    struct Impl;
     std::unique_ptr<Impl> impl_;
 };
 

@@ -73,12 +73,8 @@ HeightGrid from_source(HeightSource& source, const std::filesystem::path& path, 
 
 class GridSource final : public HeightSource {
   public:
-    explicit GridSource(std::shared_ptr<const HeightGrid> grid) : grid_(std::move(grid)) {
-        frame_.columns = grid_->columns;
-        frame_.rows = grid_->rows;
-        frame_.spacing = grid_->spacing;
-        frame_.origin = grid_->origin;
-    }
+    explicit GridSource(std::shared_ptr<const HeightGrid> grid)
+        : grid_(std::move(grid)), frame_{grid_->columns, grid_->rows, {}, grid_->spacing, grid_->origin} {}
     const HeightGrid& frame() const override { return frame_; }
     void read(std::uint32_t first_row, std::uint32_t count, std::span<float> heights) override {
         std::copy_n(grid_->heights.data() + std::size_t{first_row} * grid_->columns,
@@ -180,23 +176,21 @@ void detail::check_frame(const HeightGrid& grid) {
                            std::max(x, y), k_farthest));
 }
 
+void detail::check_heights(const HeightGrid& grid, std::uint32_t first_row, const char* missing) {
+    const auto bad = std::ranges::find_if_not(grid.heights, [](float height) { return std::isfinite(height); });
+    if (bad == grid.heights.end()) return;
+    const auto i = static_cast<std::uint64_t>(bad - grid.heights.begin());
+    throw Error(ErrorCode::invalid_input,
+                fmt::format("the height at column {}, row {} is {}", i % grid.columns, first_row + i / grid.columns,
+                            std::isnan(*bad) ? missing : "larger than single precision holds; take a smaller scale"));
+}
+
 void detail::check_surface(const HeightGrid& grid) {
     check_frame(grid);
-    const auto refuse = [](ErrorCode code, const std::string& text) { throw Error(code, text); };
     if (grid.heights.size() != std::size_t{grid.columns} * grid.rows)
-        refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows with {} heights",
-                                                     grid.columns, grid.rows, grid.heights.size()));
-    for (std::uint32_t r = 0; r < grid.rows; ++r) {
-        bool finite = true;
-        for (std::uint32_t c = 0; c < grid.columns; ++c) finite &= std::isfinite(grid.at(c, r));
-        for (std::uint32_t c = 0; !finite && c < grid.columns; ++c)
-            if (!std::isfinite(grid.at(c, r)))
-                refuse(ErrorCode::invalid_input,
-                       fmt::format("the height at column {}, row {} is {}", c, r,
-                                   std::isnan(grid.at(c, r)) ? "missing; fill_missing_heights() gives it one"
-                                                             : "larger than single precision holds; take a smaller "
-                                                               "scale"));
-    }
+        throw Error(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows with {} heights",
+                                                          grid.columns, grid.rows, grid.heights.size()));
+    check_heights(grid, 0, "missing; fill_missing_heights() gives it one");
 }
 
 }  // namespace tetrakis

@@ -6,15 +6,14 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <regex>
 #include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -93,11 +92,8 @@ class RawSource final : public HeightSource {
     /// Sets the spacing in metres of a square of one degree, whose south-west corner is in the file's name.
     void set_hgt_spacing() {
         const std::string name = path_.stem().string();
-        if (name.size() < 3 || std::string_view("NnSs").find(name[0]) == std::string_view::npos ||
-            std::isdigit(static_cast<unsigned char>(name[1])) == 0 ||
-            std::isdigit(static_cast<unsigned char>(name[2])) == 0)
-            return;
-        const double south = (name[0] == 'S' || name[0] == 's' ? -1 : 1) * ((name[1] - '0') * 10 + (name[2] - '0'));
+        if (!std::regex_search(name, std::regex("^[NnSs][0-9][0-9]"))) return;
+        const double south = (name[0] == 'S' || name[0] == 's' ? -1 : 1) * std::stoi(name.substr(1, 2));
         const double along = k_metres_a_degree / (frame_.rows - 1);
         frame_.spacing = {along * std::cos((south + 0.5) * std::numbers::pi / 180), along};
     }
