@@ -99,11 +99,10 @@ class TerrainRefinement {
     void refine() {
         const std::vector<LeafId> roots = forest_.ordered_leaves();
         detail::PoolVector<LeafId> fresh(roots.begin(), roots.end()), next;
-        detail::PoolVector<std::uint8_t> too_far;
         const double most_rounds = 2 * std::log2(std::max(grid_.columns, grid_.rows)) + 4;
         for (std::uint8_t round = 1; !fresh.empty(); ++round) {
             context_.report("refine", 0.6 * std::min(1.0, round / most_rounds));
-            too_far.assign(fresh.size(), 0);
+            detail::PoolVector<std::uint8_t> too_far(fresh.size(), 0);
             for_each_index(
                 static_cast<std::uint32_t>(fresh.size()),
                 [&](std::uint32_t i) {
