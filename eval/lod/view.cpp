@@ -100,7 +100,6 @@ class View::Impl {
             array.assign(size, value);
         };
         forest_.reserve(leaves, midpoints);
-        forest_.wish_for_small_pages();
         fill(leaf_candidate_, slots, Candidates::k_none);
         fill(point_candidate_, points, Candidates::k_none);
         fill(triangles_, slots, Triangle{});

@@ -11,7 +11,7 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
+#include <atomic>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -98,12 +98,11 @@ class TerrainRefinement {
     /// Splits leaves until no sample is farther from its leaf than the limit.
     void refine() {
         const std::vector<LeafId> roots = forest_.ordered_leaves();
-        detail::PoolVector<LeafId> fresh(roots.begin(), roots.end()), touched;
-        detail::PoolVector<std::uint8_t> too_far, known_depth(forest_.leaf_slots(), 0);
+        detail::PoolVector<LeafId> fresh(roots.begin(), roots.end()), next;
         const double most_rounds = 2 * std::log2(std::max(grid_.columns, grid_.rows)) + 4;
-        for (int round = 0; !fresh.empty(); ++round) {
+        for (std::uint8_t round = 1; !fresh.empty(); ++round) {
             context_.report("refine", 0.6 * std::min(1.0, round / most_rounds));
-            too_far.assign(fresh.size(), 0);
+            detail::PoolVector<std::uint8_t> too_far(fresh.size(), 0);
             for_each_index(
                 static_cast<std::uint32_t>(fresh.size()),
                 [&](std::uint32_t i) {
@@ -111,14 +110,15 @@ class TerrainRefinement {
                     too_far[i] = triangle(forest_.leaf(fresh[i]).vertex).error(limit_) > limit_;
                 },
                 16);
-            touched.clear();
+            reserve(forest_.leaf_count() + std::ranges::count(too_far, 1));  // more where other leaves have to be split
+            next.clear();
             const std::size_t known_vertices = vertices_.size();
             for (std::size_t i = 0; i < fresh.size(); ++i) {
                 if (i + 2 * k_ahead < fresh.size()) __builtin_prefetch(&forest_.leaf(fresh[i + 2 * k_ahead]), 1);
                 if (i + k_ahead < fresh.size())
                     for (const LeafId beside : forest_.leaf(fresh[i + k_ahead]).neighbour)
                         if (beside.valid()) __builtin_prefetch(&forest_.leaf(beside), 1);
-                if (too_far[i] != 0) split(fresh[i], known_depth, touched);
+                if (too_far[i] != 0) split(fresh[i], round, next);
             }
             // Heights of new vertices are read by all threads, as samples are far apart in memory.
             for_each_index(static_cast<std::uint32_t>(vertices_.size() - known_vertices), [&](std::uint32_t i) {
@@ -126,13 +126,7 @@ class TerrainRefinement {
                 vertex = sampled(grid_, vertex.x, vertex.y);
             });
             check_memory();
-            // `touched` has a slot twice if it was split twice.
-            known_depth.resize(forest_.leaf_slots(), 0xFF);
-            fresh.clear();
-            for (const LeafId leaf : touched)
-                if (std::exchange(known_depth[leaf.value], static_cast<std::uint8_t>(forest_.depth(leaf))) !=
-                    forest_.depth(leaf))
-                    fresh.push_back(leaf);
+            std::swap(fresh, next);
         }
     }
 
@@ -192,6 +186,11 @@ class TerrainRefinement {
     GridTriangle triangle(const Corners& points) const {
         return {grid_, {vertices_[points[0].value], vertices_[points[1].value], vertices_[points[2].value]}};
     }
+    /// Makes room for leaves, which are about twice as many as their points.
+    void reserve(std::uint64_t leaves) {
+        forest_.reserve(leaves, leaves / 2);
+        made_in_.resize(forest_.leaf_capacity(), 0);
+    }
     /// Prefetches for a loop over leaves that is at index `i`.
     void prefetch(std::span<const LeafId> leaves, std::size_t i) const {
         if (i + 3 * k_ahead < leaves.size()) __builtin_prefetch(&forest_.leaf(leaves[i + 3 * k_ahead]).vertex);
@@ -209,79 +208,77 @@ class TerrainRefinement {
     }
 
     /// Splits a leaf; the heights of new vertices are left to the caller.
-    /// @param touched  receives the leaves that each split makes; a slot that is split twice appears twice
-    void split(LeafId leaf, const detail::PoolVector<std::uint8_t>& known_depth, detail::PoolVector<LeafId>& touched) {
-        // An earlier split may have included this leaf.
-        if (forest_.depth(leaf) != known_depth[leaf.value]) return;
+    /// @param next  receives the leaves that splits have made in this round, each once
+    void split(LeafId leaf, std::uint8_t round, detail::PoolVector<LeafId>& next) {
+        if (made_in_[leaf.value] == round) return;  // an earlier split included this leaf; a child has its slot
         const auto changed = [&](const Diamond& diamond) {
             const Corners &child0 = forest_.leaf(diamond.pairs[0][0]).vertex,
                           &child1 = forest_.leaf(diamond.pairs[0][1]).vertex;
             const GridVertex a = vertices_[child0[1].value], b = vertices_[child1[0].value];
             if (diamond.midpoint.value >= vertices_.size()) vertices_.resize(diamond.midpoint.value + std::size_t{1});
             vertices_[diamond.midpoint.value] = {middle(a.x, b.x), middle(a.y, b.y), 0};
-            for (const auto& [slot0, slot1] : diamond.siblings()) {
-                touched.push_back(slot0);
-                touched.push_back(slot1);
-            }
+            for (const auto& pair : diamond.siblings())
+                for (const LeafId child : pair)
+                    if (std::exchange(made_in_[child.value], round) != round) next.push_back(child);
         };
-        while (!forest_.split_diamond(leaf, changed)) forest_.reserve(forest_.leaf_capacity() / 2 * 3 + 1024);
+        while (!forest_.split_diamond(leaf, changed)) reserve(forest_.leaf_capacity() / 16 * 17 + 1024);
     }
 
     /// Leaves that follow each other in the order of their paths: a subtree, or a coarser leaf.
     struct Block {
-        std::uint64_t number;
+        std::uint32_t number;
         std::vector<LeafId> slots{};  ///< of leaves to consider; a merged leaf keeps the slot of its first child
         std::vector<Diamond> merged{};
         std::vector<LeafId> across{};  ///< first leaves of diamonds that reach beyond the block
-    };
-    /// The leaves around a point: the smallest block of one of them, and the shift of block numbers, in bits, that puts
-    /// all of them into one block. Merging never enlarges this: both children of a leaf are in the same block, or are a
-    /// block each.
-    struct Star {
-        static constexpr std::uint32_t k_none = 0xFFFF'FFFF;
-        std::uint32_t block = k_none;
-        int shift = 0;
-        void add(std::uint32_t number) {
-            if (block == k_none) block = number;
-            shift = std::max(shift, static_cast<int>(std::bit_width(block ^ number)));
-        }
     };
     std::vector<Block> make_blocks() {
         constexpr double k_leaves = 8192;  // in a block, about: leaves and samples then fit into a core's cache
         const double roots = forest_.mesh().halfedge_count();
         const int depth =
             std::max(0, static_cast<int>(std::log2(std::max(1.0, forest_.leaf_count() / k_leaves / roots))));
-        stars_.resize(vertices_.size());
+        const auto block_of = [&](LeafId id) {
+            const BisectionLeaf& leaf = forest_.leaf(id);
+            const std::uint64_t path =
+                leaf.depth > depth ? leaf.path >> (leaf.depth - depth) : leaf.path << (depth - leaf.depth);
+            return static_cast<std::uint32_t>((std::uint64_t{forest_.root(id).value} << depth) + path);
+        };
         std::vector<Block> blocks;
         const std::vector<LeafId> leaves = forest_.ordered_leaves();
-        for (std::size_t i = 0; i < leaves.size(); ++i) {
-            if (i + 4 * k_ahead < leaves.size()) __builtin_prefetch(&forest_.leaf(leaves[i + 4 * k_ahead]));
-            const BisectionLeaf& leaf = forest_.leaf(leaves[i]);
-            const std::uint64_t path = leaf.depth > depth ? leaf.path >> (leaf.depth - depth)
-                                                          : leaf.path << (depth - leaf.depth),
-                                number = (std::uint64_t{forest_.root(leaves[i]).value} << depth) + path;
-            if (blocks.empty() || number != blocks.back().number) blocks.push_back({number});
-            for (const PointId p : leaf.vertex) stars_[p.value].add(static_cast<std::uint32_t>(number));
-            blocks.back().slots.push_back(leaves[i]);
+        for (auto begin = leaves.begin(), end = begin; begin != leaves.end(); begin = end) {
+            end = std::ranges::upper_bound(begin, leaves.end(), block_of(*begin), {}, block_of);
+            blocks.push_back({block_of(*begin), {begin, end}});
         }
+        apart_.assign(vertices_.size(), 0);
+        for_each_index(
+            static_cast<std::uint32_t>(blocks.size()),
+            [&](std::uint32_t b) {
+                for (const LeafId id : blocks[b].slots)
+                    for (std::size_t side = 0; side < 3; ++side) {
+                        const BisectionLeaf& leaf = forest_.leaf(id);
+                        const LeafId beside = leaf.neighbour[side];
+                        const std::uint32_t bits = beside < id ? blocks[b].number ^ block_of(beside) : 0;
+                        if (bits != 0)
+                            for (const PointId end : {leaf.vertex[side], leaf.vertex[(side + 1) % 3]})
+                                std::atomic_ref(apart_[end.value]).fetch_or(bits, std::memory_order_relaxed);
+                    }
+            },
+            1);
         return blocks;
     }
     /// The next larger blocks, with the leaves that their parts could not merge.
     static std::vector<Block> larger_blocks(const std::vector<Block>& blocks) {
         std::vector<Block> larger;
         for (const Block& block : blocks) {
-            const std::uint64_t number = block.number >> k_block_bits;
+            const std::uint32_t number = block.number >> k_block_bits;
             if (larger.empty() || number != larger.back().number) larger.push_back({number});
             larger.back().slots.insert(larger.back().slots.end(), block.across.begin(), block.across.end());
         }
         return larger;
     }
-    /// Whether all leaves around a point are in a block. The records of other leaves must not be read: another thread
-    /// may be writing them.
-    bool is_inside(PointId point, std::uint64_t block) const {
-        const Star& star = stars_[point.value];
-        return star.shift <= block_shift_ && std::uint64_t{star.block} >> block_shift_ == block;
-    }
+    /// Whether all leaves around a point of a leaf are in the leaf's block. The records of other leaves must not be
+    /// read: another thread may be writing them. Merging keeps this true: both children of a leaf are in the same
+    /// block, or are a block each.
+    bool is_inside(PointId point) const { return apart_[point.value] >> block_shift_ == 0; }
 
     /// @param first, end  numbers of the passes; they continue from smaller to larger blocks
     void merge_inside(Block& block, int first, int end) {
@@ -293,14 +290,14 @@ class TerrainRefinement {
                 const LeafId leaf = block.slots[i];
                 if (!is_first_child(leaf)) continue;  // for good: leaves are not split any more
                 block.slots[kept++] = leaf;
-                if (!is_inside(forest_.leaf(leaf).vertex[2], block.number)) {
+                if (!is_inside(forest_.leaf(leaf).vertex[2])) {
                     block.across.push_back(leaf);
                     continue;
                 }
                 const Diamond diamond = forest_.find_diamond(leaf);
                 if (diamond.pair_count == 0 || diamond.pairs[0][0] != leaf) continue;
                 const Corners4 corners = corners_of(diamond);
-                if (!std::ranges::all_of(corners, [&](PointId p) { return is_inside(p, block.number); }))
+                if (!std::ranges::all_of(corners, [&](PointId p) { return is_inside(p); }))
                     block.across.push_back(leaf);
                 else if ((pass == first || changed_since(pass - 1, diamond)) && fit_corners(diamond, pass)) {
                     forest_.fold_diamond(diamond);
@@ -438,10 +435,11 @@ class TerrainRefinement {
     double limit_;
     const RunContext& context_;
     BisectionForest forest_;
+    detail::PoolVector<std::uint8_t> made_in_;  // by the forest's leaves: last round that made one in this slot
     // By the forest's points:
-    detail::PoolVector<GridVertex> vertices_;
+    detail::PodArray<GridVertex> vertices_;
     detail::PoolVector<std::uint8_t> changed_;  // last pass that changed the leaves around a point, or its height
-    detail::PoolVector<Star> stars_;            // as of the beginning of merging
+    detail::PoolVector<std::uint32_t> apart_;   // bits in which the smallest blocks of the leaves around a point differ
     int block_shift_ = 0;  // shift from the numbers of the smallest blocks to the numbers of the present ones
 };
 

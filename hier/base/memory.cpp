@@ -1,8 +1,10 @@
 #include "memory.hpp"
 
 #include "error.hpp"
+#include "parallel.hpp"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <sys/resource.h>
 
@@ -210,7 +212,13 @@ void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
 void map_at_once([[maybe_unused]] void* data, [[maybe_unused]] std::size_t bytes) noexcept {
 #    if defined(MADV_POPULATE_WRITE)
     constexpr std::size_t k_few = 16 * k_page;  // for less memory, page faults cost no more than the call
-    advise(data, bytes, k_page, k_few, MADV_POPULATE_WRITE);
+    constexpr std::uint32_t k_pages = 2048;     // for a thread
+    const auto map = [&](std::uint32_t begin, std::uint32_t end) {
+        advise(static_cast<char*>(data) + begin * k_page, (end - begin) * k_page, k_page, k_few, MADV_POPULATE_WRITE);
+    };
+    // The caller may be one of several threads: while it waits here it must not begin other work of theirs.
+    oneapi::tbb::this_task_arena::isolate(
+        [&] { for_each_block(static_cast<std::uint32_t>(bytes / k_page), k_pages, map); });
 #    endif
 }
 void wish_for_small_pages(void* data, std::size_t bytes) noexcept {

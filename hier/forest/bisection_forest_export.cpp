@@ -20,42 +20,32 @@ constexpr std::uint32_t k_records_ahead = 16;  // prefetch distance in records: 
 
 }  // namespace
 
-// Leaves are disjoint, so their paths differ within the shorter one and compare as left-aligned numbers. A root has a
-// bucket per leaf or more, by the first bits of the path; leaves of one depth get a bucket each.
+// Leaves are disjoint, so their paths differ within the shorter one and compare as left-aligned numbers. They are
+// sorted in buckets by root and the first bits of the path.
 std::vector<LeafId> BisectionForest::ordered_leaves() const {
-    struct Key {
-        std::uint64_t path;  // its bits at the upper end
-        LeafId leaf;
-        bool operator<(const Key& o) const { return path < o.path; }
-    };
+    constexpr std::uint32_t k_leaves = 32;  // in a bucket, about
     const std::uint32_t roots = mesh_->halfedge_count();
+    const int bits = std::bit_width(leaf_count_ / k_leaves / std::max(roots, 1u));
+    const auto path_of = [&](LeafId id) { return leaves_[id.value].path << (63 - leaves_[id.value].depth); };
     const auto for_each_leaf = [&](auto&& visit) {
         for (LeafId id(0); id.value < leaf_slots(); ++id.value)
-            if (is_leaf(id)) visit(id, root(id).value);
+            if (is_leaf(id)) visit(id, (std::size_t{root(id).value} << bits) + (path_of(id) >> (63 - bits)));
     };
-    detail::PoolVector<std::uint64_t> count(roots, 0), first_bucket(roots + std::size_t{1}, 0);
-    for_each_leaf([&](LeafId, std::uint32_t root) { ++count[root]; });
-    for (std::uint32_t r = 0; r < roots; ++r) first_bucket[r + 1] = first_bucket[r] + std::bit_ceil(count[r]);
-    const auto path_of = [&](LeafId id) { return leaves_[id.value].path << (63 - leaves_[id.value].depth) << 1; };
-    const auto bucket_of = [&](LeafId id, std::uint32_t root) {
-        const int bits = std::countr_zero(std::bit_ceil(count[root]));
-        return first_bucket[root] + (path_of(id) >> 1 >> (63 - bits));
-    };
-    detail::PoolVector<std::uint32_t> begin(first_bucket[roots] + std::size_t{1}, 0);
-    for_each_leaf([&](LeafId id, std::uint32_t root) { ++begin[bucket_of(id, root) + 1]; });
+    const std::size_t buckets = std::size_t{roots} << bits;
+    detail::PoolVector<std::uint32_t> begin(buckets + 2, 0);
+    for_each_leaf([&](LeafId, std::size_t bucket) { ++begin[bucket + 2]; });
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<Key> keys;  // no PoolVector: the pool would keep this large block during the next allocation
-    detail::resize_large(keys, leaf_count_);
-    detail::PoolVector<std::uint32_t> end(begin.begin(), begin.end() - 1);
-    for_each_leaf([&](LeafId id, std::uint32_t root) { keys[end[bucket_of(id, root)]++] = {path_of(id), id}; });
-    constexpr std::uint32_t k_roots_per_task = 64;
-    for_each_block(roots, k_roots_per_task, [&](std::uint32_t first, std::uint32_t last) {
-        for (std::uint64_t b = first_bucket[first]; b < first_bucket[last]; ++b)
-            if (end[b] - begin[b] > 1) oneapi::tbb::parallel_sort(keys.begin() + begin[b], keys.begin() + end[b]);
-    });
     std::vector<LeafId> order;
-    detail::reserve_large(order, leaf_count_);
-    for (const Key& key : keys) order.push_back(key.leaf);
+    detail::resize_large(order, leaf_count_);
+    for_each_leaf([&](LeafId id, std::size_t bucket) { order[begin[bucket + 1]++] = id; });
+    constexpr std::uint32_t k_buckets_per_task = 512;
+    for_each_index(
+        static_cast<std::uint32_t>(buckets),
+        [&](std::uint32_t b) {
+            oneapi::tbb::parallel_sort(order.begin() + begin[b], order.begin() + begin[b + 1],
+                                       [&](LeafId p, LeafId q) { return path_of(p) < path_of(q); });
+        },
+        k_buckets_per_task);
     return order;
 }
 
