@@ -77,7 +77,8 @@ void CornerRing::halve() {
     std::vector<float> around;  // of no use to the uniform method
     for (const Spoke& s : spokes)
         if (chaikin) around.push_back(s.sharpness);
-    for (Spoke& s : spokes) s.near_half = half_of(*this, s.sharpness, around);
+    for (Spoke& s : spokes)
+        if (is_sharp(s.sharpness)) s.near_half = half_of(*this, s.sharpness, around);
 }
 
 Vec3d CornerRing::face_point(int i) const {
@@ -97,7 +98,7 @@ Vec3d CornerRing::edge_point(int i) const {
 }
 
 Vec3d CornerRing::vertex_point() const {
-    std::vector<float> around, halves;
+    ShortList<float, 8> around, halves;
     for (const Spoke& s : spokes) around.push_back(s.sharpness), halves.push_back(s.near_half);
     const VertexBlend blend = vertex_blend(around, sharpness, halves, child_sharpness(sharpness));
     Vec3d out(0);
@@ -252,6 +253,7 @@ CornerRing control_ring(const ControlMesh& mesh, SchemeKind scheme, HalfedgeId h
     ring.sharpness = mesh.sharpness(v);
     ring.boundary = mesh.is_boundary(v);
     ring.chaikin = mesh.crease_method() == CreaseMethod::chaikin;
+    ring.spokes.reserve(mesh.face_valence(v) + std::size_t{1});
     HalfedgeId last;
     for_each_outgoing(mesh, v, [&](HalfedgeId o) {
         if (o == h) ring.cell = ring.size();

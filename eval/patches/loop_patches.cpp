@@ -10,10 +10,10 @@ namespace tetrakis {
 
 namespace detail {
 
-std::vector<Vec3d> LoopShape::beyond(const CornerRing& ring) {
+OuterPoints LoopShape::beyond(const CornerRing& ring) {
     const int cell = ring.cell;
     const Vec3d& centre = ring.centre;
-    std::vector<Vec3d> out;
+    OuterPoints out;
     if (ring.is_smooth()) {
         for (int i = 2; i < ring.size(); ++i) out.push_back(ring.spoke(cell + i).point);
         return out;

@@ -41,7 +41,7 @@ struct LoopShape {
     /// what the ring's rules give, at this level and below. Empty if no such points exist. At a smooth corner they are
     /// the ring's own. At a boundary or crease with three triangles on the cell's side, missing ones are reflected: c +
     /// p_0 - p_1; at a corner with a single triangle, through the centre too.
-    static std::vector<Vec3d> beyond(const CornerRing& ring);
+    static OuterPoints beyond(const CornerRing& ring);
 };
 
 using LoopNode = PatchNode<LoopShape>;

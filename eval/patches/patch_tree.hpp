@@ -92,7 +92,7 @@ struct PatchNode : PoolNew {
     /// Becomes a regular cell or a star if one represents the rings exactly; else returns false.
     bool become_simpler(const Rings& of) {
         constexpr int k_per_edge = Star::k_per_edge;
-        std::array<std::vector<Vec3d>, Shape::k_corners> beyond;
+        std::array<OuterPoints, Shape::k_corners> beyond;
         typename Star::Valences valence;
         int corner = 0, special = 0, crease = -1;
         for (std::size_t k = 0; k < beyond.size(); ++k) {

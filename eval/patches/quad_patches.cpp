@@ -10,13 +10,13 @@ namespace tetrakis {
 
 namespace detail {
 
-std::vector<Vec3d> QuadShape::beyond(const CornerRing& ring) {
+OuterPoints QuadShape::beyond(const CornerRing& ring) {
     const Vec3d& c = ring.centre;
     const auto e = [&](int i) { return ring.spoke(ring.cell + i).point; };
     const auto f = [&](int i) { return ring.spoke(ring.cell + i).face; };
     const auto sharpness = [&](int i) { return ring.spoke(ring.cell + i).sharpness; };
     if (ring.is_smooth()) {
-        std::vector<Vec3d> out;
+        OuterPoints out;
         for (int i = 2; i < ring.size(); ++i) {
             out.push_back(e(i));
             if (i + 1 < ring.size()) out.push_back(f(i));

@@ -42,7 +42,7 @@ struct QuadShape {
     /// With them, the smooth rules give on the cell's side what the ring's rules give, at this level and below, except
     /// for a crease of finite sharpness along one side. Empty if no such points exist. Beyond infinitely sharp sides,
     /// p_-1 = 2 p_0 - p_1 turns the B-spline rules into those of the boundary.
-    static std::vector<Vec3d> beyond(const CornerRing& ring);
+    static OuterPoints beyond(const CornerRing& ring);
 };
 
 using QuadNode = PatchNode<QuadShape>;
