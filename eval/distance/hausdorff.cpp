@@ -2,7 +2,6 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../surface/local_frame.hpp"
-#include "local_maximum.hpp"
 #include "mesh_sampling.hpp"
 
 #include <glm/common.hpp>

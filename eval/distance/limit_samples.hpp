@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../triangles/point_triangle.hpp"
-#include "local_maximum.hpp"
+#include "mesh_sampling.hpp"
 #include "surface_family.hpp"
 
 #include <algorithm>

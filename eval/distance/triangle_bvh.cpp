@@ -26,12 +26,10 @@ constexpr double k_farthest_float_query = 0x1p60;
 /// A search for the nearest triangle.
 struct NearestSearch {
     double distance;  ///< least distance so far
-    /// The distance of a triangle; may be any larger number if it exceeds `best`. An exception from it ends the search
-    /// and is rethrown by State::run().
+    /// The distance of a triangle; may be any larger number if it exceeds `best`. It must not throw through Embree.
     std::function<double(std::uint32_t triangle, double best)> exact;
     double scale = 1;  ///< of the local frame
     double slack = 0;  ///< largest shift of query point and triangles by float rounding, in the local frame
-    std::exception_ptr thrown{};
 
     /// Takes one more candidate; returns whether it is nearer than all before.
     bool offer(std::uint32_t triangle) {
@@ -54,14 +52,7 @@ struct NearestSearch {
     }
     static bool on_candidate(RTCPointQueryFunctionArguments* args) {
         auto& search = *static_cast<NearestSearch*>(args->userPtr);
-        if (search.thrown) return false;
-        try {
-            if (!search.offer(args->primID)) return false;
-        } catch (...) {  // nothing may be thrown through Embree
-            search.thrown = std::current_exception();
-            args->query->radius = 0;
-            return true;
-        }
+        if (!search.offer(args->primID)) return false;
         const float radius = search.radius();
         if (radius >= args->query->radius) return false;
         args->query->radius = radius;
@@ -93,8 +84,8 @@ struct BuildMonitor {
 
 }  // namespace
 
-/// An Embree device with one scene of one geometry. Embree reports its failures through the device; build() turns them
-/// into Errors.
+/// An Embree device with one scene of one geometry. Embree reports its failures through the device; TriangleBvh() turns
+/// them into Errors.
 struct TriangleBvh::State {
     std::span<const Vec3d> positions;
     std::span<const std::array<std::uint32_t, 3>> triangles;
@@ -122,30 +113,10 @@ struct TriangleBvh::State {
     }
     State(const State&) = delete;
 
-    /// Attaches the geometry as number 0, releases the caller's reference to it and builds. Reports stage "build".
-    void build(RTCGeometry geometry, const RunContext& context) {
-        rtcSetGeometryPointQueryFunction(geometry, &NearestSearch::on_candidate);
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(scene, geometry, 0);
-        rtcReleaseGeometry(geometry);
-        BuildMonitor monitor(context);
-        if (context.progress) rtcSetSceneProgressMonitorFunction(scene, &BuildMonitor::on_progress, &monitor);
-        // Inside a parallel loop, a thread that waits here must not start another iteration of that loop.
-        oneapi::tbb::this_task_arena::isolate([&] { rtcCommitScene(scene); });
-        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
-        if (monitor.thrown) std::rethrow_exception(monitor.thrown);
-        if (failure == RTC_ERROR_NONE) return;
-        if (failure == RTC_ERROR_OUT_OF_MEMORY)
-            throw Error(
-                ErrorCode::memory_limit,
-                limit > 0 ? fmt::format("the bounding volume hierarchy needs more than the {} bytes left for it", limit)
-                          : std::string("no memory left for the bounding volume hierarchy"));
-        throw Error(ErrorCode::invalid_input, fmt::format("Embree rejects the geometry (error {})", failure.load()));
-    }
-
     /// Offers all triangles within search.distance, and perhaps more. Embree's float radii are rounded outward, so that
     /// not even equal distances are missed; search.exact computes the distances. Thread-safe.
     void run(NearestSearch& search, const Vec3d& point) const {
+        if (triangles.empty()) return;
         // Rounding to float moves a local coordinate c by at most 2^-24 |c|. Let a point have coordinates up to r, and
         // a box the distance d from it: the box's nearest sides have coordinates up to r + d. Rounding moves the
         // distance by sqrt(3) 2^-24 r, and by a share of d that radius() allows for.
@@ -167,7 +138,6 @@ struct TriangleBvh::State {
         RTCPointQueryContext context;
         rtcInitPointQueryContext(&context);
         rtcPointQuery(scene, &query, &context, nullptr, &search);
-        if (search.thrown) std::rethrow_exception(search.thrown);
     }
 
     static bool on_memory(void* self, ssize_t bytes, bool /*post*/) {
@@ -242,8 +212,25 @@ TriangleBvh::TriangleBvh(std::span<const Vec3d> positions, std::span<const std::
         });
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0,
                                    sizeof(triangles[0]), triangles.size());
-        state.build(geometry, context);
+        rtcSetGeometryPointQueryFunction(geometry, &NearestSearch::on_candidate);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(state.scene, geometry, 0);
+        rtcReleaseGeometry(geometry);
+        BuildMonitor monitor(context);
+        if (context.progress) rtcSetSceneProgressMonitorFunction(state.scene, &BuildMonitor::on_progress, &monitor);
+        // Inside a parallel loop, a thread that waits here must not start another iteration of that loop.
+        oneapi::tbb::this_task_arena::isolate([&] { rtcCommitScene(state.scene); });
+        rtcSetSceneProgressMonitorFunction(state.scene, nullptr, nullptr);
+        if (monitor.thrown) std::rethrow_exception(monitor.thrown);
     });
+    if (state.failure == RTC_ERROR_NONE) return;
+    if (state.failure == RTC_ERROR_OUT_OF_MEMORY)
+        throw Error(ErrorCode::memory_limit,
+                    state.limit > 0 ? fmt::format("the bounding volume hierarchy needs more than the {} bytes left for "
+                                                  "it",
+                                                  state.limit)
+                                    : std::string("no memory left for the bounding volume hierarchy"));
+    throw Error(ErrorCode::invalid_input, fmt::format("Embree rejects the geometry (error {})", state.failure.load()));
 }
 
 std::uint32_t TriangleBvh::triangle_count() const { return static_cast<std::uint32_t>(state_->triangles.size()); }
@@ -262,7 +249,6 @@ std::uint64_t TriangleBvh::memory_bytes() const { return static_cast<std::uint64
 ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const noexcept {
     const State& state = *state_;
     ClosestPoint result;
-    if (state.triangles.empty()) return result;
     const auto exact = [&](std::uint32_t t, double best) {
         constexpr double k_too_far = std::numeric_limits<double>::infinity();
         const auto& corner = state.triangles[t];
@@ -286,12 +272,18 @@ ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const
 
 std::vector<std::uint32_t> TriangleBvh::within(const Vec3d& point, double distance) const {
     std::vector<std::uint32_t> result;
+    std::exception_ptr thrown;
     const auto take = [&](std::uint32_t t, double) {
-        result.push_back(t);
+        try {
+            result.push_back(t);
+        } catch (...) {
+            thrown = std::current_exception();
+        }
         return std::numeric_limits<double>::infinity();
     };
     NearestSearch search{distance, std::ref(take)};
-    if (!state_->triangles.empty()) state_->run(search, point);
+    state_->run(search, point);
+    if (thrown) std::rethrow_exception(thrown);
     return result;
 }
 

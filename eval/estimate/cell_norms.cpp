@@ -1,6 +1,7 @@
 #include "cell_norms.hpp"
 
 #include "../../schemes/core/scheme_table.hpp"
+#include "../../schemes/parts/sector_fan.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -318,8 +319,10 @@ const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
 }
 
 std::optional<CellNormTable::Total> CellNormTable::total(const FanShape& shape) const {
-    const FanLattice lattice = corners_ == 3 ? FanLattice::triangles : FanLattice::quads;
-    const CellNorms* const found = find(fan_surroundings(lattice, shape, rings_));
+    // The fan is larger than the rings around the cell, so that its border does not count.
+    const SectorFan fan(corners_ == 3 ? FanLattice::triangles : FanLattice::quads, shape, rings_ + 2);
+    MeshPartFinder parts;
+    const CellNorms* const found = find(cell_surroundings(fan.mesh, fan.start[0], rings_, parts)->key);
     if (found == nullptr) return std::nullopt;
     Total total{0, false};
     for (const double w : found->weight) total.sum += w;

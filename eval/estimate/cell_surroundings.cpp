@@ -109,13 +109,6 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
     return result;
 }
 
-SurroundingsKey fan_surroundings(FanLattice lattice, const FanShape& shape, int rings) {
-    // The fan is larger than the rings around the cell, so that its border does not count.
-    const SectorFan fan(lattice, shape, rings + 2);
-    MeshPartFinder parts;
-    return cell_surroundings(fan.mesh, fan.start[0], rings, parts)->key;
-}
-
 std::optional<CellStep> cell_step(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
                                   int cell_corners, int rings) {
     RuleMesh mesh;

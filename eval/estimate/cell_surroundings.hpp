@@ -5,7 +5,6 @@
 #include "../../schemes/core/rule_mesh.hpp"
 #include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../../schemes/parts/sector_fan.hpp"
 #include "../patches/cell.hpp"
 
 #include <array>
@@ -50,9 +49,6 @@ struct CellSurroundings {
 /// @param rings     number of rings of faces
 /// @return  empty if an edge or vertex is semi-sharp (the next level's tags differ), or faces are not joined by edges
 std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int halfedge, int rings, MeshPartFinder& parts);
-
-/// The surroundings of a cell at the middle of a fan.
-SurroundingsKey fan_surroundings(FanLattice lattice, const FanShape& shape, int rings);
 
 /// Result of one step of the rules for a cell with given surroundings.
 struct CellStep {

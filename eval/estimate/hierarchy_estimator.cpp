@@ -44,7 +44,7 @@ void HierarchyEstimator::estimate(std::span<const CellTriangle> triangles, std::
         hierarchy_.scheme(), triangles, errors,
         [](const CellTriangle& t) { return t.level + detail::k_limit_lattice_bits <= k_max_level; },
         [&](std::span<const CellTriangle> reached, std::span<double> seen) {
-            LimitEstimator(hierarchy_, aim_).estimate(reached, seen);
+            detail::LimitEstimator(hierarchy_, aim_).estimate(reached, seen);
         });
 }
 
@@ -54,7 +54,7 @@ void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles
         hierarchy_.scheme(), triangles, errors, [&](const Sqrt3Triangle& leaf) { return leaf.level <= deepest; },
         [&](std::span<const Sqrt3Triangle> reached, std::span<double> seen) {
             const Sqrt3Lattice lattice(hierarchy_.mesh());
-            LimitEstimator(hierarchy_, aim_, &lattice).estimate_sqrt3(reached, seen);
+            detail::LimitEstimator(hierarchy_, aim_, &lattice).estimate_sqrt3(reached, seen);
         });
 }
 

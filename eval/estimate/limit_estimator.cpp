@@ -7,19 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tetrakis {
-
-using detail::distance_to_samples;
-using detail::farthest_sample;
-using detail::for_each_lattice_point;
-using detail::k_limit_lattice;
-using detail::k_limit_lattice_bits;
-using detail::k_limit_samples;
-using detail::lattice_index;
-using detail::limit_positions_once;
-using detail::LimitSamples;
-using detail::PlaneMeasure;
-using detail::segment_distance;
+namespace tetrakis::detail {
 
 namespace {
 
@@ -33,10 +21,10 @@ double unseen_rounding(const Hierarchy& points, const CellTriangle& triangle, co
     constexpr double k_off = 0.25;  // error as a share of the rounded width: a cubic B-spline at a right angle
     double most = 0, longest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-        most = std::max(most, detail::finite_sharpness_at<Family>(points.mesh(), triangle, k));
+        most = std::max(most, finite_sharpness_at<Family>(points.mesh(), triangle, k));
         longest = std::max(longest, glm::length(corner[k] - corner[(k + 1) % 3]));
     }
-    const bool is_seen = triangle.level + detail::k_limit_lattice_bits >= most + 1;
+    const bool is_seen = triangle.level + k_limit_lattice_bits >= most + 1;
     return is_seen || points.scheme().is_linear() ? 0 : k_off * longest * std::exp2(triangle.level - most);
 }
 
@@ -50,7 +38,7 @@ std::vector<LimitSamples> samples_of(const Hierarchy& points, std::span<const Ce
             Site* out = &sites[std::size_t{k_limit_samples} * t];
             for (int row = 0; row <= k_limit_lattice; ++row)
                 for (int i = 0; i <= row; ++i)
-                    *out++ = detail::lattice_site_of<Family>(points.mesh(), triangles[t], k_limit_lattice_bits, row, i);
+                    *out++ = lattice_site_of<Family>(points.mesh(), triangles[t], k_limit_lattice_bits, row, i);
         },
         k_grain);
     std::vector<LimitSamples> samples(triangles.size());
@@ -70,7 +58,7 @@ double fan_error(const Hierarchy& points, FaceId face, std::span<const std::arra
     for (std::uint32_t r = 0; r < size; ++r) {
         const CellTriangle root = root_triangle(HalfedgeId(h0 + r));
         const bool hard = is_hard_edge<QuadFamily>(mesh, root, 0);
-        error = std::max(error, unseen_rounding<QuadFamily>(points, root, detail::corners_of(roots[r])));
+        error = std::max(error, unseen_rounding<QuadFamily>(points, root, corners_of(roots[r])));
         for (std::size_t i = 0; i < roots[r].size(); ++i) {
             double nearest = std::numeric_limits<double>::infinity();
             for (std::size_t k = 0; k < planes.size() && nearest > error; ++k)
@@ -108,7 +96,7 @@ constexpr std::array<std::array<int, 3>, 4> k_ninths_at_cut{{{2, 1, 6}, {4, 2, 3
 
 template <class Family>
 double triangle_error(const Hierarchy& points, double tolerance, const CellTriangle& triangle, const LimitSamples& s) {
-    const std::array<Vec3d, 3> corner = detail::corners_of(s);
+    const std::array<Vec3d, 3> corner = corners_of(s);
     const double most =
         farthest_sample(s, k_limit_lattice, PlaneMeasure(corner), hard_edges<Family>(points.mesh(), triangle)).value;
     double error = std::max(most, unseen_rounding<Family>(points, triangle, corner));
@@ -186,8 +174,8 @@ void LimitEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> leaves, std::
     }
 }
 
-void detail::fan_limit_errors(const Hierarchy& points, const FanChoice& fans, std::span<const FaceId> faces,
-                              std::span<const Vec3d> corners, std::span<double> errors) {
+void fan_limit_errors(const Hierarchy& points, const FanChoice& fans, std::span<const FaceId> faces,
+                      std::span<const Vec3d> corners, std::span<double> errors) {
     const ControlMesh& mesh = points.mesh();
     std::vector<std::size_t> first;  // per face: the number of its first root
     std::vector<CellTriangle> roots;
@@ -206,4 +194,4 @@ void detail::fan_limit_errors(const Hierarchy& points, const FanChoice& fans, st
         16);
 }
 
-}  // namespace tetrakis
+}  // namespace tetrakis::detail

@@ -7,9 +7,7 @@
 
 #include <span>
 
-namespace tetrakis {
-
-namespace detail {
+namespace tetrakis::detail {
 
 /// A leaf's error needs points of this many simple steps of sqrt(3) below its level, which the lattice must have.
 inline constexpr int k_sqrt3_error_steps = 6;
@@ -26,8 +24,6 @@ inline double seen_share(const SchemeInfo& scheme) { return scheme.interpolating
 /// @param corners  output positions of the control vertices
 void fan_limit_errors(const Hierarchy& points, const FanChoice& fans, std::span<const FaceId> faces,
                       std::span<const Vec3d> corners, std::span<double> errors);
-
-}  // namespace detail
 
 /// Errors of a hierarchy's triangles by the limit points that two more levels put on a triangle's edges and inside it.
 /// Distances go from these points to the triangle (PlaneMeasure); on boundaries and hard creases, to its own edge.
@@ -51,4 +47,4 @@ class LimitEstimator final : public ErrorEstimator {
     const Sqrt3Lattice* lattice_;
 };
 
-}  // namespace tetrakis
+}  // namespace tetrakis::detail

@@ -44,28 +44,20 @@ SplitVertices::SplitVertices(const MeshView& mesh, bool uvs) : mesh_corners_(mes
 }
 
 void join_split_vertices(TriangleMesh& mesh) {
-    std::vector<std::uint32_t> target(mesh.positions.size());
-    std::iota(target.begin(), target.end(), 0u);
-    target = first_at_position(mesh.positions, std::move(target));
+    std::vector<std::uint32_t> all(mesh.positions.size());
+    std::iota(all.begin(), all.end(), 0u);
+    const std::vector<std::uint32_t> first = first_at_position(mesh.positions, std::move(all));
     bool one_normal = true;
     for (std::uint32_t v = 0; v < mesh.normals.size(); ++v)
-        one_normal = one_normal && mesh.normals[target[v]] == mesh.normals[v];
-    if (!one_normal) mesh.triangle_normals = mesh.triangles;
-    const bool reduce_normals = one_normal && !mesh.normals.empty();
-    std::uint32_t kept = 0;
-    for (std::uint32_t v = 0; v < target.size(); ++v) {
-        if (target[v] != v) {
-            target[v] = target[target[v]];  // the first vertex there has a lower index, so its new one is known
-            continue;
-        }
-        mesh.positions[kept] = mesh.positions[v];
-        if (reduce_normals) mesh.normals[kept] = mesh.normals[v];
-        target[v] = kept++;
-    }
-    mesh.positions.resize(kept);
-    if (reduce_normals) mesh.normals.resize(kept);
+        one_normal = one_normal && mesh.normals[first[v]] == mesh.normals[v];
+    const Numbering joined(first);
+    gather(mesh.positions, joined.kept);
+    if (one_normal)
+        gather(mesh.normals, joined.kept);
+    else
+        mesh.triangle_normals = mesh.triangles;
     for (auto& triangle : mesh.triangles)
-        for (std::uint32_t& v : triangle) v = target[v];
+        for (std::uint32_t& v : triangle) v = joined.number[v];
 }
 
 }  // namespace tetrakis::detail

@@ -23,13 +23,6 @@ float half_of(const CornerRing& ring, float sharpness, std::span<const float> at
     return ring.chaikin ? child_sharpness_chaikin(sharpness, at_end) : child_sharpness(sharpness);
 }
 
-std::vector<float> by_spoke(const CornerRing& ring, float CornerRing::Spoke::*sharpness) {
-    std::vector<float> values;
-    values.reserve(ring.spokes.size());
-    for (const CornerRing::Spoke& s : ring.spokes) values.push_back(s.*sharpness);
-    return values;
-}
-
 bool is_crease(const CornerRing::Spoke& s) { return is_sharp(s.sharpness); }
 
 /// Limit masks of a sector or of a whole ring. At a corner without a tangent plane, the tangent masks span a plane
@@ -81,8 +74,11 @@ Vec3d weighed(const CornerRing& ring, const ClosedMasks::Mask& mask, int first) 
 }  // namespace
 
 void CornerRing::halve() {
-    const std::vector<float> sharpness_around = by_spoke(*this, &Spoke::sharpness);
-    for (Spoke& s : spokes) s.near_half = half_of(*this, s.sharpness, sharpness_around);
+    std::vector<float> around;  // of no use to the uniform method
+    for (const Spoke& s : spokes)
+        if (chaikin) around.push_back(s.sharpness);
+    for (Spoke& s : spokes)
+        if (is_sharp(s.sharpness)) s.near_half = half_of(*this, s.sharpness, around);
 }
 
 Vec3d CornerRing::face_point(int i) const {
@@ -102,8 +98,9 @@ Vec3d CornerRing::edge_point(int i) const {
 }
 
 Vec3d CornerRing::vertex_point() const {
-    const VertexBlend blend = vertex_blend(by_spoke(*this, &Spoke::sharpness), sharpness,
-                                           by_spoke(*this, &Spoke::near_half), child_sharpness(sharpness));
+    ShortList<float, 8> around, halves;
+    for (const Spoke& s : spokes) around.push_back(s.sharpness), halves.push_back(s.near_half);
+    const VertexBlend blend = vertex_blend(around, sharpness, halves, child_sharpness(sharpness));
     Vec3d out(0);
     if (blend.smooth != 0) {
         const double n = size();
@@ -256,6 +253,7 @@ CornerRing control_ring(const ControlMesh& mesh, SchemeKind scheme, HalfedgeId h
     ring.sharpness = mesh.sharpness(v);
     ring.boundary = mesh.is_boundary(v);
     ring.chaikin = mesh.crease_method() == CreaseMethod::chaikin;
+    ring.spokes.reserve(mesh.face_valence(v) + std::size_t{1});
     HalfedgeId last;
     for_each_outgoing(mesh, v, [&](HalfedgeId o) {
         if (o == h) ring.cell = ring.size();

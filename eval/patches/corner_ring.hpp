@@ -2,6 +2,7 @@
 
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
+#include "../../schemes/core/short_list.hpp"
 #include "../surface/surface_point.hpp"
 
 #include <array>
@@ -62,6 +63,9 @@ struct CornerRing {
     SurfacePoint limit() const;
     void add_points(std::vector<Vec3d>& points) const;
 };
+
+/// The points around a corner outside its cell.
+using OuterPoints = ShortList<Vec3d, 8>;
 
 /// Ring of the midpoint of a cell's side. Its spoke 0 leads towards the centre of `to`; spoke 1 leads into the cell,
 /// which is on the left.

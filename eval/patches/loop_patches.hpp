@@ -4,7 +4,6 @@
 #include "patch_tree.hpp"
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 namespace tetrakis {
@@ -25,11 +24,24 @@ struct LoopShape {
     /// Position and derivatives, without the normal.
     static SurfacePoint evaluate(const Net12& net, const Vec2d& at, bool second);
 
+    /// As for quads.
+    static std::pair<HalfedgeId, double> on_edge(const ControlMesh& mesh, HalfedgeId root, const Vec2d& at) {
+        if (at.y == 0 && at.x < 1) return {root, at.x};
+        if (at.x == 0) return {mesh.prev(root), 1 - at.y};
+        return {at.x + at.y == 1 ? mesh.next(root) : HalfedgeId{}, at.y};
+    }
+    static SurfaceParameter in_root(const ControlMesh& mesh, HalfedgeId h, double fraction) {
+        const HalfedgeId root = mesh.face_halfedge(mesh.face(h));
+        const auto k = static_cast<int>(h.value - root.value);
+        const Vec2d at = (1 - fraction) * cell_corner(k, 3) + fraction * cell_corner((k + 1) % 3, 3);
+        return {root, at.x, at.y};
+    }
+
     /// The corner's neighbours outside the cell, counter-clockwise. With them, the smooth rules give on the cell's side
     /// what the ring's rules give, at this level and below. Empty if no such points exist. At a smooth corner they are
     /// the ring's own. At a boundary or crease with three triangles on the cell's side, missing ones are reflected: c +
     /// p_0 - p_1; at a corner with a single triangle, through the centre too.
-    static std::vector<Vec3d> beyond(const CornerRing& ring);
+    static OuterPoints beyond(const CornerRing& ring);
 };
 
 using LoopNode = PatchNode<LoopShape>;
@@ -47,17 +59,9 @@ class LoopPatches final : public PatchTree<detail::LoopShape> {
     explicit LoopPatches(const ControlMesh& mesh, const RunContext& context = {});
     explicit LoopPatches(const ControlMesh&&, const RunContext& = {}) = delete;
 
-    /// Limit position, first derivatives and normal of a vertex: as evaluate(), but on an infinitely sharp edge with
-    /// the mean of the normals of both sides, and at a control vertex with the mean of its sectors'.
-    SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
-
   private:
     void build_root(HalfedgeId root, detail::LoopNode& node) const override;
-    /// Star of a root with smooth corners, from an extraordinary one on if there is any; empty for other roots.
-    /// @param turn  receives the number of the root's corner that is corner 0 of the star
-    std::optional<detail::LoopStar> root_star(HalfedgeId root, int& turn) const;
-    /// Ring of a corner of a root.
-    detail::CornerRing root_ring(HalfedgeId root, std::uint32_t corner) const;
+    detail::CornerRing ring(HalfedgeId h) const override { return detail::control_ring(mesh_, SchemeKind::loop, h); }
 };
 
 }  // namespace tetrakis

@@ -92,7 +92,7 @@ struct PatchNode : PoolNew {
     /// Becomes a regular cell or a star if one represents the rings exactly; else returns false.
     bool become_simpler(const Rings& of) {
         constexpr int k_per_edge = Star::k_per_edge;
-        std::array<std::vector<Vec3d>, Shape::k_corners> beyond;
+        std::array<OuterPoints, Shape::k_corners> beyond;
         typename Star::Valences valence;
         int corner = 0, special = 0, crease = -1;
         for (std::size_t k = 0; k < beyond.size(); ++k) {
@@ -176,6 +176,22 @@ class PatchTree {
     SurfacePoint evaluate(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, true); }
     /// The same without second derivatives: cheaper, and the same bits.
     SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
+    /// frame() of a vertex, but on an infinitely sharp edge with the mean of the normals of both sides, and at a
+    /// control vertex with the mean of its sectors'.
+    SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const {
+        const Vec2d place = std::ldexp(1.0, -level) * Vec2d(at.x, at.y);
+        SurfacePoint point = frame(root, place.x, place.y);
+        const auto [h, fraction] = Shape::on_edge(mesh_, root, place);
+        if (!h.valid()) return point;
+        if (fraction == 0) {
+            // Around a control vertex there may be faces of more than four corners; one level down all are quads.
+            point.normal = (Node::k_corners == 4 ? ring(h).child() : ring(h)).limit().normal;
+        } else if (mesh_.twin(h).valid() && mesh_.sharpness(mesh_.edge(h)) == k_sharpness_infinity) {
+            const SurfaceParameter beyond = Shape::in_root(mesh_, mesh_.twin(h), 1 - fraction);
+            point.normal = unit_or_zero(point.normal + frame(beyond.root, beyond.x, beyond.y).normal);
+        }
+        return point;
+    }
     /// The position alone, with the same bits: about the cost of one patch.
     Vec3d position(HalfedgeId root, double x, double y) const { return position(root_node(root), {x, y}); }
     /// position() at a lattice point of the root, level <= k_max_level.
@@ -230,6 +246,8 @@ class PatchTree {
 
     /// Makes a new node the cell of a root.
     virtual void build_root(HalfedgeId root, Node& node) const = 0;
+    /// The ring of the control vertex that a half-edge leaves.
+    virtual detail::CornerRing ring(HalfedgeId h) const = 0;
 
     const ControlMesh& mesh_;
 

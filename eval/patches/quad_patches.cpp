@@ -10,13 +10,13 @@ namespace tetrakis {
 
 namespace detail {
 
-std::vector<Vec3d> QuadShape::beyond(const CornerRing& ring) {
+OuterPoints QuadShape::beyond(const CornerRing& ring) {
     const Vec3d& c = ring.centre;
     const auto e = [&](int i) { return ring.spoke(ring.cell + i).point; };
     const auto f = [&](int i) { return ring.spoke(ring.cell + i).face; };
     const auto sharpness = [&](int i) { return ring.spoke(ring.cell + i).sharpness; };
     if (ring.is_smooth()) {
-        std::vector<Vec3d> out;
+        OuterPoints out;
         for (int i = 2; i < ring.size(); ++i) {
             out.push_back(e(i));
             if (i + 1 < ring.size()) out.push_back(f(i));
@@ -111,13 +111,13 @@ void QuadPatches::first_step() {
         const VertexId v(i);
         first_[i] = m.position(v);
         if (m.is_isolated(v)) return;
-        const CornerRing ring = detail::control_ring(m, SchemeKind::catmull_clark, m.vertex_halfedge(v), face_points());
-        first_[i] = ring.vertex_point();
-        smooth_[i] = !ring.boundary && child_sharpness(ring.sharpness) == 0 &&
-                     std::ranges::all_of(ring.spokes, [](const CornerRing::Spoke& s) { return s.near_half == 0; });
+        const CornerRing here = ring(m.vertex_halfedge(v));
+        first_[i] = here.vertex_point();
+        smooth_[i] = !here.boundary && child_sharpness(here.sharpness) == 0 &&
+                     std::ranges::all_of(here.spokes, [](const CornerRing::Spoke& s) { return s.near_half == 0; });
         int spoke = 0;
         for_each_outgoing(m, v, [&](HalfedgeId h) {
-            if (m.edge_halfedge(m.edge(h)) == h) edge_points[m.edge(h).value] = ring.edge_point(spoke);
+            if (m.edge_halfedge(m.edge(h)) == h) edge_points[m.edge(h).value] = here.edge_point(spoke);
             ++spoke;
         });
     });
@@ -153,9 +153,6 @@ void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
 /// The rings of a root's corners, at level 1.
 detail::CellRings<4> QuadPatches::root_rings(HalfedgeId root) const {
     const ControlMesh& m = mesh_;
-    const auto ring = [&](HalfedgeId h) {
-        return detail::control_ring(m, SchemeKind::catmull_clark, h, face_points());
-    };
     const CornerRing here = ring(root), after = ring(m.next(root)), before = ring(m.prev(root)), child = here.child();
     CornerRing centre;
     centre.scheme = SchemeKind::catmull_clark;
@@ -171,28 +168,6 @@ detail::CellRings<4> QuadPatches::root_rings(HalfedgeId root) const {
         {child, side_ring(here, after, child, after.child()), centre, side_ring(before, here, before.child(), child)}};
     rings.corner[1].cell = 1;
     return rings;
-}
-
-namespace {
-bool is_hard(const ControlMesh& mesh, HalfedgeId h) {
-    return mesh.twin(h).valid() && mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
-}
-}  // namespace
-
-SurfacePoint QuadPatches::vertex(HalfedgeId root, LatticePoint at, int level) const {
-    const double step = std::ldexp(1.0, -level);
-    SurfacePoint point = frame(root, at.x * step, at.y * step);
-    const ControlMesh& m = mesh_;
-    const auto mean_normal = [&](HalfedgeId beyond, std::uint32_t x, std::uint32_t y) {
-        return unit_or_zero(point.normal + frame(beyond, x * step, y * step).normal);
-    };
-    if (at.x == 0 && at.y == 0)
-        point.normal = detail::control_ring(m, SchemeKind::catmull_clark, root, face_points()).child().limit().normal;
-    else if (at.y == 0 && is_hard(m, root))
-        point.normal = mean_normal(m.cw_outgoing(root), 0, at.x);
-    else if (at.x == 0 && is_hard(m, m.prev(root)))
-        point.normal = mean_normal(m.ccw_outgoing(root), at.y, 0);
-    return point;
 }
 
 }  // namespace tetrakis

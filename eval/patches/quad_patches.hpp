@@ -27,11 +27,22 @@ struct QuadShape {
     /// Position and derivatives, without the normal.
     static SurfacePoint evaluate(const Patch& patch, const Vec2d& at, bool second);
 
+    /// The half-edge that a point of a root lies on, and how far along, from 0 up to but not including 1; none inside.
+    static std::pair<HalfedgeId, double> on_edge(const ControlMesh& mesh, HalfedgeId root, const Vec2d& at) {
+        if (at.y == 0) return {root, at.x / 2};
+        return {at.x == 0 ? mesh.prev(root) : HalfedgeId{}, 1 - at.y / 2};
+    }
+    /// The same point as a parameter of a root on the half-edge's side.
+    static SurfaceParameter in_root(const ControlMesh& mesh, HalfedgeId h, double fraction) {
+        if (fraction < 0.5) return {h, 2 * fraction, 0};
+        return {mesh.next(h), 0, 2 - 2 * fraction};
+    }
+
     /// The points around a corner outside the cell, counter-clockwise from (-1, 0) to (0, -1) as seen from the corner.
     /// With them, the smooth rules give on the cell's side what the ring's rules give, at this level and below, except
     /// for a crease of finite sharpness along one side. Empty if no such points exist. Beyond infinitely sharp sides,
     /// p_-1 = 2 p_0 - p_1 turns the B-spline rules into those of the boundary.
-    static std::vector<Vec3d> beyond(const CornerRing& ring);
+    static OuterPoints beyond(const CornerRing& ring);
 };
 
 using QuadNode = PatchNode<QuadShape>;
@@ -47,15 +58,14 @@ class QuadPatches final : public PatchTree<detail::QuadShape> {
     explicit QuadPatches(const ControlMesh& mesh, const RunContext& context = {});
     explicit QuadPatches(const ControlMesh&&, const RunContext& = {}) = delete;
 
-    /// Limit position and normal of a vertex: as evaluate(), but on an infinitely sharp edge with the mean of the
-    /// normals on both sides, and at a control vertex with the mean of its sectors'.
-    SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
-
     /// Bytes of all data, those of the trees (forgettable_bytes()) included.
     std::uint64_t memory_bytes() const;
 
   private:
     void build_root(HalfedgeId root, detail::QuadNode& node) const override;
+    detail::CornerRing ring(HalfedgeId h) const override {
+        return detail::control_ring(mesh_, SchemeKind::catmull_clark, h, face_points());
+    }
     Vec3d vertex_point(VertexId v) const { return first_[v.value]; }
     Vec3d edge_point(HalfedgeId h) const { return first_[mesh_.vertex_count() + mesh_.edge(h).value]; }
     Vec3d face_point(HalfedgeId h) const { return face_points()[mesh_.face(h).value]; }

@@ -95,7 +95,9 @@ class CellTessellator : public TessellationRun {
     void add_attributes() override {
         context_.report("attributes", 0);
         if (options_.normals) add_normals();
-        if (options_.uvs && mesh_.has_uvs()) add_uvs(corner_uvs());
+        if (options_.uvs && mesh_.has_uvs())
+            if (const std::vector<Vec2d> uvs = corner_uvs(); !uvs.empty())
+                add_uvs(number_uvs({result_.mesh.triangles.front().data(), uvs.size()}, uvs));
         context_.report("attributes", 1);
     }
 

@@ -222,13 +222,9 @@ class DualTessellator final : public TessellationRun {
         try {
             const DualCharts charts(mesh_, options_.scheme.info(), options_.rules, forest_.roots(), context_);
             DualFaces faces = forest_.faces(FaceCorners::leaves);
-            auto [uvs, face_uvs] = charts.uvs(forest_, faces, true);
-            cut_into_triangles(faces, &face_uvs);
-            TriangleMesh& mesh = result_.mesh;
-            mesh.uvs = std::move(uvs);
-            mesh.triangle_uvs.resize(mesh.triangles.size());
-            for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-                for (std::size_t k = 0; k < 3; ++k) mesh.triangle_uvs[t][k] = face_uvs[3 * t + k];
+            FaceUvs uvs = charts.uvs(forest_, faces, true);
+            cut_into_triangles(faces, &uvs.face_uvs);
+            add_uvs(std::move(uvs));
             // Control faces of triangles are taken from the same faces as their UVs.
             triangles_.faces.control_faces = std::move(faces.control_faces);
             if (mesh_.face_varying_rule() == FaceVaryingRule::linear_all)

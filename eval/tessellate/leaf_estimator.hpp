@@ -10,7 +10,7 @@
 
 #include <atomic>
 
-namespace tetrakis {
+namespace tetrakis::detail {
 
 /// The two estimators of eval/README.md for leaves of one family.
 ///
@@ -77,4 +77,4 @@ class FanError {
     std::span<const Vec3d> positions_;  ///< output positions of the control vertices
 };
 
-}  // namespace tetrakis
+}  // namespace tetrakis::detail

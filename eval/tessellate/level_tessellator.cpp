@@ -1,6 +1,8 @@
+#include "../../hier/mesh/mesh_numbering.hpp"
 #include "../../hier/mesh/mesh_split.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
+#include "../io/mesh_codecs.hpp"
 #include "../surface/local_frame.hpp"
 #include "measure.hpp"
 #include "tessellate_run.hpp"
@@ -86,9 +88,7 @@ class LevelTessellator final : public TessellationRun {
         if (level == options_.min_level)  // all levels give the same warnings
             for (std::string& warning : from.warnings)
                 if (std::ranges::count(result_.warnings, warning) == 0) result_.warnings.push_back(std::move(warning));
-        TriangleMesh result;
-        result.normals = std::move(from.normals);
-        if (from.face_count() == 0) return result;
+        if (from.face_count() == 0) return {};
         ControlMeshData data;
         data.positions = std::move(from.positions);
         data.face_offsets = std::move(from.face_offsets);
@@ -98,27 +98,16 @@ class LevelTessellator final : public TessellationRun {
         data.face_material = std::move(from.face_material);
         data.materials = std::move(from.materials);
         // Where holes were left out, faces may share only a vertex: it is doubled for the cut and merged afterwards.
-        const auto vertex_count = static_cast<std::uint32_t>(data.positions.size());
-        const std::vector<std::uint32_t> origin = split_to_manifold(data).origin;
-        const std::uint32_t copies = static_cast<std::uint32_t>(origin.size()) - vertex_count;
-        const auto whole = [&](std::uint32_t v) {
-            if (v < vertex_count) return v;
-            return v < vertex_count + copies ? origin[v] : v - copies;
-        };
+        std::vector<std::uint32_t> first = split_to_manifold(data).origin;
         const ControlMesh cut = triangulate(ControlMesh::build(std::move(data), context_), context_);
-        const ControlMeshData& triangles = cut.data();
-        result.positions = triangles.positions;
-        const auto first_copy = result.positions.begin() + vertex_count;
-        result.positions.erase(first_copy, first_copy + copies);
-        result.uvs = triangles.uvs;
-        result.triangle_material = triangles.face_material;
-        result.triangles.resize(cut.face_count());
-        if (cut.has_uvs()) result.triangle_uvs.resize(cut.face_count());
-        for (std::size_t t = 0; t < result.triangles.size(); ++t)
-            for (std::size_t k = 0; k < 3; ++k) {
-                result.triangles[t][k] = whole(triangles.face_vertices[3 * t + k]);
-                if (cut.has_uvs()) result.triangle_uvs[t][k] = triangles.face_uvs[3 * t + k];
-            }
+        TriangleMesh result = cut_faces(ControlMeshData(cut.data()));
+        while (first.size() < result.positions.size()) first.push_back(count_of(first.size()));
+        const Numbering merged(first);
+        gather(result.positions, merged.kept);
+        for (auto& triangle : result.triangles)
+            for (std::uint32_t& v : triangle) v = merged.number[v];
+        result.materials.clear();
+        result.normals = std::move(from.normals);
         // Faces without an ear become fans around their mean, a new vertex that has no limit normal.
         if (normals && result.normals.size() != result.positions.size()) geometric_normals(result);
         return result;

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../distance/local_maximum.hpp"
+#include "../distance/mesh_sampling.hpp"
 #include "../distance/triangle_bvh.hpp"
 #include "../triangles/point_triangle.hpp"
 
@@ -37,8 +37,8 @@ int reference_bits(std::size_t pieces, int deepest_lattice_level) {
 }
 
 void check_reference_memory(std::uint64_t triangles, const RunContext& context) {
-    detail::check_memory("measuring the result against a mesh of " + std::to_string(triangles) + " triangles needs",
-                         triangles * k_reference_bytes, context.max_memory_bytes, "allow more, or do not measure");
+    check_memory("measuring the result against a mesh of " + std::to_string(triangles) + " triangles needs",
+                 triangles * k_reference_bytes, context.max_memory_bytes, "allow more, or do not measure");
 }
 
 void measure_triangles(const TriangleMesh& reference, Tessellation& result, std::uint64_t samples,
@@ -55,10 +55,6 @@ void measure_triangles(const TriangleMesh& reference, Tessellation& result, std:
     for (std::size_t t = 0; t < result.triangle_error.size(); ++t)
         result.triangle_error[t] = std::max(backward.triangle_max[t], forward.nearest_max[t]);
 }
-
-}  // namespace tetrakis::detail
-
-namespace tetrakis {
 
 namespace {
 
@@ -135,7 +131,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         std::vector<Foot> feet;
         for (const std::uint32_t t : bvh.within(q, best + most_own)) {
             const auto [a, b, c] = corners_of(t);
-            const detail::TrianglePoint foot = detail::nearest_on_triangle(q, a, b, c);
+            const TrianglePoint foot = nearest_on_triangle(q, a, b, c);
             feet.push_back({std::sqrt(foot.squared_distance), t, {foot.u, foot.v}});
         }
         std::ranges::sort(feet, {}, [](const Foot& foot) { return std::pair(foot.distance, foot.triangle); });
@@ -143,11 +139,11 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             if (foot.distance - most_own > best) break;
             const OutputTriangle of = origin(foot.triangle);
             const auto nearness = [&](const Vec2d& uv) { return -glm::length(q - map(parameter(of, uv))); };
-            detail::Maximum nearest{foot.uv, nearness(foot.uv)};
-            detail::for_each_lattice_point(k_search_intervals, [&](int, double, double b1, double b2) {
+            Maximum nearest{foot.uv, nearness(foot.uv)};
+            for_each_lattice_point(k_search_intervals, [&](int, double, double b1, double b2) {
                 nearest.offer({b1, b2}, nearness({b1, b2}));
             });
-            nearest = detail::local_maximum(nearness, nearest, 0.5 / k_search_intervals, k_search_sweeps);
+            nearest = local_maximum(nearness, nearest, 0.5 / k_search_intervals, k_search_sweeps);
             best = std::min(best, map.nearby_distance(q, parameter(of, nearest.at)));
         }
         return best;
@@ -159,7 +155,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         const auto b = barycentrics(uv);
         const SurfaceParameter at = parameter(from, uv);
         const Vec3d s = map(at), q = b[0] * corner[0] + b[1] * corner[1] + b[2] * corner[2];
-        const double own = std::sqrt(detail::nearest_on_triangle(s, corner[0], corner[1], corner[2]).squared_distance);
+        const double own = std::sqrt(nearest_on_triangle(s, corner[0], corner[1], corner[2]).squared_distance);
         Found result{.forward = own, .backward = own, .own = own};
         if (own > exact_from) result.forward = std::min(own, bvh.closest(s, own * (1 + 1e-9)).distance);
         if (map.target) {
@@ -179,7 +175,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         search_from = search_above;
         const auto size = static_cast<std::uint32_t>(triangles.size());
         const std::uint32_t blocks = (size + per_block - 1) / per_block;
-        detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
+        for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
             std::uint64_t samples_here = 0;
             for (std::uint32_t i = block * per_block; i < std::min(size, (block + 1) * per_block); ++i) {
                 const OutputTriangle from = origin(triangles[i]);
@@ -196,7 +192,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                 // The farthest sample in each direction; `step` is about half the spacing of samples there.
                 struct Top {
                     double Found::*way;
-                    detail::Maximum at{};
+                    Maximum at{};
                     double step = 0;
                 };
                 std::array<Top, 2> tops{{{&Found::forward}, {&Found::backward}}};
@@ -204,7 +200,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     for (Top& top : tops)
                         if (d.*top.way > top.at.value) top = {top.way, {uv, d.*top.way}, step};
                 };
-                detail::for_each_lattice_point(n, [&](int, double b0, double b1, double b2) {
+                for_each_lattice_point(n, [&](int, double b0, double b1, double b2) {
                     if (b0 == 1 || b1 == 1 || b2 == 1) return;  // corners are on the surface
                     const Found here = measured({b1, b2});
                     offer({b1, b2}, here, 0.5 / n);
@@ -214,7 +210,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                 });
                 // Denser samples near creases of finite sharpness.
                 if (!from.fan.valid())
-                    detail::for_each_strip_point<Family>(control, from.cell, [&](double b0, double b1, double b2) {
+                    for_each_strip_point<Family>(control, from.cell, [&](double b0, double b1, double b2) {
                         double step = 1;
                         for (const double b : {b0, b1, b2})
                             if (b > 0) step = std::min(step, 0.5 * b);
@@ -223,7 +219,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                 if (!map.plain()) continue;
                 for (const Top& top : tops)
                     if (top.at.value > exact_from)
-                        detail::local_maximum([&](const Vec2d& uv) { return measured(uv).*top.way; }, top.at, top.step);
+                        local_maximum([&](const Vec2d& uv) { return measured(uv).*top.way; }, top.at, top.step);
             }
             taken += samples_here;
         });
@@ -253,7 +249,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             largest = std::max(largest, total_of(next).backward);
         }
     };
-    exact_from = map.plain() ? detail::k_climb_from * tolerance : 0;
+    exact_from = map.plain() ? k_climb_from * tolerance : 0;
     Found total;
     // The largest error has to come from exact samples.
     for (bool exact = false; !exact; exact_from = k_exact * total.largest()) {
@@ -295,4 +291,4 @@ template MeasuredError measure<LoopFamily>(const TriangleMesh&, const std::funct
                                            const SurfaceMap<LoopFamily>&, std::uint64_t, double, std::vector<double>&,
                                            const RunContext&);
 
-}  // namespace tetrakis
+}  // namespace tetrakis::detail

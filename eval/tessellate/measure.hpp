@@ -37,10 +37,6 @@ inline Vec2d polygon_corner(std::uint32_t n, std::uint32_t i) {
 }
 inline double cross2(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
 
-}  // namespace tetrakis::detail
-
-namespace tetrakis {
-
 /// Where a triangle of the output comes from: a triangle of the hierarchy, or one of a face's fan (eval/README.md).
 struct OutputTriangle {
     CellTriangle cell;                          ///< unused if it belongs to a fan
@@ -53,8 +49,7 @@ struct OutputTriangle {
     SurfaceParameter parameter(const ControlMesh& mesh, double b0, double b1, double b2) const {
         if (!fan.valid()) return Family::parameter(mesh, cell, b0, b1, b2);
         const std::uint32_t n = mesh.face_size(fan);
-        using detail::cross2;
-        const auto corner = [n](std::uint32_t i) { return detail::polygon_corner(n, i); };
+        const auto corner = [n](std::uint32_t i) { return polygon_corner(n, i); };
         const Vec2d p = b0 * corner(fan_corner[0]) + b1 * corner(fan_corner[1]) + b2 * corner(fan_corner[2]);
         double turns = std::atan2(p.y, p.x) / (2 * std::numbers::pi);
         if (turns < 0) turns += 1;
@@ -84,7 +79,7 @@ struct OutputTriangle {
         std::array<int, 3> weight;
         weight.fill(static_cast<int>(steps));
         weight[k] = (1 << finer) - 2 * weight[k];
-        return detail::lattice_site_of<Family>(mesh, cell, finer, weight[0] + weight[1], weight[1]);
+        return lattice_site_of<Family>(mesh, cell, finer, weight[0] + weight[1], weight[1]);
     }
 };
 
@@ -106,4 +101,4 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                       const SurfaceMap<Family>& map, std::uint64_t samples, double tolerance,
                       std::vector<double>& triangle_error, const RunContext& context);
 
-}  // namespace tetrakis
+}  // namespace tetrakis::detail

@@ -3,11 +3,11 @@
 #include "../../hier/base/disjoint_sets.hpp"
 #include "../../hier/base/parallel.hpp"
 
+#include <oneapi/tbb/parallel_sort.h>
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -72,25 +72,6 @@ struct VertexFaces {
     }
 };
 
-/// The corners at chosen vertices, vertex by vertex.
-struct VertexCorners {
-    std::vector<std::uint64_t> first, corners;
-
-    /// @param chosen  per vertex: 1 if it is chosen; others get no corners
-    VertexCorners(const TriangleMesh& mesh, std::span<const std::uint8_t> chosen) : first(chosen.size() + 1, 0) {
-        const std::uint64_t count = 3 * std::uint64_t{mesh.triangles.size()};
-        for (std::uint64_t c = 0; c < count; ++c) first[vertex_of(mesh, c) + 1] += chosen[vertex_of(mesh, c)];
-        std::partial_sum(first.begin(), first.end(), first.begin());
-        corners.resize(first.back());
-        std::vector<std::uint64_t> next(first.begin(), first.end() - 1);
-        for (std::uint64_t c = 0; c < count; ++c)
-            if (const std::uint32_t v = vertex_of(mesh, c); chosen[v] != 0) corners[next[v]++] = c;
-    }
-    std::span<const std::uint64_t> of(std::uint32_t v) const {
-        return std::span(corners).subspan(first[v], first[v + 1] - first[v]);
-    }
-};
-
 class NormalSplitter {
   public:
     NormalSplitter(TriangleMesh& mesh, std::span<const std::uint32_t> triangle_face, const ControlMesh* control,
@@ -108,36 +89,42 @@ class NormalSplitter {
 
     void run(const SideNormals& side) {
         const std::vector<std::uint8_t> chosen = vertices_to_look_at();
-        if (std::find(chosen.begin(), chosen.end(), 1) == chosen.end()) return;
-        const VertexCorners around(mesh_, chosen);
-        const auto count = static_cast<std::uint32_t>(chosen.size());
-        group_.resize(around.corners.size());
+        for (std::uint64_t c = 0; c < 3 * std::uint64_t{mesh_.triangles.size()}; ++c)
+            if (chosen[vertex_of(mesh_, c)] != 0) corners_.push_back(c);
+        const auto place = [&](std::uint64_t c) { return std::pair(vertex_of(mesh_, c), c); };
+        oneapi::tbb::parallel_sort(corners_, [&](std::uint64_t c, std::uint64_t d) { return place(c) < place(d); });
+        for (std::uint64_t i = 0; i < corners_.size(); ++i)
+            if (i == 0 || vertex_of(mesh_, corners_[i]) != vertex_of(mesh_, corners_[i - 1])) first_.push_back(i);
+        const auto count = static_cast<std::uint32_t>(first_.size());
+        first_.push_back(corners_.size());
+        group_.resize(corners_.size());
         std::vector<std::uint32_t> groups(count);
-        for_each_index(count, [&](std::uint32_t i) {
-            if (chosen[i] != 0) groups[i] = find_groups(around.of(i), std::span(group_).subspan(around.first[i]));
-        });
+        for_each_index(count, [&](std::uint32_t i) { groups[i] = find_groups(of(i, corners_), of(i, group_)); });
         // `side` is called with the first corner of each group.
         std::vector<std::uint64_t> asked;
         std::vector<std::uint64_t> first_asked(count + 1, 0);
         for (std::uint32_t i = 0; i < count; ++i) {
-            if (groups[i] > 1)
-                for (std::uint64_t c = around.first[i]; c < around.first[i + 1]; ++c)
-                    if (group_[c] == asked.size() - first_asked[i]) asked.push_back(around.corners[c]);
+            for (std::uint64_t c = first_[i]; groups[i] > 1 && c < first_[i + 1]; ++c)
+                if (group_[c] == asked.size() - first_asked[i]) asked.push_back(corners_[c]);
             first_asked[i + 1] = asked.size();
         }
         std::vector<Vec3d> sides(asked.size(), Vec3d(0));
         if (side) side(asked, sides);
-        normals_.resize(around.corners.size());
+        normals_.resize(corners_.size());
         for_each_index(count, [&](std::uint32_t i) {
-            if (chosen[i] == 0) return;
-            choose_normals(around.of(i), std::span(group_).subspan(around.first[i]), groups[i],
-                           std::span(sides).subspan(first_asked[i]), chosen,
-                           std::span(normals_).subspan(around.first[i]));
+            choose_normals(of(i, corners_), of(i, group_), groups[i], std::span(sides).subspan(first_asked[i]), chosen,
+                           of(i, normals_));
         });
-        number_normals(around);
+        number_normals();
     }
 
   private:
+    /// The values at chosen vertex i.
+    template <class Value>
+    std::span<Value> of(std::uint32_t i, std::vector<Value>& values) const {
+        return std::span(values).subspan(first_[i], first_[i + 1] - first_[i]);
+    }
+
     bool is_beside_sharp(std::uint32_t face) const {
         const auto from = std::ranges::lower_bound(divided_, std::pair(face, 0u));
         return from != divided_.end() && from->first == face;
@@ -226,22 +213,21 @@ class NormalSplitter {
     }
 
     /// Stores the normals: the first corner's replaces the vertex normal; other ones are appended to mesh_.normals.
-    void number_normals(const VertexCorners& around) {
+    void number_normals() {
         const std::size_t vertex_count = mesh_.normals.size();
         std::vector<std::array<std::uint32_t, 3>> numbers = mesh_.triangles;
-        for (std::uint32_t v = 0; v < vertex_count; ++v) {
-            if (around.of(v).empty()) continue;
-            const std::size_t first_extra = mesh_.normals.size();
-            mesh_.normals[v] = normals_[around.first[v]];
-            for (std::uint64_t c = around.first[v]; c < around.first[v + 1]; ++c) {
+        for (std::size_t i = 0; i + 1 < first_.size(); ++i) {
+            const std::uint32_t v = vertex_of(mesh_, corners_[first_[i]]);
+            const auto first_extra = static_cast<std::ptrdiff_t>(mesh_.normals.size());
+            mesh_.normals[v] = normals_[first_[i]];
+            for (std::uint64_t c = first_[i]; c < first_[i + 1]; ++c) {
                 std::size_t number = v;
                 if (normals_[c] != mesh_.normals[v])
                     number = static_cast<std::size_t>(
-                        std::find(mesh_.normals.begin() + static_cast<std::ptrdiff_t>(first_extra), mesh_.normals.end(),
-                                  normals_[c]) -
+                        std::find(mesh_.normals.begin() + first_extra, mesh_.normals.end(), normals_[c]) -
                         mesh_.normals.begin());
                 if (number == mesh_.normals.size()) mesh_.normals.push_back(normals_[c]);
-                numbers[around.corners[c] / 3][around.corners[c] % 3] = static_cast<std::uint32_t>(number);
+                numbers[corners_[c] / 3][corners_[c] % 3] = static_cast<std::uint32_t>(number);
             }
         }
         if (mesh_.normals.size() > vertex_count) mesh_.triangle_normals = std::move(numbers);
@@ -251,8 +237,10 @@ class NormalSplitter {
     std::span<const std::uint32_t> face_;
     double least_cosine_;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> divided_;  ///< control faces with a sharp edge between, sorted
-    std::vector<std::uint32_t> group_;  ///< per corner at a chosen vertex: its group at the vertex
-    std::vector<Vec3d> normals_;        ///< per corner at a chosen vertex
+    std::vector<std::uint64_t> corners_;                            ///< at chosen vertices, vertex by vertex
+    std::vector<std::uint32_t> first_;  ///< per chosen vertex: the place of its first corner in corners_
+    std::vector<std::uint32_t> group_;  ///< per corner in corners_: its group at the vertex
+    std::vector<Vec3d> normals_;        ///< per corner in corners_
 };
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace tetrakis {
+namespace tetrakis::detail {
 
 /// Texture coordinates anywhere on a surface: the limit of the UV layer's own mesh under the face-varying rule, or
 /// linear interpolation.
@@ -57,8 +57,8 @@ class SurfaceMap {
   public:
     const typename Family::Patches* patches = nullptr;
     std::unique_ptr<UvSurface<Family>> uv;
-    const HeightImage* heights = nullptr;          ///< of a displacement
-    std::optional<detail::HeightRanges> ranges{};  ///< of `heights`
+    const HeightImage* heights = nullptr;  ///< of a displacement
+    std::optional<HeightRanges> ranges{};  ///< of `heights`
     double amplitude = 0;
     std::unique_ptr<TriangleBvh> target;
     const TriangleMesh* target_mesh = nullptr;  ///< the mesh of `target`
@@ -71,7 +71,7 @@ class SurfaceMap {
         return p;
     }
     /// apply() at a point of the surface, with the data for a search of displacement details around it.
-    detail::DisplacedSample sample(const SurfaceParameter& at) const {
+    DisplacedSample sample(const SurfaceParameter& at) const {
         const SurfacePoint point = patches->evaluate(at.root, at.x, at.y);
         const Vec2d place = heights ? uv->at(at.root, at.x, at.y) : Vec2d(0);
         return {apply(point, place), point.normal, place};
@@ -126,4 +126,4 @@ class SurfaceMap {
     }
 };
 
-}  // namespace tetrakis
+}  // namespace tetrakis::detail

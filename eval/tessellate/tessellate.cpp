@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace tetrakis {
+namespace tetrakis::detail {
 
 namespace {
 
@@ -62,13 +62,13 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
 }
 
 template <class Family>
-class PatchTessellator final : public detail::CellTessellator<Family> {
+class PatchTessellator final : public CellTessellator<Family> {
   public:
     PatchTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : detail::CellTessellator<Family>(mesh, options, context, 1) {}
+        : CellTessellator<Family>(mesh, options, context, 1) {}
 
   private:
-    using Base = detail::CellTessellator<Family>;
+    using Base = CellTessellator<Family>;
     using Base::hierarchy_, Base::refinement_, Base::fans_, Base::corners_, Base::exported_, Base::part_, Base::origin;
     using Base::mesh_, Base::options_, Base::context_, Base::result_, Base::tolerance_, Base::aim_, Base::certified;
 
@@ -139,11 +139,11 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     void refine() override { this->refine_by(*estimator_, patches_->memory_bytes(), k_patch_bytes); }
 
     void place(std::span<const Site> sites, std::span<Vec3d> positions, std::string_view stage, double share) override {
-        detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), 32, context_, stage, 0, share,
-                               [&](std::uint32_t i) { positions[i] = map_.vertex(sites[i]); });
+        for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), 32, context_, stage, 0, share,
+                       [&](std::uint32_t i) { positions[i] = map_.vertex(sites[i]); });
     }
     void limit_normals(std::span<const Site> sites, std::span<Vec3d> normals) const override {
-        detail::for_each_batch(
+        for_each_batch(
             patches_.get(), static_cast<std::uint32_t>(sites.size()), 32, {}, {}, 0, 1,
             [&](std::uint32_t i) { normals[i] = patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal; });
     }
@@ -152,7 +152,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         if constexpr (std::is_same_v<Family, QuadFamily>) {
             if (!fan_error_) fan_error_.emplace(map_, *estimator_, fans_, corners_);
             const auto count = static_cast<std::uint32_t>(faces.size());
-            detail::for_each_batch(patches_.get(), count, 4, {}, {}, 0, 1, [&](std::uint32_t i) {
+            for_each_batch(patches_.get(), count, 4, {}, {}, 0, 1, [&](std::uint32_t i) {
                 const FaceId f = faces[i];
                 // Within a budget the worst fans are split first, so their errors must be tight.
                 errors[i] = certified() ? fan_error_->certified(f, aim_, options_.max_triangles == 0)
@@ -165,10 +165,10 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         // Certified results are not repaired: their measured errors may be too large, and that is no reason to split.
         const bool mend =
             options_.tolerance && options_.max_triangles == 0 && !refinement_->left_over() && !certified();
-        result_.measured_error = tetrakis::measure<Family>(
+        result_.measured_error = detail::measure<Family>(
             result_.mesh, [this](std::uint32_t t) { return origin(t); }, map_, options_.measure_samples,
             mend ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_, context_);
-        std::ranges::transform(measured_errors_, result_.triangle_error.begin(), detail::round_up);
+        std::ranges::transform(measured_errors_, result_.triangle_error.begin(), round_up);
     }
 
     bool may_repair() const override { return !refinement_->budget_spent(); }
@@ -193,8 +193,8 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
         const MeshSliding granted(result_.mesh.triangles, result_.mesh.positions);
         result_.certified_error =
             this->largest_error([&](std::span<const std::uint32_t> triangles, double floor, std::span<double> errors) {
-                detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(triangles.size()), 32, {}, {}, 0, 1,
-                                       [&](std::uint32_t i) { errors[i] = bound(triangles[i], floor, granted); });
+                for_each_batch(patches_.get(), static_cast<std::uint32_t>(triangles.size()), 32, {}, {}, 0, 1,
+                               [&](std::uint32_t i) { errors[i] = bound(triangles[i], floor, granted); });
             });
     }
     /// The smaller of two bounds: without sliding over edges, and with the sliding that the mesh allows.
@@ -224,7 +224,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
     std::vector<Vec2d> corner_uvs() override {
         const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
         std::vector<Vec2d> uvs(3 * std::size_t{count});
-        detail::for_each_batch(map_.uv->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
+        for_each_batch(map_.uv->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
             for (std::size_t k = 0; k < 3; ++k) uvs[3 * std::size_t{t} + k] = map_.uv->at(this->corner_site(t, k));
         });
         return uvs;
@@ -232,7 +232,7 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
     void add_normals() override {
         if (map_.plain()) return Base::add_normals();
-        detail::geometric_normals(result_.mesh);
+        geometric_normals(result_.mesh);
         this->split_creases();
     }
 
@@ -247,15 +247,16 @@ class PatchTessellator final : public detail::CellTessellator<Family> {
 
 }  // namespace
 
-Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
-    check(mesh, options);
+}  // namespace tetrakis::detail
+
+tetrakis::Tessellation tetrakis::tessellate(const ControlMesh& mesh, const TessellateOptions& options,
+                                            const RunContext& context) {
+    detail::check(mesh, options);
     return with_threads(context, [&] {
         if (!scheme_support(mesh, options.scheme, options.rules).patches)
             return detail::tessellate_by_limits(mesh, options, context);
         if (options.scheme.info().pieces == SurfacePieces::quartic_box)
-            return PatchTessellator<LoopFamily>(mesh, options, context).run();
-        return PatchTessellator<QuadFamily>(mesh, options, context).run();
+            return detail::PatchTessellator<LoopFamily>(mesh, options, context).run();
+        return detail::PatchTessellator<QuadFamily>(mesh, options, context).run();
     });
 }
-
-}  // namespace tetrakis

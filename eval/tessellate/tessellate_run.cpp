@@ -23,14 +23,11 @@ namespace tetrakis {
 
 namespace detail {
 
-void TessellationRun::add_uvs(std::span<const Vec2d> corner_uvs) {
+void TessellationRun::add_uvs(FaceUvs from) {
     TriangleMesh& mesh = result_.mesh;
-    if (corner_uvs.empty()) return;
-    auto [uvs, numbers] = number_uvs({mesh.triangles.front().data(), corner_uvs.size()}, corner_uvs);
-    mesh.uvs = std::move(uvs);
+    mesh.uvs = std::move(from.uvs);
     mesh.triangle_uvs.resize(mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        std::copy_n(&numbers[3 * t], 3, mesh.triangle_uvs[t].begin());
+    for (std::size_t c = 0; c < from.face_uvs.size(); ++c) mesh.triangle_uvs[c / 3][c % 3] = from.face_uvs[c];
 }
 
 /// Materials and groups of the control faces that the triangles come from.

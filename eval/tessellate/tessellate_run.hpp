@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../refine/attributes/uv_mesh.hpp"
 #include "../estimate/limit_estimator.hpp"
 #include "shading_normals.hpp"
 #include "tessellate.hpp"
@@ -9,10 +10,10 @@
 #include <span>
 #include <string>
 
-/// tessellate() for surfaces without patches, of which only limit points are known.
 namespace tetrakis::detail {
 
-/// Expects options that tessellate() has checked, except for limits of the scheme. @throws Error  as tessellate()
+/// tessellate() for surfaces without patches, of which only limit points are known. Expects options that tessellate()
+/// has checked, except for limits of the scheme. @throws Error  as tessellate()
 Tessellation tessellate_by_limits(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context);
 
 /// tessellate() by limit points for schemes whose vertices are sites of corner cells (4-8 bisection) or of face
@@ -30,11 +31,6 @@ Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& o
 /// @throws Error  unsupported: the certified estimator, if `why_not_adaptive` is not empty
 Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
                                   const std::string& why_not_adaptive = {});
-
-}  // namespace tetrakis::detail
-
-/// The base class of all tessellators: lengths from options, time, memory, progress.
-namespace tetrakis::detail {
 
 class Stopwatch {
   public:
@@ -90,8 +86,8 @@ class TessellationRun {
 
     /// @throws Error  unsupported: more triangles than max_triangles, which only the coarsest mesh can have
     void check_coarsest() const;
-    /// Sets the UVs of triangle corners, three a triangle. UVs at one vertex that have the same bits are stored once.
-    void add_uvs(std::span<const Vec2d> corner_uvs);
+    /// Sets the UVs of triangle corners, three a triangle.
+    void add_uvs(FaceUvs from);
     /// split_normals() of result_, whose normals are one a vertex, or none, and whose triangle_face is set.
     void split_creases(const SideNormals& side = {});
     /// Adds a warning if the control mesh's own faces are within the tolerance. For schemes that keep them at level 0.

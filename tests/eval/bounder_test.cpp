@@ -153,7 +153,7 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
             }
             const ControlMesh mesh = ControlMesh::build(test::mesh_data(std::move(positions), faces));
             const QuadPatches patches(mesh);
-            SurfaceMap<QuadFamily> map;
+            detail::SurfaceMap<QuadFamily> map;
             map.patches = &patches;
             std::vector<Vec3d> corners;
             for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
@@ -162,12 +162,12 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
             const FaceId face(0);
             if (!fans.has(face)) continue;
             ++checked;
-            const LeafEstimator<QuadFamily> estimator(map, EstimatorKind::certified, 0.1);
-            const FanError error(map, estimator, fans, corners);
+            const detail::LeafEstimator<QuadFamily> estimator(map, EstimatorKind::certified, 0.1);
+            const detail::FanError error(map, estimator, fans, corners);
             // The surface, laid over the regular polygon of the fan's triangles.
             double sampled = 0;
             for (const auto& t : fans.of(face)) {
-                OutputTriangle triangle;
+                detail::OutputTriangle triangle;
                 triangle.fan = face;
                 for (std::size_t k = 0; k < 3; ++k) triangle.fan_corner[k] = t[k];
                 constexpr int m = 20;
@@ -195,7 +195,7 @@ TEST_CASE("corners and sides of fans are sampled where they are: beside them tre
     const ControlMesh mesh = test::random_patch_mesh<QuadFamily>(4);
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
         for (std::uint32_t k = 1; k + 1 < mesh.face_size(FaceId(f)); ++k) {
-            const OutputTriangle triangle{{}, FaceId(f), {0, k, k + 1}};
+            const detail::OutputTriangle triangle{{}, FaceId(f), {0, k, k + 1}};
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto at = [&](std::size_t i) { return i == c ? 1.0 : 0.0; };
                 const SurfaceParameter p = triangle.parameter<QuadFamily>(mesh, at(0), at(1), at(2));

@@ -33,8 +33,8 @@ std::vector<Sample> samples(const typename Family::Patches& patches, int n) {
 }
 
 template <class Family>
-SurfaceMap<Family> map_of(const typename Family::Patches& patches) {
-    SurfaceMap<Family> map;
+detail::SurfaceMap<Family> map_of(const typename Family::Patches& patches) {
+    detail::SurfaceMap<Family> map;
     map.patches = &patches;
     return map;
 }
@@ -48,7 +48,7 @@ TEST_CASE_TEMPLATE("near points: never beyond the start", Family, QuadFamily, Lo
         CAPTURE(seed);
         const ControlMesh mesh = test::random_patch_mesh<Family>(2 * seed);
         const typename Family::Patches patches(mesh);
-        const SurfaceMap<Family> map = map_of<Family>(patches);
+        const detail::SurfaceMap<Family> map = map_of<Family>(patches);
         const double size = bounding_box(mesh.positions()).diagonal();
         test::Random random(seed);
         for (const Sample& s : samples<Family>(patches, 8)) {
@@ -73,7 +73,7 @@ TEST_CASE_TEMPLATE("a local search finds the foot of a short normal, from a neig
     torus.triangles_only = std::is_same_v<Family, LoopFamily>;
     const ControlMesh mesh = test::random_mesh(1, torus);
     const typename Family::Patches patches(mesh);
-    const SurfaceMap<Family> map = map_of<Family>(patches);
+    const detail::SurfaceMap<Family> map = map_of<Family>(patches);
     const double h = 1e-3 * bounding_box(mesh.positions()).diagonal();
     test::Random random(1);
     int found = 0, tried = 0;
@@ -97,7 +97,7 @@ TEST_CASE_TEMPLATE("near points beyond a boundary lie at the foot on its curve, 
     for (Vec3d& p : data.positions) p.x += 0.8 * p.y;
     const ControlMesh mesh = ControlMesh::build(std::move(data));
     const typename Family::Patches patches(mesh);
-    const SurfaceMap<Family> map = map_of<Family>(patches);
+    const detail::SurfaceMap<Family> map = map_of<Family>(patches);
     int tried = 0;
     for (const Sample& s : samples<Family>(patches, 4)) {
         const Vec3d& p = s.point.position;
