@@ -134,6 +134,17 @@ class FaceErrors {
             of_corner_[i] = face.convex() ? of_corner_[i] + 2 * face.height()
                                           : std::max(of_corner_[i], glm::length(position(i) - at[0]));
     }
+    /// bound_whole() of a quad, where that gives a smaller error: beside extraordinary points a quad may be flatter
+    /// than lines over its diagonal are straight.
+    void bound_whole_if_better(double decide_at, std::size_t start, std::span<const EdgeSliding> sliding) {
+        const auto largest = [&] { return *std::max_element(of_corner_.begin(), of_corner_.end()); };
+        const double before = largest();
+        if (before <= decide_at) return;
+        const std::vector<double> corner(of_corner_.begin(), of_corner_.end());
+        std::fill(of_corner_.begin(), of_corner_.end(), 0.0);
+        bound_whole(start, sliding);
+        if (largest() >= before) std::copy(corner.begin(), corner.end(), of_corner_.begin());
+    }
     void bound_by_edge(const Vec3d& a, const Vec3d& b) {
         bounder_.aim_at(FaceDistance({a, b, b}));
         for (std::size_t i = 0; i < corners_.size(); ++i) bound_side(i, {-1, -1, -1});
@@ -264,7 +275,9 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
             for (std::size_t t = 0; t < sliding.size(); ++t)
                 sliding[t] = of_mesh.of(static_cast<std::uint32_t>(begin - 2 * std::size_t{f} + t), {true, true, true});
             const std::size_t start = n == 4 && faces.diagonal_at_first[f] == 0 ? 1 : 0;
-            n > 4 ? bound.bound_whole(start, sliding) : bound.bound_triangles(start, sliding);
+            if (n > 4) return bound.bound_whole(start, sliding);
+            bound.bound_triangles(start, sliding);
+            if (n == 4) bound.bound_whole_if_better(wanted.decide_at, start, sliding);
         },
         k_grain);
     for (std::size_t i = 0; i < of_corner.size(); ++i) {
