@@ -97,8 +97,9 @@ const auto& known_weights(const std::array<Vec2d, 3>& triangle) {
     const auto known = static_cast<std::size_t>(std::ranges::find(triangles, triangle) - triangles.begin());
     if (known < triangles.size()) return weights[known];
     if (weights.size() == k_most) triangles.clear(), weights.clear();
+    weights.push_back(Compute(triangle));
     triangles.push_back(triangle);
-    return weights.emplace_back(Compute(triangle));
+    return weights.back();
 }
 
 }  // namespace
@@ -109,7 +110,8 @@ BezierTriangle<6> polynomial_over(const Net16& net, const std::array<Vec2d, 3>& 
     return combined<6>(points, known_weights<tensor_weights<3>>(triangle));
 }
 BezierTriangle<4> polynomial_over(const Net12& net, const std::array<Vec2d, 3>& triangle) {
-    return combined<4>(net, known_weights<quartic_weights>(triangle));
+    if (is_common(triangle)) return combined<4>(net, known_weights<quartic_weights>(triangle));
+    return box_spline_triangle(net).over({bary(triangle[0]), bary(triangle[1]), bary(triangle[2])});
 }
 BezierTriangle<4> polynomial_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
     return combined<4>(net, tensor_weights<2>(triangle));

@@ -9,8 +9,8 @@ namespace tetrakis {
 
 namespace {
 
-/// Cells are quartered at most this many levels below the leaf; those that are still irregular then are bounded by
-/// their hull.
+/// Cells are quartered at most this many levels below the leaf; the bounds of those that are still irregular then
+/// count.
 constexpr int k_most_quarterings = 40;
 
 }  // namespace

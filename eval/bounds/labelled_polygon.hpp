@@ -32,7 +32,7 @@ class LabelledPolygon {
             if ((va > 0 && vb < 0) || (va < 0 && vb > 0))
                 out.corner_[out.size_++] = {a.at + va / (va - vb) * (b.at - a.at), va > 0 ? -1 : a.edge};
         }
-        return out;
+        return out.empty() ? LabelledPolygon() : out;  // nothing is left of a side that lies on the line
     }
     /// The polygon with map(point) in place of each corner; the map must keep the orientation.
     template <class Map>
@@ -60,7 +60,7 @@ class LabelledPolygon {
         Vec2d at;
         int edge;
     };
-    static constexpr std::size_t k_most = 8;  ///< corners of a triangle cut by five lines
+    static constexpr std::size_t k_most = 8;  ///< corners of a triangle cut by the sides of a cell, and one to spare
 
     std::array<Corner, k_most> corner_;
     std::size_t size_ = 0;

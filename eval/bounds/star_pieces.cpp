@@ -17,7 +17,6 @@ namespace {
 
 constexpr double k_rounding_of_sums = 1 + 1e-12;  // of some dozens of points
 constexpr int k_steps = 7;                        // to the innermost star
-constexpr int k_most_triangles = 64;              ///< for one valence: leaves have about ten
 
 using Corners = std::array<Vec2d, 3>;
 
@@ -157,12 +156,11 @@ template <class Shape>
 auto StarPieces<Shape>::of(const Star<Shape::k_corners>& star, const Corners& at) -> const StarPieces* {
     static std::array<std::atomic<const StarPieces*>, k_most_valence + 1> known;
     const int valence = star.valence[0];
-    if (star.valence != star.with_first(valence) || valence > k_most_valence) return nullptr;
+    const bool known_kind = star.valence == star.with_first(valence) && !star.regular() && valence <= k_most_valence;
+    if (!known_kind || !is_common(at)) return nullptr;
     std::atomic<const StarPieces*>& first = known[static_cast<std::size_t>(valence)];
-    int count = 0;
-    for (const StarPieces* pieces = first.load(std::memory_order_acquire); pieces; pieces = pieces->next_, ++count)
+    for (const StarPieces* pieces = first.load(std::memory_order_acquire); pieces; pieces = pieces->next_)
         if (pieces->at_ == at) return pieces;
-    if (count >= k_most_triangles) return nullptr;
     // If two threads come here at once, both results are kept; they are the same.
     auto* const pieces = new StarPieces(valence, at);
     pieces->next_ = first.load(std::memory_order_acquire);

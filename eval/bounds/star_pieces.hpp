@@ -28,8 +28,8 @@ class StarPieces {
     static constexpr int k_degree = Shape::k_corners == 4 ? 6 : 4;
     using Polynomial = BezierTriangle<k_degree>;
 
-    /// For a star whose corner 0 has a valence of 3 to 32 and whose other corners are regular; null for others, and if
-    /// too many triangles have been asked for. Computed at the first call, and kept. Thread-safe.
+    /// For a star whose corner 0 is extraordinary, with a valence of 3 to 32, and whose other corners are regular, and
+    /// a triangle that is_common(); null for others. Computed at the first call, and kept. Thread-safe.
     /// @param at  corners of the triangle, where corner 0 of the star is (0, 0) and corner 1 is (1, 0)
     static const StarPieces* of(const Star<Shape::k_corners>& star, const Corners& at);
 

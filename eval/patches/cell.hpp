@@ -2,6 +2,7 @@
 
 #include "../../hier/base/vec.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace tetrakis::detail {
@@ -29,6 +30,11 @@ inline int quarter_of(const Vec2d& p, int n) {
 /// Coordinates in a quarter of a point of the cell; exact for lattice points.
 inline Vec2d in_quarter(const Vec2d& p, int quarter, int n) {
     return quarter < n ? 2.0 * p - cell_corner(quarter, n) : Vec2d(1) - 2.0 * p;
+}
+/// Whether all corners of a triangle are corners of quarters: of those that leaves have in irregular cells, nearly all.
+inline bool is_common(const std::array<Vec2d, 3>& triangle) {
+    const auto is_half = [](double x) { return x == 0 || x == 0.5 || x == 1; };
+    return std::ranges::all_of(triangle, [&](const Vec2d& p) { return is_half(p.x) && is_half(p.y); });
 }
 /// Coordinates of a point of the cell as seen from one of its corners, which becomes (0, 0).
 inline Vec2d turned(Vec2d p, int corner, int n) {

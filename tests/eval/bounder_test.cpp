@@ -1,4 +1,5 @@
 #include "../../eval/bounds/cell_bounder.hpp"
+#include "../../eval/bounds/star_pieces.hpp"
 #include "../../eval/triangles/point_triangle.hpp"
 
 #include "../kit/patch_meshes.hpp"
@@ -9,9 +10,11 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <vector>
 
 using namespace tetrakis;
@@ -207,3 +210,61 @@ TEST_CASE("corners and sides of fans are sampled where they are: beside them tre
 }
 
 TEST_SUITE_END();
+
+namespace {
+
+/// Compares StarPieces over all their triangles with samples of random surfaces.
+template <class Shape>
+void check_star_pieces(int valence) {
+    constexpr int n = Shape::k_corners;
+    using Pieces = detail::StarPieces<Shape>;
+    std::mt19937 random(static_cast<unsigned>(valence));
+    std::normal_distribution<double> coordinate;
+    detail::Star<n> star;
+    star.resize(star.with_first(valence));
+    for (Vec3d& p : star.points) p = {coordinate(random), coordinate(random), coordinate(random)};
+    const std::vector<Vec3d> points(star.points.begin(), star.points.end());
+    std::atomic<std::uint64_t> bytes;
+    detail::PatchNode<Shape> cell;
+    cell.bytes = &bytes;
+    cell.become(detail::Star<n>(star), 0);
+    std::vector<Vec2d> corners;
+    for (const double y : {0.0, 0.5, 1.0})
+        for (const double x : {0.0, 0.5, 1.0})
+            if (detail::is_in_cell({x, y}, n)) corners.emplace_back(x, y);
+    for (const Vec2d& a : corners)
+        for (const Vec2d& b : corners)
+            for (const Vec2d& c : corners) {
+                if ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) <= 0) continue;
+                const Pieces* const pieces = Pieces::of(star, {a, b, c});
+                REQUIRE(pieces);
+                CHECK(Pieces::of(star, {a, b, c}) == pieces);
+                const auto surface = [&](const Vec2d& p) { return PatchTree<Shape>::position(cell, p); };
+                const Vec3d at_a = surface(a), at_b = surface(b), at_c = surface(c);
+                double most = 0;
+                constexpr int k_side = 6;
+                for (int j = 0; j <= k_side; ++j)
+                    for (int i = 0; i + j <= k_side; ++i) {
+                        const double v = double(i) / k_side, w = double(j) / k_side, u = 1 - v - w;
+                        most = std::max(most,
+                                        glm::length(surface(u * a + v * b + w * c) - (u * at_a + v * at_b + w * at_c)));
+                    }
+                const double bound = pieces->whole.deviation(pieces->fit(points));
+                CHECK(most <= bound);
+                CHECK(bound < 1e3);
+                for (const auto& part : pieces->inner) CHECK(part.norms.deviation(pieces->fit(points)) > 0);
+            }
+    CHECK(!Pieces::of(star, {Vec2d(0), {0.25, 0}, {0, 0.5}}));
+    star.resize(star.with_first(star.k_regular));
+    CHECK(!Pieces::of(star, {Vec2d(0), {1, 0}, {0, 1}}));
+}
+
+}  // namespace
+
+TEST_CASE("[inv9] norms over cells at extraordinary vertices hold for all triangles between corners of quarters") {
+    for (const int valence : {3, 5, 9}) {
+        check_star_pieces<detail::QuadShape>(valence);
+        check_star_pieces<detail::LoopShape>(valence);
+    }
+    check_star_pieces<detail::QuadShape>(32);
+}
