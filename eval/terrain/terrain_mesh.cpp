@@ -100,8 +100,10 @@ class TerrainRefinement {
         const std::vector<LeafId> roots = forest_.ordered_leaves();
         detail::PoolVector<LeafId> fresh(roots.begin(), roots.end()), next;
         const double most_rounds = 2 * std::log2(std::max(grid_.columns, grid_.rows)) + 4;
-        for (std::uint8_t round = 1; !fresh.empty(); ++round) {
-            context_.report("refine", 0.6 * std::min(1.0, round / most_rounds));
+        for (int rounds = 0; !fresh.empty(); ++rounds) {
+            const auto round = static_cast<std::uint8_t>(1 + rounds % 255);
+            if (round == 1) std::ranges::fill(made_in_, 0);
+            context_.report("refine", 0.6 * std::min(1.0, rounds / most_rounds));
             detail::PoolVector<std::uint8_t> too_far(fresh.size(), 0);
             for_each_index(
                 static_cast<std::uint32_t>(fresh.size()),

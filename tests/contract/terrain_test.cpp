@@ -105,6 +105,19 @@ TEST_CASE("terrain: noise, a spike, a cliff") {
     check_terrain(grid_of(90, 61, [](auto c, auto r) { return 3 * c < 70 + r ? 1e6 : -1e6; }), 1e-3);
 }
 
+TEST_CASE("terrain: splits that force each other along a strip of many squares") {
+    // Only a spike at one end is too far at first; each split puts a corner on noise, so that the next square is split.
+    std::mt19937 random(1);
+    const HeightGrid strip = grid_of(4097, 17, [&](std::uint32_t c, std::uint32_t r) {
+        if (c == 2 && r == 3) return 5.0;
+        if (c % 16 == r % 16 && c % 8 == 0) return 0.0;
+        return random() % 2 == 0 ? 0.9 : -0.9;
+    });
+    const Terrain terrain = terrain_mesh(strip, {.max_error = 1});
+    CHECK(terrain.largest_error <= 1 + 1e-12);
+    CHECK(terrain.mesh.triangles.size() > 10'000);
+}
+
 TEST_CASE("terrain: a plane takes the coarsest mesh, and heights of all signs are alike") {
     const HeightGrid plane = grid_of(65, 65, [](double c, double r) { return 2 * c - r; });
     CHECK(terrain_mesh(plane, {.max_error = 0}).mesh.triangles.size() == 4);
