@@ -100,6 +100,7 @@ class View::Impl {
             array.assign(size, value);
         };
         forest_.reserve(leaves, midpoints);
+        forest_.map_room();
         fill(leaf_candidate_, slots, Candidates::k_none);
         fill(point_candidate_, points, Candidates::k_none);
         fill(triangles_, slots, Triangle{});

@@ -191,6 +191,7 @@ class TerrainRefinement {
     /// Makes room for leaves, which are about twice as many as their points.
     void reserve(std::uint64_t leaves) {
         forest_.reserve(leaves, leaves / 2);
+        forest_.map_room();
         made_in_.resize(forest_.leaf_capacity(), 0);
     }
     /// Prefetches for a loop over leaves that is at index `i`.

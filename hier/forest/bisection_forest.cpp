@@ -74,10 +74,13 @@ void BisectionForest::reserve(std::uint64_t leaves, std::uint64_t midpoints) {
                     "the refinement would have more than 2^32 - 1 leaves; use a larger tolerance or a lower level");
     leaves_.reserve(static_cast<std::size_t>(slots));
     sites_.reserve(static_cast<std::size_t>(points));
-    detail::map_at_once(leaves_, static_cast<std::size_t>(slots));
-    detail::map_at_once(sites_, static_cast<std::size_t>(points));
     leaf_capacity_ = std::max(leaf_capacity_, static_cast<std::uint32_t>(leaves));
     midpoint_capacity_ = std::max(midpoint_capacity_, static_cast<std::uint32_t>(midpoints));
+}
+
+void BisectionForest::map_room() {
+    detail::map_at_once(leaves_, leaves_.capacity());
+    detail::map_at_once(sites_, sites_.capacity());
 }
 
 void BisectionForest::require_splittable(LeafId id) const {

@@ -94,11 +94,13 @@ class BisectionForest {
     PointId vertex_point(VertexId v) const { return PointId(v.value); }
     PointId centre_point(FaceId f) const { return PointId(mesh_->vertex_count() + f.value); }
 
-    /// Makes room for `leaves` leaves in total and maps its pages. The first overload makes room for a midpoint of each
-    /// leaf beyond the roots, the second for `midpoints` midpoints.
+    /// Makes room for `leaves` leaves in total. The first overload makes room for a midpoint of each leaf beyond the
+    /// roots, the second for `midpoints` midpoints.
     /// @throws Error  memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
     void reserve(std::uint32_t leaves) { reserve(leaves, leaves > root_count_ ? leaves - root_count_ : 0); }
     void reserve(std::uint64_t leaves, std::uint64_t midpoints);
+    /// Has the system map the pages of the reserved room, so that no split waits for one.
+    void map_room();
     /// Largest number of leaves that split_diamond() may reach. reserve() and refine() raise it, shrink() lowers it.
     std::uint32_t leaf_capacity() const { return leaf_capacity_; }
 
