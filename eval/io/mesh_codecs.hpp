@@ -1,7 +1,7 @@
 #pragma once
 
-// Private to eval/io: for each format, an encoder and a decoder for the bytes of a whole file. mesh_writer and
-// mesh_reader choose among them.
+// Private to eval: for each format, an encoder and a decoder for the bytes of a whole file. mesh_writer and mesh_reader
+// choose among them. And cut_faces(), which whole levels use, too.
 
 #include "../../hier/base/files.hpp"
 #include "../../hier/base/parallel.hpp"

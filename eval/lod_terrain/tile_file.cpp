@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -63,7 +64,9 @@ TileFile::TileFile(const std::filesystem::path& path, TileHeader& header)
         ::close(descriptor_);
         throw Error(code, text, path_);
     };
-    if (!std::filesystem::is_regular_file(path)) refuse(ErrorCode::io, "this is no regular file");
+    struct stat there {};
+    if (::fstat(descriptor_, &there) != 0 || !S_ISREG(there.st_mode)) refuse(ErrorCode::io, "this is no regular file");
+    size_ = static_cast<std::uint64_t>(there.st_size);
     const auto got = ::pread(descriptor_, &header, sizeof header, 0);
     if (got < static_cast<ssize_t>(sizeof header.magic) || header.magic != TileHeader::k_magic)
         refuse(ErrorCode::invalid_input, "this is no tile file; write_tiles() makes one of heights");

@@ -159,6 +159,8 @@ class TileFile {
     TileFile(const TileFile&) = delete;
     TileFile& operator=(const TileFile&) = delete;
 
+    /// Bytes of an existing file, when it was opened.
+    std::uint64_t size() const { return size_; }
     /// @throws Error io
     void read(std::uint64_t offset, std::span<std::byte> bytes) const;
     void write(std::uint64_t offset, std::span<const std::byte> bytes);
@@ -169,6 +171,7 @@ class TileFile {
     [[noreturn]] void fail(const char* what) const;
 
     std::filesystem::path path_, temporary_;
+    std::uint64_t size_ = 0;
     int descriptor_ = -1;
 };
 

@@ -55,9 +55,9 @@ struct TiledTerrain::Impl {
             refuse(ErrorCode::invalid_input, fmt::format("the tile file is damaged: tiles of {} steps", header.side));
         lattice = detail::TerrainLattice(frame);
         layout = detail::TileLayout(lattice, static_cast<std::int32_t>(header.side));
-        if (const std::uint64_t bytes = std::filesystem::file_size(path); bytes != layout.file_bytes())
+        if (file.size() != layout.file_bytes())
             refuse(ErrorCode::invalid_input, fmt::format("the tile file has {} bytes, not {}: it is cut off or damaged",
-                                                         bytes, layout.file_bytes()));
+                                                         file.size(), layout.file_bytes()));
         // Levels of one tile always stay, and so does the coarsest level, which has the roots.
         const auto& levels = layout.levels;
         std::size_t k = levels.size() - 1;
