@@ -11,12 +11,12 @@ namespace tetrakis::detail {
 /// A ray, and its first hit among the triangles that were tested so far.
 class RayCast {
   public:
-    /// @param middle  of what the ray is cast at. The origin is moved near it: from far away triangles lose digits.
-    RayCast(const Vec3d& origin, const Vec3d& direction, double farthest, const Vec3d& middle) : direction_(direction) {
-        const double way = glm::dot(middle - origin, direction) / glm::dot(direction, direction);
-        begin_ = -std::max(0.0, way);
-        origin_ = origin - begin_ * direction;
-        first_ = farthest + begin_;
+    /// @param roots  of what the ray is cast at. The origin is moved near them: from far away triangles lose digits.
+    RayCast(const Vec3d& origin, const Vec3d& direction, double farthest, const Box3d& roots)
+        : origin_(origin), direction_(direction), first_(farthest) {
+        begin_ = -entry(roots.centre(), roots.upper - roots.lower).value_or(0);  // a box of twice their sides
+        origin_ -= begin_ * direction;
+        first_ += begin_;
     }
 
     /// Whether origin, direction and farthest point are such that there can be a hit.
@@ -31,20 +31,7 @@ class RayCast {
         return found_ ? std::optional(lod::SurfaceHit{first_ - begin_, unit_or_zero(across_)}) : std::nullopt;
     }
     /// Whether the ray is in a box before the first hit.
-    bool enters(const Vec3d& center, const Vec3d& half_sides) const {
-        double begin = begin_, end = first_;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double off = center[axis] - origin_[axis], half = half_sides[axis];
-            if (direction_[axis] == 0) {
-                if (std::abs(off) > half) return false;
-                continue;
-            }
-            const double a = (off - half) / direction_[axis], b = (off + half) / direction_[axis];
-            begin = std::max(begin, std::min(a, b));
-            end = std::min(end, std::max(a, b));
-        }
-        return begin <= end;
-    }
+    bool enters(const Vec3d& center, const Vec3d& half_sides) const { return entry(center, half_sides).has_value(); }
     void meet(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
         // Which side of each edge the ray passes on; on an edge both triangles are met.
         const Vec3d pa = a - origin_, pb = b - origin_, pc = c - origin_;
@@ -59,9 +46,26 @@ class RayCast {
     }
 
   private:
-    Vec3d origin_{}, direction_;
-    double begin_, first_;  // parameters from origin_ on: of the ray's begin; of the first hit, or the largest allowed
-    Vec3d across_{};        // the first triangle's normal, of any length
+    /// Parameter at which the ray enters a box, if before the first hit.
+    std::optional<double> entry(const Vec3d& center, const Vec3d& half_sides) const {
+        double begin = begin_, end = first_;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double off = center[axis] - origin_[axis], half = half_sides[axis];
+            if (direction_[axis] == 0) {
+                if (std::abs(off) > half) return {};
+                continue;
+            }
+            const double a = (off - half) / direction_[axis], b = (off + half) / direction_[axis];
+            begin = std::max(begin, std::min(a, b));
+            end = std::min(end, std::max(a, b));
+        }
+        return begin <= end ? std::optional(begin) : std::nullopt;
+    }
+
+    Vec3d origin_, direction_;
+    double begin_ = 0,
+           first_;    // parameters from origin_ on: of the ray's begin; of the first hit, or the largest allowed
+    Vec3d across_{};  // the first triangle's normal, of any length
     bool found_ = false;
 };
 

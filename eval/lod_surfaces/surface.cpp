@@ -56,7 +56,7 @@ class RaySearch {
 std::optional<SurfaceHit> Surface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
     // A use keeps corners known: they are midpoints of larger triangles.
     const SurfaceUse use(*this);
-    const detail::RayCast ray(origin, direction, farthest, roots().bounding_box().centre());
+    const detail::RayCast ray(origin, direction, farthest, roots().bounding_box());
     if (!ray.is_valid()) return {};
     const RaySearch finest(*this, ray, max_depth());
     if (finest.result() || finest.known_depth() == max_depth()) return finest.result();

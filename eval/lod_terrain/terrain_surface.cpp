@@ -184,7 +184,7 @@ void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int3
 }
 
 std::optional<SurfaceHit> TerrainSurface::hit(const Vec3d& origin, const Vec3d& direction, double farthest) const {
-    detail::RayCast ray(origin, direction, farthest, roots_.bounding_box().centre());
+    detail::RayCast ray(origin, direction, farthest, roots_.bounding_box());
     if (!ray.is_valid()) return {};
     const int top = static_cast<int>(heights_.size()) - 1 + k_log_cell;
     search(ray, {0, 0}, 1 << top, {});

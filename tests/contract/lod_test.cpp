@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <random>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -409,6 +410,25 @@ TEST_CASE("lod: a globe of the earth's size is closed, and does not jitter where
                 }
         }
         if (frame >= 40) CHECK(near > 0);
+    }
+}
+
+TEST_CASE("lod: short rays through samples meet the ground of a large terrain, wherever it lies") {
+    std::mt19937 random(3);
+    const auto any = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+    for (const double offset : {0.0, 5e6}) {
+        HeightGrid grid;
+        grid.columns = 1025, grid.rows = 700, grid.origin = {offset, -offset};
+        grid.heights.assign(std::size_t{1025} * 700, 0.0f);
+        const lod::TerrainSurface surface(grid);
+        for (int i = 0; i < 3000; ++i) {
+            const Vec3d sample(offset + std::floor(any(1, 1023)), -offset - std::floor(any(1, 698)), 0);
+            const Vec3d way(any(-0.5, 0.5), any(-0.5, 0.5), any(-1, -0.01));
+            const double length = std::exp(any(-7, 9));
+            const auto hit = surface.hit(sample - length * way, way);
+            REQUIRE(hit);
+            REQUIRE(hit->t == doctest::Approx(length).epsilon(1e-6));
+        }
     }
 }
 
