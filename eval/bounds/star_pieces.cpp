@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cmath>
 #include <initializer_list>
-#include <memory>
 #include <numbers>
 
 namespace tetrakis::detail {

@@ -6,7 +6,6 @@
 
 #include <array>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 namespace tetrakis::detail {

@@ -62,8 +62,8 @@ constexpr double in_samples(std::int32_t place) { return static_cast<double>(pla
 /// Checks that a grid's sizes, spacing and origin allow a surface.
 /// @throws Error  as check_surface(), but for heights
 void check_frame(const HeightGrid& grid);
-/// Checks that heights, of rows from `first_row` of a grid on, are finite. @param missing  what to say of one that is
-/// NaN
+/// Checks that heights, of rows from `first_row` of a grid on, are finite.
+/// @param missing  the message's words for a NaN
 /// @throws Error  invalid_input
 void check_heights(const HeightGrid& grid, std::uint32_t first_row, const char* missing);
 /// Checks that triangles can be made of a grid.

@@ -238,7 +238,7 @@ class NormalSplitter {
     double least_cosine_;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> divided_;  ///< control faces with a sharp edge between, sorted
     std::vector<std::uint64_t> corners_;                            ///< at chosen vertices, vertex by vertex
-    std::vector<std::uint32_t> first_;  ///< per chosen vertex: the place of its first corner in corners_
+    std::vector<std::uint64_t> first_;  ///< per chosen vertex: the place of its first corner in corners_
     std::vector<std::uint32_t> group_;  ///< per corner in corners_: its group at the vertex
     std::vector<Vec3d> normals_;        ///< per corner in corners_
 };
