@@ -275,6 +275,7 @@ class Candidates {
             return;
         }
         Waits& list = lists[next_swept_++];
+        for (const Wait& wait : list) __builtin_prefetch(&nodes_[wait.node]);
         waits_ -= std::erase_if(list, [&](const Wait& wait) { return nodes_[wait.node].due_at != wait.due_at; });
         if (list.capacity() > list.size() + list.size() / 2) list.shrink_to_fit();
     }

@@ -349,7 +349,10 @@ class View::Impl {
     }
     /// Evaluates candidates for the present eye, and lists them accordingly.
     void look(std::span<const std::uint32_t> nodes) {
+        // Bound by memory latency: the cache misses of a batch overlap.
         for (const std::uint32_t node : nodes) __builtin_prefetch(&forest_.leaf(LeafId(candidates_.owner(node))));
+        for (const std::uint32_t node : nodes)
+            __builtin_prefetch(&forest_.point_site(forest_.leaf(LeafId(candidates_.owner(node))).vertex[2]));
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const LeafId leaf(candidates_.owner(nodes[i]));
             sites_[i] = candidates_.kind(nodes[i]) == Kind::split ? midpoint_site(leaf)
@@ -412,16 +415,10 @@ class View::Impl {
         const double edge = edge_of(is_split ? bucket + 1 : bucket);
         const bool always = look.size == 0 || edge == (is_split ? k_infinite : 0);
         // How far the eye may travel until the bucket may change.
-        const auto way_with = [&](double some_weight) {
-            const double nearer = look.distance - some_weight * look.size / edge;
-            return always ? k_infinite : is_split ? nearer : -nearer;
-        };
-        double way = way_with(weight);
-        const double other_way = way_with(other_weight);
+        const double nearer = look.distance - weight * look.size / edge;
+        double way = always ? k_infinite : is_split ? nearer : -nearer;
         std::size_t odometer = Odometers::k_travel;
-        if (weight == other_weight || other_way > 0.25 * way) {
-            way = std::min(way, other_way);
-        } else {
+        if (!always && weight != other_weight) {
             // A shorter length counts turns less, but allows less motion. It need not allow more than `way`.
             odometer = odometers_.at(look.reach * std::min(1.0, way / look.gap));
             way = std::min(way, odometers_.way(odometer, look.gap, look.reach));
