@@ -97,7 +97,8 @@ struct Update {
 /// Bounds are nested. So the mesh depends on the camera alone if neither leaves nor time limit it, but for hysteresis
 /// and a margin of a few per cent in the errors, within which a camera moves without new evaluations.
 ///
-/// Each view is for one thread; any number of views may share a surface.
+/// A view is for one thread at a time; const calls may run on several at once while no other one runs. Any number of
+/// views may share a surface.
 class View {
   public:
     /// Starts with the root triangles. Keeps a reference to the surface.
@@ -125,8 +126,10 @@ class View {
     Vec3d origin() const;
     void set_origin(const Vec3d& origin);
 
-    std::span<const Vertex> vertices() const;     ///< not all of them are in use
-    std::span<const Triangle> triangles() const;  ///< not all of them are in use
+    /// The buffers, in which not all elements are in use. They stay in their places as long as the view lives; update()
+    /// and set_origin() change their contents and lengths.
+    std::span<const Vertex> vertices() const;
+    std::span<const Triangle> triangles() const;
     std::uint32_t leaf_count() const;
     std::uint32_t max_leaves() const;  ///< options.max_leaves, or as many as max_bytes allows; at least the roots
     /// vertices() and triangles() are never longer than these. Triangles beyond triangles().size() are not to be drawn.

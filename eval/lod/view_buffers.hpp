@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -62,9 +63,9 @@ class DirtySlots {
     std::size_t first_ = 0, last_ = 0;  // words that may hold marks
 };
 
-/// A unit vector as two numbers (Meyer et al. 2010): 32767 is 1.
+/// A unit vector as two numbers (Meyer et al. 2010): 32767 is 1. A vector of length 0 is packed as (0, 0, 1).
 inline std::array<std::int16_t, 2> octahedral(const Vec3d& n) {
-    const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
+    const double sum = std::max(std::abs(n.x) + std::abs(n.y) + std::abs(n.z), std::numeric_limits<double>::min());
     double x = n.x / sum, y = n.y / sum;
     if (n.z < 0) {
         const double folded = (1 - std::abs(y)) * (x < 0 ? -1 : 1);

@@ -64,7 +64,7 @@ PlanetSurface::PlanetSurface(std::array<HeightGrid, 6> faces, const PlanetOption
     : PlanetSurface(std::span(faces), options) {}
 
 PlanetSurface::PlanetSurface(std::span<HeightGrid> grids, const PlanetOptions& options)
-    : SampledSurface(detail::cube_roots(options.radius), level_of(grids, options)),
+    : SampledSurface(detail::cube_roots(options.radius), level_of(grids, options), options.context),
       grids_(std::make_move_iterator(grids.begin()), std::make_move_iterator(grids.end())),
       radius_(options.radius),
       step_(step_of(grids_)) {

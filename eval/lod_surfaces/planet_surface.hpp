@@ -20,15 +20,16 @@ struct PlanetOptions {
 /// A planet: heights over a ball about the origin, z to the north pole, x to where longitude and latitude are 0, as six
 /// faces of a cube seen from the middle. Between samples heights are bilinear; the surface is the finest triangles.
 /// Positions are doubles; uv: longitude from 0 to 1 (-180 to 180 degrees), latitude from 0 (north pole) to 1. A vertex
-/// has only one uv. Shaders that need it across the antimeridian or at a pole should compute it from the normalised
-/// position.
+/// has only one uv. All calls may come from several threads at once. Shaders that need it across the antimeridian or at
+/// a pole should compute it from the normalised position.
 class PlanetSurface final : public SampledSurface {
   public:
     /// Heights over longitudes and latitudes: samples are in the middles of equal cells, the first row at the north
     /// pole, the first column east of the antimeridian. Origin and spacing of the grid are ignored.
     /// @throws Error  invalid_input: a height is missing or no number, no samples, a radius out of range,
-    ///                heights as deep as the planet; cancelled
-    /// Cost: O(points * level()), by all threads; memory: the grid's and two bytes a point
+    ///                heights as deep as the planet; memory_limit; cancelled
+    /// Cost: O(points * level()), by all threads; memory: the grid's and two bytes a point, and 48 bytes for each point
+    /// of one corner cell on each thread while bounds are computed
     explicit PlanetSurface(HeightGrid longitudes_latitudes, const PlanetOptions& options = {});
     /// Heights over the faces of a cube, towards +x, -x, +y, -y, +z, -z, as OpenGL's cube maps have them (OpenGL 4.6,
     /// table 8.19); the first and last rows and columns are on the cube's edges. Grids are square and of one size.

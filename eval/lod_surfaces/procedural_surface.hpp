@@ -20,7 +20,8 @@ struct ProceduralHeights {
 };
 
 /// An example of such heights: `octaves` layers of waves in random directions, each with half the wavelength and half
-/// the height of the one before. The bounds follow from the largest derivatives of the waves.
+/// the height of the one before. The bounds follow from the largest derivatives of the waves. Any thread may call it
+/// at any time, and the result depends on the arguments alone.
 /// @param amplitude   of the first layer: heights are less than twice as large
 /// @param wavelength  of the first layer, about
 /// @throws Error      invalid_input: an amplitude that is negative, a wavelength that is not positive, octaves that are

@@ -13,22 +13,25 @@ class RayCast {
   public:
     /// @param roots  of what the ray is cast at. The origin is moved near them: from far away triangles lose digits.
     RayCast(const Vec3d& origin, const Vec3d& direction, double farthest, const Box3d& roots)
-        : origin_(origin), direction_(direction), first_(farthest) {
+        : origin_(origin),
+          length_(glm::length(direction)),
+          direction_(direction / length_),
+          first_(farthest * length_) {
         begin_ = -entry(roots.centre(), roots.upper - roots.lower).value_or(0);  // a box of twice their sides
-        origin_ -= begin_ * direction;
+        origin_ -= begin_ * direction_;
         first_ += begin_;
     }
 
     /// Whether origin, direction and farthest point are such that there can be a hit.
     bool is_valid() const {
         constexpr double k_shortest = 1e-100, k_longest = 1e100;
-        const double length = glm::length(direction_);
-        return std::isfinite(origin_.x + origin_.y + origin_.z) && length >= k_shortest && length <= k_longest &&
+        return std::isfinite(origin_.x + origin_.y + origin_.z) && length_ >= k_shortest && length_ <= k_longest &&
                !std::isnan(first_);
     }
     const Vec3d& direction() const { return direction_; }
     std::optional<lod::SurfaceHit> hit() const {
-        return found_ ? std::optional(lod::SurfaceHit{first_ - begin_, unit_or_zero(across_)}) : std::nullopt;
+        if (!found_) return {};
+        return lod::SurfaceHit{(first_ - begin_) / length_, unit_or_zero(across_)};
     }
     /// Whether the ray is in a box before the first hit.
     bool enters(const Vec3d& center, const Vec3d& half_sides) const { return entry(center, half_sides).has_value(); }
@@ -38,7 +41,7 @@ class RayCast {
         const double u = glm::dot(direction_, glm::cross(pb, pc)), v = glm::dot(direction_, glm::cross(pc, pa)),
                      w = glm::dot(direction_, glm::cross(pa, pb)), sum = u + v + w;
         if (sum == 0 || std::min({u, v, w}) * std::max({u, v, w}) < 0) return;
-        const double t = glm::dot(u * pa + v * pb + w * pc, direction_) / (sum * glm::dot(direction_, direction_));
+        const double t = glm::dot(u * pa + v * pb + w * pc, direction_) / sum;
         if (!(t >= begin_ && t <= first_)) return;
         first_ = t;
         across_ = glm::cross(b - a, c - a);
@@ -46,11 +49,14 @@ class RayCast {
     }
 
   private:
-    /// Parameter at which the ray enters a box, if before the first hit.
+    /// Way to where the ray enters a box, if before the first hit.
     std::optional<double> entry(const Vec3d& center, const Vec3d& half_sides) const {
+        constexpr double k_rounding = 0x1p-48;  // larger boxes: triangles at a box's side are met in spite of rounding
+        const Vec3d size = glm::abs(center) + half_sides + glm::abs(origin_);
+        const double room = k_rounding * (size.x + size.y + size.z);
         double begin = begin_, end = first_;
         for (int axis = 0; axis < 3; ++axis) {
-            const double off = center[axis] - origin_[axis], half = half_sides[axis];
+            const double off = center[axis] - origin_[axis], half = half_sides[axis] + room;
             if (direction_[axis] == 0) {
                 if (std::abs(off) > half) return {};
                 continue;
@@ -62,10 +68,11 @@ class RayCast {
         return begin <= end ? std::optional(begin) : std::nullopt;
     }
 
-    Vec3d origin_, direction_;
-    double begin_ = 0,
-           first_;    // parameters from origin_ on: of the ray's begin; of the first hit, or the largest allowed
-    Vec3d across_{};  // the first triangle's normal, of any length
+    Vec3d origin_;
+    double length_;  // of the direction as it was given
+    Vec3d direction_;
+    double begin_ = 0, first_;  // ways from origin_: to the ray's begin; to the first hit, or the farthest allowed
+    Vec3d across_{};            // the first triangle's normal, of any length
     bool found_ = false;
 };
 

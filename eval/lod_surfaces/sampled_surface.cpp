@@ -1,6 +1,7 @@
 #include "sampled_surface.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../triangles/point_triangle.hpp"
@@ -12,6 +13,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 namespace tetrakis::lod {
@@ -35,7 +37,9 @@ double twice_area(const LatticePlace& a, const LatticePlace& b, const LatticePla
 
 }  // namespace
 
-SampledSurface::SampledSurface(ControlMesh roots, int level) : roots_(std::move(roots)), level_(level) {
+SampledSurface::SampledSurface(ControlMesh roots, int level, const RunContext& context, std::uint64_t point_bytes,
+                               std::uint64_t work_bytes)
+    : roots_(std::move(roots)), level_(level) {
     if (level < 1 || level > k_max_level)
         throw Error(ErrorCode::invalid_input,
                     fmt::format("a surface of {} levels; they have to be 1 to {}", level, k_max_level));
@@ -46,6 +50,13 @@ SampledSurface::SampledSurface(ControlMesh roots, int level) : roots_(std::move(
         cells_.push_back(HalfedgeId(h));
     }
     if (cells_.empty()) throw Error(ErrorCode::invalid_input, "a surface without faces, but for holes");
+    const std::uint64_t threads = context.threads > 0 ? context.threads : std::thread::hardware_concurrency(),
+                        point_work = sizeof(Site) + sizeof(Vec3d) + 2 * sizeof(float);
+    detail::check_memory(fmt::format("{} points of a surface of level {} need", point_count(), level),
+                         point_count() * (2 + point_bytes) + std::min<std::uint64_t>(threads, cells_.size()) *
+                                                                 (point_count() / cells_.size()) *
+                                                                 (point_work + work_bytes),
+                         context.max_memory_bytes, "choose a lower level");
 }
 
 std::uint64_t SampledSurface::memory_bytes() const {

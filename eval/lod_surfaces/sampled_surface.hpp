@@ -29,8 +29,12 @@ class SampledSurface : public Surface {
     virtual std::uint64_t memory_bytes() const;
 
   protected:
-    /// @throws Error  invalid_input: a level that is not from 1 to k_max_level; all faces are holes
-    SampledSurface(ControlMesh roots, int level);
+    /// @param point_bytes  what the derived class is going to store for each point
+    /// @param work_bytes   for each point of one corner cell, what each thread is going to need beside this class
+    /// @throws Error  invalid_input: a level that is not from 1 to k_max_level; all faces are holes;
+    ///                memory_limit: points that need more memory than the context allows
+    SampledSurface(ControlMesh roots, int level, const RunContext& context = {}, std::uint64_t point_bytes = 0,
+                   std::uint64_t work_bytes = 0);
 
     /// Positions of canonical sites of levels up to level(). Must return the same for the same site, in any thread.
     virtual void positions(std::span<const Site> sites, std::span<Vec3d> positions) const = 0;

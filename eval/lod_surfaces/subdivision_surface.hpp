@@ -27,12 +27,13 @@ struct SubdivisionSurfaceOptions {
 /// The limit surface of a scheme whose faces become quads, of Doo-Sabin, midedge, or Loop. roots() of the dual ones are
 /// the cells of level 1. Bounds are proven: they hold for every point of the limit surface, also between the lattice's
 /// points. They include the rounding of positions, which are stored as floats. uv: linear interpolation from a face's
-/// corners; from one of the faces around where these differ.
+/// corners; from one of the faces around where these differ. The surface keeps a copy of the control mesh.
 class SubdivisionSurface final : public SampledSurface {
   public:
     /// @throws Error  invalid_input: a mesh that the scheme cannot take or whose faces are all holes, a level out
     ///                of range, a point that is displaced to no finite place; unsupported: a scheme
-    ///                of another kind, a mesh for which the scheme has no bound (tessellate.hpp, certified); cancelled
+    ///                of another kind, a mesh for which the scheme has no bound (tessellate.hpp, certified);
+    ///                memory_limit; cancelled
     /// Cost: some microseconds for each point of the lattice, by all threads; 26 bytes for each. While bounds are
     /// computed, each thread needs some 150 bytes (dual schemes: 600) for each point of one corner cell.
     SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,

@@ -111,7 +111,7 @@ class SurfaceUse {
 };
 
 /// Positions of random points of the surface's finest lattice, to measure how far a view is from the surface. Corner
-/// cells have equal numbers of points on average. The result depends on the arguments alone.
+/// cells have equal numbers of points on average. The result depends on the arguments alone. Any thread may call it.
 std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, std::uint64_t seed = 1);
 
 }  // namespace tetrakis::lod

@@ -167,10 +167,7 @@ void TerrainSurface::search(detail::RayCast& ray, LatticePlace corner, std::int3
     const int k = std::countr_zero(static_cast<std::uint32_t>(side)) - k_log_cell;
     if (k >= 0) range = heights_[static_cast<std::size_t>(k)].row(y / side)[x / side];
     const DiamondBounds box = lattice_.bounds({x, std::min(x + side, last_x), y, std::min(y + side, last_y)}, range, 0);
-    // Margin for rounding errors.
-    const double room =
-        1e-9 * (std::abs(double{range.low}) + std::abs(double{range.high}) + grid_.spacing.x + grid_.spacing.y);
-    if (!ray.enters(box.center, box.half_sides + room)) return;
+    if (!ray.enters(box.center, box.half_sides)) return;
     if (side == 1) {
         for (const auto& [a, b, c] : square(corner)) ray.meet(a, b, c);
         return;

@@ -16,7 +16,7 @@ struct TileOptions {
 };
 
 /// Writes the file that a TiledTerrain reads: the heights on every level of detail, with errors and lowest and highest
-/// heights. The file appears complete or not at all.
+/// heights. The file appears complete or not at all. Several threads may write different files at once.
 /// @throws Error  invalid_input: as check_surface() in height_grid.hpp, or a side out of range; unsupported: more than
 ///                2^24 columns or rows; io; cancelled; and what the source throws
 /// Cost: O(samples) time, by all threads of the context; some 1 KiB of memory a column, and 10 MiB a thread. The file

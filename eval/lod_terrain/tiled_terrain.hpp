@@ -35,7 +35,8 @@ struct TileStatistics {
 
 /// A terrain from a file of write_tiles(), which need not fit into memory. The constructor reads the coarsest levels. A
 /// thread loads other tiles on request, coarse ones first, and drops the least recently requested ones. No call but the
-/// constructor waits for the disk. A tile that cannot be read, or has a wrong checksum, is tried again and again.
+/// constructor and wait() waits for the disk; all calls may come from several threads at once. A tile that cannot be
+/// read, or has a wrong checksum, is tried again and again.
 ///
 /// A diamond's error is a vertical upper bound, from the errors of finer diamonds (lemma in README.md).
 class TiledTerrain final : public Terrain {

@@ -41,7 +41,8 @@ struct HeightReadOptions {
     RunContext context{};
 };
 
-/// Reads a height grid. An HGT of the name N35E138.hgt gets its spacing in metres, at the middle of its rows.
+/// Reads a height grid; any number of threads may do so at once. An HGT of the name N35E138.hgt gets its spacing in
+/// metres, at the middle of its rows.
 /// @throws Error  io: missing or unreadable; invalid_input: no grid of that format, sizes that contradict each other,
 ///                fewer than two columns or rows, all samples without data; unsupported: a raster that needs GDAL
 ///                where the build has none, an unknown unit of height, rows that do not run from west to east;

@@ -9,7 +9,7 @@
 
 namespace tetrakis {
 
-/// A height grid that need not be in memory: its rows are read a few at a time.
+/// A height grid that need not be in memory: its rows are read a few at a time. A source is for one thread at a time.
 class HeightSource {
   public:
     virtual ~HeightSource() = default;

@@ -428,7 +428,21 @@ TEST_CASE("lod: short rays through samples meet the ground of a large terrain, w
             const auto hit = surface.hit(sample - length * way, way);
             REQUIRE(hit);
             REQUIRE(hit->t == doctest::Approx(length).epsilon(1e-6));
+            const auto far = surface.hit(sample - length * way, 9e99 * way);
+            REQUIRE(far);
+            REQUIRE(9e99 * far->t == doctest::Approx(length).epsilon(1e-6));
         }
+    }
+}
+
+TEST_CASE("lod: rays straight down meet a flat terrain at each sample, however far from the origin") {
+    HeightGrid grid = grid_of(65, 65, [](double, double) { return 0; });
+    grid.spacing = {0.3, 0.3};
+    grid.origin = {2e7, -2e7};
+    const lod::TerrainSurface surface(grid);
+    for (int i = 0; i < 65 * 65; ++i) {
+        const Vec2d place = grid.origin + grid.spacing * Vec2d(i % 65, -(i / 65));
+        REQUIRE(surface.hit({place, 1e4}, {0, 0, -1}));
     }
 }
 

@@ -41,9 +41,11 @@ namespace {
 
 /// A rough terrain and its file of small tiles.
 struct TiledGrid {
-    TiledGrid(std::uint32_t columns, std::uint32_t rows) : grid(rough(columns, rows, 5)) {
-        grid.spacing = {2, 3};
-        grid.origin = {1000, -500};
+    TiledGrid(std::uint32_t columns, std::uint32_t rows, const Vec2d& origin = {1000, -500},
+              const Vec2d& spacing = {2, 3})
+        : grid(rough(columns, rows, 5)) {
+        grid.spacing = spacing;
+        grid.origin = origin;
         lod::write_tiles(*make_height_source(grid), path, {.side = 16});
     }
     /// Reads the file as TiledTerrain does by default.
@@ -287,6 +289,15 @@ TEST_CASE("lod tiles: the ground is that of the samples, or not known yet, while
     CHECK(wrong == 0);
     CHECK(terrain.statistics().loads > 50);
     CHECK(terrain.statistics().cached_bytes <= k_small_cache);
+}
+
+TEST_CASE("lod tiles: rays straight down meet the border, where coordinates are rounded, too") {
+    const TiledGrid tiled(57, 41, {0.1, -0.7}, {0.3, 0.3});
+    const lod::TiledTerrain terrain(tiled.path);
+    for (int i = 0; i < 57 * 41; ++i) {
+        const Vec2d place = tiled.grid.origin + tiled.grid.spacing * Vec2d(i % 57, -(i / 57));
+        REQUIRE(terrain.hit({place, 1e4}, {0, 0, -1}));
+    }
 }
 
 TEST_CASE("lod tiles: where some tiles are missing for good no ray passes between the triangles that are known") {

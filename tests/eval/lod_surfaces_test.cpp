@@ -575,6 +575,10 @@ TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
     CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 0.1}), doctest::Contains("as deep as the planet"), Error);
     CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 10, .level = 20}), doctest::Contains("20 levels"), Error);
     CHECK_THROWS_AS(lod::PlanetSurface(HeightGrid{}), Error);
+    RunContext little;
+    little.max_memory_bytes = 10 << 20;
+    CHECK_THROWS_WITH_AS(lod::PlanetSurface(map, {.radius = 10, .level = 11, .context = little}),
+                         doctest::Contains("choose a lower level"), Error);
     HeightGrid hole = map;
     hole.heights[3] = std::numeric_limits<float>::quiet_NaN();
     CHECK_THROWS_WITH_AS(lod::PlanetSurface{hole}, doctest::Contains("is missing"), Error);
@@ -588,6 +592,8 @@ TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
                          doctest::Contains("not butterfly"), Error);
     CHECK_THROWS_AS(lod::SubdivisionSurface(box, "loop"), Error);
     CHECK_THROWS_AS(lod::SubdivisionSurface(box, "catmull-clark", {.level = 0}), Error);
+    CHECK_THROWS_WITH_AS(lod::SubdivisionSurface(box, "doo-sabin", {.level = 9, .context = little}),
+                         doctest::Contains("choose a lower level"), Error);
 
     ControlMeshData holes = parse_obj(k_box_obj, "test.obj");
     holes.holes = {0, 1, 2, 3, 4, 5};
