@@ -23,8 +23,8 @@ struct Eye {
     double pixels = 0;                             ///< size on screen of length 1 at distance 1
 
     explicit Eye(const lod::Camera& camera) : at(camera.eye), forward(unit(camera.direction)) {
-        right = glm::cross(forward, camera.up);
-        if (!(glm::length(right) > 1e-9 * glm::length(camera.up)))
+        right = glm::cross(forward, unit(camera.up));
+        if (!(glm::length(right) > 1e-9))
             right = glm::cross(forward, std::abs(forward.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0));
         right = glm::normalize(right);
         up = glm::cross(right, forward);
@@ -77,13 +77,15 @@ class Odometers {
 
     double reading(std::size_t odometer) const { return readings_[odometer]; }
     void move(double travel, double turn, Candidates& candidates) {
+        if (travel == 0 && turn == 0) return;
         // Beyond this end a reading has too few digits left for short distances.
         if (!(readings_.back() + travel < k_end * extent_)) {
             readings_.fill(k_start * extent_);
             return candidates.restart(k_start * extent_);
         }
         for (std::size_t i = 0; i < readings_.size(); ++i) {
-            readings_[i] += travel + lengths_[i] * turn;
+            // Larger even where the motion is less than the reading's last digit.
+            readings_[i] = std::nextafter(readings_[i] + travel + lengths_[i] * turn, 2 * k_end * extent_);
             candidates.advance(i, readings_[i]);
         }
     }

@@ -114,6 +114,7 @@ class View::Impl {
     Update update(const Camera& camera, const Budget& budget) {
         check(camera, budget);
         const auto begin = Clock::now();
+        const auto elapsed = [&] { return std::chrono::duration<double, std::milli>(Clock::now() - begin).count(); };
         // Bounds that are known when a diamond is evaluated stay known until the vertices are written.
         const SurfaceUse use(surface_);
         // Bounds that are loaded from now on are evaluated by the next update.
@@ -133,9 +134,9 @@ class View::Impl {
             ++update.merges;
         };
         const auto is_over = [&](std::uint32_t steps) {
-            // The last fifth of the time is for writing vertices.
-            return budget.milliseconds > 0 && steps % 16 == 0 &&
-                   std::chrono::duration<double, std::milli>(Clock::now() - begin).count() > 0.8 * budget.milliseconds;
+            // Time is left for writing the new vertices.
+            return budget.milliseconds > 0 && steps % 4 == 0 &&
+                   elapsed() + update.splits * vertex_milliseconds_ > 0.9 * budget.milliseconds;
         };
         for (std::uint32_t steps = 1;; ++steps) {
             const bool too_many = forest_.leaf_count() > most;
@@ -184,7 +185,9 @@ class View::Impl {
         update.morph_scale = morph_scale_;
         update.leaves = forest_.leaf_count();
         update.waiting = candidates_.unknown_count();
-        write_vertices();
+        const double before = elapsed();
+        if (const std::uint32_t written = write_vertices(); written != 0)
+            vertex_milliseconds_ = (elapsed() - before) / written;
         dirty_triangles_.take_ranges(forest_.leaf_slots(), options_.max_ranges, triangle_ranges_);
         dirty_vertices_.take_ranges(forest_.point_slots(), options_.max_ranges, vertex_ranges_);
         update.triangles = triangle_ranges_;
@@ -330,7 +333,7 @@ class View::Impl {
         const Vec3d center = bounds.center - eye_.at, off = detail::absolute(center);
         Look look;
         look.distance = glm::length(glm::max(off - bounds.half_sides, Vec3d(0)));
-        look.size = bounds.error * boost(bounds) * scale_;
+        look.size = std::min(1e300, bounds.error * boost(bounds) * scale_);  // products with weights stay finite
         // `least` and `reach` are no smaller for a box that contains this one. So if a diamond is inside, a coarser one
         // whose box contains its box is inside, too.
         const double least = eye_.inside(center, bounds.half_sides);
@@ -522,8 +525,10 @@ class View::Impl {
         for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
             if (is_vertex(PointId(p))) dirty_vertices_.mark(p);
     }
-    void write_vertices() {
+    /// Returns the number of vertices.
+    std::uint32_t write_vertices() {
         constexpr std::size_t k_batch = 256;
+        std::uint32_t count = 0;
         batch_points_.clear();
         batch_sites_.clear();
         const auto write = [&] {
@@ -552,11 +557,13 @@ class View::Impl {
         };
         dirty_vertices_.for_each([&](std::uint32_t p) {
             if (!forest_.is_point(PointId(p))) return;
+            ++count;
             batch_points_.push_back(p);
             batch_sites_.push_back(forest_.point_site(PointId(p)));
             if (batch_sites_.size() == k_batch) write();
         });
         write();
+        return count;
     }
 
     detail::PoolVector<std::uint32_t> leaf_candidate_, point_candidate_;  // by leaf slots and points
@@ -572,7 +579,8 @@ class View::Impl {
     std::array<Site, Candidates::k_batch> sites_{};
     std::array<DiamondBounds, Candidates::k_batch> bounds_{};
     double morph_scale_ = 0;
-    std::uint64_t revision_ = 0;  // of the surface
+    double vertex_milliseconds_ = 0.02;  // for writing a vertex, in the last update; before that, of a slow surface
+    std::uint64_t revision_ = 0;         // of the surface
     std::uint32_t revision_waits_ = 0;
     bool is_stale_ = false;    // evaluations are for other pixels or regions
     bool is_looking_ = false;  // a full re-evaluation is unfinished

@@ -116,7 +116,8 @@ class View {
     /// view, the picture's size, the pixel error or the regions change.
     Update update(const Camera& camera, const Budget& budget = {});
 
-    /// The next update evaluates all diamonds again and writes all vertices: O(leaves).
+    /// The next update evaluates all diamonds again and writes all vertices: O(leaves). Each evaluation, then and
+    /// later, looks at all regions.
     /// @throws Error  invalid_input: a radius or boost that is out of its range
     void set_regions(std::vector<Region> regions);
 

@@ -135,7 +135,7 @@ double ProceduralSurface::error(double length) const {
 }
 
 Vec3d ProceduralSurface::base(const Vec3d& on_roots) const {
-    return std::isfinite(radius_) ? radius_ * glm::normalize(on_roots) : on_roots;
+    return std::isfinite(radius_) ? radius_ * glm::normalize(on_roots) : glm::clamp(on_roots, -step_, step_);
 }
 Vec3d ProceduralSurface::up(const Vec3d& base) const {
     return std::isfinite(radius_) ? base / radius_ : Vec3d(0, 0, 1);

@@ -77,6 +77,7 @@ std::vector<Vec3d> random_places(const Surface& surface, std::uint32_t count, st
         sites.push_back(corner_site(roots, cell_triangle(roots, root, surface.max_depth(), path), random() % 3));
     }
     std::vector<Place> places(sites.size());
+    const SurfaceUse use(surface);
     surface.places(sites, places);
     std::vector<Vec3d> positions;
     for (const Place& place : places)

@@ -69,8 +69,8 @@ class Surface {
     virtual void bounds(std::span<const Site> sites, std::span<DiamondBounds> bounds) const = 0;
 
     /// The first point where a ray meets the finest known triangles, from either side. Nothing if there is none with a
-    /// t up to `farthest`, or if `origin` or `direction` is not finite. Cost: some hundreds of bounds for a steep ray,
-    /// thousands for a ray along the surface.
+    /// t up to `farthest`, or if `origin` or `direction` is not finite. Cost: the bounds of all roots, and some
+    /// hundreds of others for a steep ray, thousands for a ray along the surface.
     /// @param direction  of a length from 1e-100 to 1e100
     virtual std::optional<SurfaceHit> hit(const Vec3d& origin, const Vec3d& direction,
                                           double farthest = std::numeric_limits<double>::infinity()) const;

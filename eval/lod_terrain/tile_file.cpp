@@ -58,7 +58,7 @@ std::uint32_t TileHeader::sum() const {
 }
 
 TileFile::TileFile(const std::filesystem::path& path, TileHeader& header)
-    : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
     if (descriptor_ < 0) fail(errno == ENOENT ? "there is no such file; check the path" : std::strerror(errno));
     const auto refuse = [&](ErrorCode code, const std::string& text) {
         ::close(descriptor_);
@@ -80,14 +80,10 @@ TileFile::TileFile(const std::filesystem::path& path, TileHeader& header)
 }
 
 TileFile::TileFile(const std::filesystem::path& path)
-    : path_(path), temporary_(path.string() + fmt::format(".{}.part", ::getpid())) {
-    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (descriptor_ < 0) fail("cannot be written");
-}
+    : path_(path), output_(std::in_place, path), descriptor_(output_->descriptor()) {}
 
 TileFile::~TileFile() {
-    ::close(descriptor_);
-    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+    if (!output_) ::close(descriptor_);
 }
 
 void TileFile::read(std::uint64_t offset, std::span<std::byte> bytes) const {
@@ -110,15 +106,9 @@ void TileFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
     }
 }
 
-void TileFile::commit() {
-    if (::fsync(descriptor_) != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot be written");
-    temporary_.clear();
-}
-
 void TileFile::fail(const char* what) const {
     const int number = errno;
-    throw Error(ErrorCode::io,
-                temporary_.empty() ? std::string(what) : fmt::format("{}: {}", what, std::strerror(number)), path_);
+    throw Error(ErrorCode::io, output_ ? fmt::format("{}: {}", what, std::strerror(number)) : std::string(what), path_);
 }
 
 }  // namespace tetrakis::detail

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../hier/base/files.hpp"
 #include "../../hier/base/vec.hpp"
 #include "../surface/local_frame.hpp"
 #include "terrain_lattice.hpp"
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -153,7 +155,7 @@ class TileFile {
   public:
     /// Opens an existing file and reads its header. @throws Error  io, invalid_input, unsupported
     TileFile(const std::filesystem::path& path, TileHeader& header);
-    /// Creates a file, which has a temporary name until commit(). @throws Error io
+    /// Creates a file, which appears by commit(). @throws Error io
     explicit TileFile(const std::filesystem::path& path);
     ~TileFile();
     TileFile(const TileFile&) = delete;
@@ -164,14 +166,15 @@ class TileFile {
     /// @throws Error io
     void read(std::uint64_t offset, std::span<std::byte> bytes) const;
     void write(std::uint64_t offset, std::span<const std::byte> bytes);
-    void commit();
+    void commit() { output_->commit(); }
     const std::filesystem::path& path() const { return path_; }
 
   private:
     [[noreturn]] void fail(const char* what) const;
 
-    std::filesystem::path path_, temporary_;
+    std::filesystem::path path_;
     std::uint64_t size_ = 0;
+    std::optional<AtomicFile> output_;  // of a new file
     int descriptor_ = -1;
 };
 

@@ -143,7 +143,7 @@ struct TiledTerrain::Impl {
             }
             const std::uint64_t number = next->second;
             lock.unlock();
-            Tile tile(layout, number);
+            std::optional<Tile> tile;
             const std::string error = read(number, tile);
             lock.lock();
             Entry& entry = tiles[number];
@@ -170,10 +170,11 @@ struct TiledTerrain::Impl {
     }
 
     /// @return  the error's message; empty if there is no error
-    std::string read(std::uint64_t number, Tile& tile) const {
+    std::string read(std::uint64_t number, std::optional<Tile>& tile) const {
         try {
-            options.read(layout.offset(number), tile.bytes());
-            return tile.is_sealed() ? "" : fmt::format("{}: tile {} is damaged", file.path().string(), number);
+            tile.emplace(layout, number);
+            options.read(layout.offset(number), tile->bytes());
+            return tile->is_sealed() ? "" : fmt::format("{}: tile {} is damaged", file.path().string(), number);
         } catch (const std::exception& error) {
             return *error.what() != 0 ? error.what() : "a tile could not be read";
         } catch (...) {
@@ -279,7 +280,7 @@ TileStatistics TiledTerrain::statistics() const {
 }
 void TiledTerrain::wait(std::uint64_t revision, std::chrono::milliseconds longest) const {
     std::unique_lock lock(impl_->mutex);
-    impl_->arrived.wait_for(lock, longest, [&] {
+    impl_->arrived.wait_for(lock, std::min<std::chrono::milliseconds>(longest, std::chrono::hours(24)), [&] {
         return impl_->revision != revision || impl_->tiles.size() == impl_->loaded || impl_->waits_for_use;
     });
 }

@@ -61,7 +61,8 @@ class TiledTerrain final : public Terrain {
     std::array<double, 2> lowest_highest() const;  ///< the lowest and the highest height
     TileStatistics statistics() const;
     /// For programs that need a complete picture: returns when View::update() can make progress, because revision()
-    /// differs from `revision`, no tile is requested, or the loader waits for uses; or after the time `longest`.
+    /// differs from `revision`, no tile is requested, or the loader waits for uses; or after the time `longest`, of at
+    /// most a day.
     void wait(std::uint64_t revision, std::chrono::milliseconds longest = std::chrono::seconds(10)) const;
 
   private:

@@ -16,7 +16,7 @@ inline constexpr double k_metres_a_degree = 6371008.8 * std::numbers::pi / 180;
 HeightFormat format_of(const std::filesystem::path& path, const HeightReadOptions& options);
 
 /// A grid without heights.
-/// @throws Error  invalid_input: fewer than two columns or rows
+/// @throws Error  invalid_input: fewer than two columns or rows; unsupported: more than 2^24
 HeightGrid empty_frame(std::uint64_t columns, std::uint64_t rows, const std::filesystem::path& path);
 
 /// The height for a number in a file, by scale and offset; NaN where there is no data.

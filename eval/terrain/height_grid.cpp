@@ -14,6 +14,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace tetrakis {
@@ -100,10 +101,23 @@ std::unique_ptr<HeightSource> open_height_source(const std::filesystem::path& pa
     return detail::open_raw_heights(path, options, format);
 }
 
+namespace {
+
+/// @throws Error  invalid_input, unsupported: too few or too many for a surface
+void check_size(std::uint64_t columns, std::uint64_t rows, const std::filesystem::path& path) {
+    constexpr std::uint64_t k_most = 1u << 24;  // grid coordinates then fit into 31 bits
+    const auto refuse = [&](ErrorCode code, std::string_view but) {
+        throw Error(code, fmt::format("a height grid of {} columns and {} rows; {}", columns, rows, but), path);
+    };
+    if (columns < 2 || rows < 2) refuse(ErrorCode::invalid_input, "two of each are the least");
+    if (columns > k_most || rows > k_most)
+        refuse(ErrorCode::unsupported, fmt::format("at most {} of each are supported: cut it into tiles", k_most));
+}
+
+}  // namespace
+
 HeightGrid detail::empty_frame(std::uint64_t columns, std::uint64_t rows, const std::filesystem::path& path) {
-    if (columns < 2 || rows < 2)
-        throw Error(ErrorCode::invalid_input,
-                    fmt::format("{} columns and {} rows of heights; two of each are the least", columns, rows), path);
+    check_size(columns, rows, path);
     return {.columns = static_cast<std::uint32_t>(columns), .rows = static_cast<std::uint32_t>(rows), .heights = {}};
 }
 
@@ -154,25 +168,17 @@ std::uint64_t fill_missing_heights(HeightGrid& grid) {
 }
 
 void detail::check_frame(const HeightGrid& grid) {
-    constexpr std::uint32_t k_most_samples = 1u << 24;  // a side: grid coordinates then fit into 31 bits
-    const auto refuse = [](ErrorCode code, const std::string& text) { throw Error(code, text); };
-    if (grid.columns < 2 || grid.rows < 2)
-        refuse(ErrorCode::invalid_input, fmt::format("a height grid of {} columns and {} rows has no surface; two of "
-                                                     "each are the least",
-                                                     grid.columns, grid.rows));
-    if (grid.columns > k_most_samples || grid.rows > k_most_samples)
-        refuse(ErrorCode::unsupported, fmt::format("a height grid of {} columns and {} rows; at most {} of each are "
-                                                   "supported: cut it into tiles",
-                                                   grid.columns, grid.rows, k_most_samples));
-    if (!(grid.spacing.x > 0 && grid.spacing.y > 0 && std::isfinite(grid.spacing.x) && std::isfinite(grid.spacing.y)))
-        refuse(ErrorCode::invalid_input, fmt::format("spacings of {} and {} between samples; they have to be positive",
-                                                     grid.spacing.x, grid.spacing.y));
-    constexpr double k_farthest = 1e37;  // coordinates must fit in single precision
+    check_size(grid.columns, grid.rows, {});
+    const auto refuse = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
+    constexpr double k_farthest = 1e37;  // coordinates, and the shortest spacing, must fit in single precision
+    if (!(grid.spacing.x * k_farthest >= 1 && grid.spacing.y * k_farthest >= 1 && std::isfinite(grid.spacing.x) &&
+          std::isfinite(grid.spacing.y)))
+        refuse(fmt::format("spacings of {} and {} between samples; they have to be positive, and {} is the least",
+                           grid.spacing.x, grid.spacing.y, 1 / k_farthest));
     const double x = std::abs(grid.origin.x) + grid.spacing.x * grid.columns,
                  y = std::abs(grid.origin.y) + grid.spacing.y * grid.rows;
-    if (!(std::max(x, y) <= k_farthest))
-        refuse(ErrorCode::invalid_input,
-               fmt::format("a height grid that reaches to {}; {} is the farthest: take a smaller spacing or origin",
+    if (!(x <= k_farthest && y <= k_farthest))
+        refuse(fmt::format("a height grid that reaches to {}; {} is the farthest: take a smaller spacing or origin",
                            std::max(x, y), k_farthest));
 }
 

@@ -14,6 +14,7 @@
 #include <regex>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -29,7 +30,9 @@ class RawSource final : public HeightSource {
           number_bytes_(format == HeightFormat::raw_float ? 4 : 2),
           is_big_endian_(format == HeightFormat::hgt || options.big_endian) {
         // Other files, like pipes, are read at once; read_file() also throws the error of a file that cannot be opened.
-        if (std::filesystem::is_regular_file(path)) bytes_ = std::make_unique<std::ifstream>(path, std::ios::binary);
+        std::error_code none;
+        if (std::filesystem::is_regular_file(path, none))
+            bytes_ = std::make_unique<std::ifstream>(path, std::ios::binary);
         if (!bytes_ || !*bytes_) bytes_ = std::make_unique<std::istringstream>(read_file(path, options.context));
         const auto size = static_cast<std::uint64_t>(bytes_->seekg(0, std::ios::end).tellg());
         if (size == 0) refuse("the file is empty");

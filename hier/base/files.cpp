@@ -109,7 +109,7 @@ AtomicFile::AtomicFile(const fs::path& path) : path_(path), target_(resolve_link
     constexpr int k_attempts = 1000;  // names left over by processes that were killed
     for (int i = 0; i < k_attempts && descriptor_ < 0; ++i) {
         temporary_ = directory / fmt::format(".tetrakis-{}-{}.tmp", ::getpid(), counter++);
-        descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor_ < 0 && errno != EEXIST) break;
     }
     if (descriptor_ < 0) {

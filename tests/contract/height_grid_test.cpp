@@ -237,6 +237,10 @@ TEST_CASE("[bad-input] height grids that are none") {
     refused("large.r16", std::string(std::size_t{2} << 20, '\1'), "limit is 3 MiB",
             {.context = {.max_memory_bytes = 3 << 20, .progress = {}}});
 
+    std::filesystem::resize_file(dir / "h.r16", std::uintmax_t{1} << 34);  // takes no room on the disk
+    CHECK(test::contains(fault(dir / "h.r16", {.columns = 2}), "at most 16777216 of each"));
+    CHECK(test::error_of([&] { load_height_grid(std::string(300, 'x') + ".r16"); }).code() == ErrorCode::io);
+
     HeightGrid grid{.columns = 2, .rows = 2, .heights = std::vector<float>(4, std::nanf(""))};
     CHECK_THROWS_AS(fill_missing_heights(grid), Error);
 }

@@ -12,6 +12,7 @@
 #include "../kit/surface_topology.hpp"
 
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -291,6 +292,18 @@ TEST_CASE("lod tiles: the ground is that of the samples, or not known yet, while
     CHECK(terrain.statistics().cached_bytes <= k_small_cache);
 }
 
+TEST_CASE("lod tiles: random places come from all tiles, although few fit into the cache") {
+    const TiledGrid tiled(200, 141);
+    const lod::TiledTerrain terrain(tiled.path, {.cache_bytes = k_small_cache});
+    std::set<double> seen;
+    for (std::uint64_t seed = 0; seed < 400; ++seed) {
+        const std::uint64_t revision = terrain.revision();
+        for (const Vec3d& place : lod::random_places(terrain, 4, seed / 2)) seen.insert(place.x);
+        terrain.wait(revision, std::chrono::milliseconds::max());
+    }
+    CHECK(seen.size() > 150);
+}
+
 TEST_CASE("lod tiles: rays straight down meet the border, where coordinates are rounded, too") {
     const TiledGrid tiled(57, 41, {0.1, -0.7}, {0.3, 0.3});
     const lod::TiledTerrain terrain(tiled.path);
@@ -379,7 +392,7 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
     CHECK(contains(write_fault({.missing_height = std::numeric_limits<float>::infinity()}, tiled.dir / "new.tiles"),
                    "no finite number"));
     CHECK(contains(write_fault({.side = 48}, tiled.dir / "new.tiles"), "tiles of 48 steps"));
-    CHECK(contains(write_fault({}, tiled.dir / "no" / "new.tiles"), "cannot be written"));
+    CHECK(contains(write_fault({}, tiled.dir / "no" / "new.tiles"), "create it first"));
     const RunContext stop{.progress = [](std::string_view, double fraction) { return fraction < 0.5; }};
     CHECK(contains(write_fault({.side = 16, .missing_height = 0.0f, .context = stop}, tiled.dir / "new.tiles"),
                    "cancelled"));
@@ -388,6 +401,13 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
     grid.heights[47] = std::numeric_limits<float>::infinity();
     CHECK(contains(write_fault({.missing_height = 0.0f}, tiled.dir / "worse.tiles"), "column 7, row 1 is larger"));
     CHECK_NOTHROW(lod::TiledTerrain(tiled.dir / "new.tiles"));
+    REQUIRE(::mkfifo((tiled.dir / "fifo").c_str(), 0600) == 0);
+    CHECK(contains(tile_fault(tiled.dir / "fifo"), "no regular file"));
+    // A link stays a link.
+    std::filesystem::create_symlink("linked.tiles", tiled.dir / "link.tiles");
+    lod::write_tiles(*make_height_source(tiled.grid), tiled.dir / "link.tiles");
+    CHECK(std::filesystem::is_symlink(tiled.dir / "link.tiles"));
+    CHECK_NOTHROW(lod::TiledTerrain(tiled.dir / "linked.tiles"));
 }
 
 TEST_CASE("lod tiles: a file of raw numbers gives the same tiles as its grid, for any number of threads") {

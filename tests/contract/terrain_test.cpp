@@ -230,11 +230,14 @@ TEST_CASE("[bad-input] terrain: grids and tolerances that are none") {
         bad.heights[7] = value;
         CHECK(fault(bad, 1).find("column 2, row 1") != std::string::npos);
     }
-    for (const double spacing : {0.0, -1.0, std::nan("")}) {
+    for (const double spacing : {0.0, -1.0, 1e-160, std::nan("")}) {
         bad = good;
         bad.spacing.y = spacing;
         CHECK(fault(bad, 1).find("spacing") != std::string::npos);
     }
+    bad = good;
+    bad.origin.y = std::nan("");
+    CHECK(fault(bad, 1).find("reaches to") != std::string::npos);
     for (const std::array<std::uint32_t, 2> tiles : {std::array{0u, 1u}, {1u, 0u}, {5u, 1u}, {1u, 4u}})
         CHECK_THROWS_WITH_AS(terrain_mesh(good, {.tiles = tiles}), doctest::Contains("can have 1 x 1 to 4 x 3"), Error);
     for (const double max_error : {-1.0, std::nan(""), std::numeric_limits<double>::infinity()})
