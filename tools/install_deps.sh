@@ -4,6 +4,7 @@
 #   tools/install_deps.sh --bench    also the peers of the benchmarks
 #   tools/install_deps.sh --figures  also what tools/figures.sh draws with
 #   tools/install_deps.sh --viewer   also what tools/viewer and its test need
+#   tools/install_deps.sh --gdal     also what TETRAKIS_GDAL needs
 #   tools/install_deps.sh --ci       also what the checks of .ci/run need
 # Does nothing, in a fraction of a second, where everything is there.
 set -eu
@@ -21,8 +22,9 @@ for argument in "$@"; do
 libopenmpi-dev openmpi-bin" ;;
         --figures) required="$required $figures" ;;
         --viewer) optional="$optional $viewer" ;;
+        --gdal) required="$required libgdal-dev" ;;
         --ci) required="$required clang-format $figures"; optional="$optional $viewer" ;;
-        *) echo "usage: $0 [--bench] [--figures] [--viewer] [--ci]" >&2; exit 2 ;;
+        *) echo "usage: $0 [--bench] [--figures] [--viewer] [--gdal] [--ci]" >&2; exit 2 ;;
     esac
 done
 

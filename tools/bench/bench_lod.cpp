@@ -171,11 +171,19 @@ BENCHMARK(fly)
     ->Iterations(2000)
     ->Unit(benchmark::kMillisecond);
 
+/// Mount Fuji; no samples, with the benchmark skipped, where the shared test data are not here.
+HeightGrid fuji(benchmark::State& state) {
+    const std::filesystem::path path = shared_folder() / "data/terrain/fuji-terrain-rgb.png";
+    if (std::filesystem::exists(path)) return load_height_grid(path);
+    state.SkipWithError("the shared test data are not here");
+    return {};
+}
+
 /// Over Mount Fuji, mirrored, with the fractal's sample spacing. Argument: length of the camera's way in a frame.
 void fly_over_fuji(benchmark::State& state) {
-    const std::filesystem::path path = shared_folder() / "data/terrain/fuji-terrain-rgb.png";
-    if (!std::filesystem::exists(path)) return state.SkipWithError("the shared test data are not here");
-    const lod::TerrainSurface terrain(all_of(MirroredSource(load_height_grid(path), 4097, 4097)));
+    HeightGrid tile = fuji(state);
+    if (tile.rows == 0) return;
+    const lod::TerrainSurface terrain(all_of(MirroredSource(std::move(tile), 4097, 4097)));
     Flight flight(terrain.grid(), static_cast<double>(state.range(0)));
     measure_flight(state, terrain, 200'000, [&] { return flight.next(); });
 }
@@ -261,15 +269,32 @@ void make_surface(benchmark::State& state) {
 }
 BENCHMARK(make_surface)->Arg(1025)->Arg(4097)->Unit(benchmark::kMillisecond);
 
-/// One mesh of the whole terrain, by all threads. Arguments: samples along a side; error.
-void mesh_terrain(benchmark::State& state) {
-    const HeightGrid grid = mirrored(static_cast<std::uint32_t>(state.range(0)));
+/// One mesh of the whole grid.
+void measure_mesh(benchmark::State& state, const HeightGrid& grid, const TerrainOptions& options) {
     std::size_t triangles = 0;
-    for (auto _ : state)
-        triangles = terrain_mesh(grid, {.max_error = static_cast<double>(state.range(1))}).mesh.triangles.size();
+    for (auto _ : state) triangles = terrain_mesh(grid, options).mesh.triangles.size();
     state.counters["triangles"] = static_cast<double>(triangles);
+    state.counters["us_a_triangle"] =
+        benchmark::Counter(static_cast<double>(triangles) * 1e-6,
+                           benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["peak_bytes"] = static_cast<double>(peak_memory_bytes());
+}
+
+/// By all threads. Arguments: samples along a side; error.
+void mesh_terrain(benchmark::State& state) {
+    measure_mesh(state, mirrored(static_cast<std::uint32_t>(state.range(0))),
+                 {.max_error = static_cast<double>(state.range(1))});
 }
 BENCHMARK(mesh_terrain)->Args({4097, 45})->Args({16385, 45})->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// By one thread. Argument: error in metres.
+void mesh_fuji(benchmark::State& state) {
+    const HeightGrid grid = fuji(state);
+    TerrainOptions options{.max_error = static_cast<double>(state.range(0))};
+    options.context.threads = 1;
+    if (grid.rows != 0) measure_mesh(state, grid, options);
+}
+BENCHMARK(mesh_fuji)->Arg(1)->Arg(5)->Arg(10)->Arg(30)->Unit(benchmark::kMillisecond);
 
 std::filesystem::path tiles_path(std::uint32_t side) {
     return std::filesystem::temp_directory_path() / ("tetrakis_bench_" + std::to_string(side) + ".tiles");
