@@ -382,7 +382,18 @@ TEST_CASE("[bad-input] lod") {
     spill(path, "[]");
     cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "without cameras");
     spill(path, R"([{"eye": [1, 2, 3], "target": [1, 2, 3]}])");
-    cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "camera 0");
+    cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, "camera 0: its target is at its eye");
+    for (const auto& [camera, message] :
+         {std::pair(R"("eye": [1e60, 0, 0], "target": [0, 0, 0])", "camera 1: its eye or target has a coordinate"),
+          std::pair(R"("eye": [0, 0, 0], "target": [0, 0, 2e30])", "camera 1: its eye or target has a coordinate"),
+          std::pair(R"("eye": [0, 0, null], "target": [0, 0, 1])", "camera 1: type must be number"),
+          std::pair(R"("eye": [0, 0, 9], "target": [0, 0, 1], "fov_degrees": 0)", "camera 1: its fov_degrees"),
+          std::pair(R"("eye": [0, 0, NaN], "target": [0, 0, 1])", "path.json: parse error"),
+          std::pair(R"("eye": [0, 0, 1e999], "target": [0, 0, 1])", "path.json: number overflow")}) {
+        spill(path, std::string(R"([{"eye": [1, 2, 3], "target": [0, 0, 0]}, {)") + camera + "}]");
+        cli::check_refused({"lod", island, "--path", path, "-o", out}, 3, message);
+    }
+    cli::check_refused({"lod", "--fractal", "1", "--planet", "1e35", "-o", out}, 3, "it reaches beyond 1e30");
     cli::check_refused({"lod", cli::data("cube.obj"), "--planet", "3", "-o", out}, 2, "--planet");
     cli::check_refused({"lod", cli::data("cube.obj"), "--scheme", "biquartic", "-o", out}, 2, "biquartic");
     cli::check_refused({"lod", island, "--scheme", "loop", "-o", out}, 2, "--scheme");

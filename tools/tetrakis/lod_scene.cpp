@@ -24,6 +24,9 @@ namespace tetrakis::cli {
 
 namespace {
 
+/// Whether a point is too far away for the origin of a view's vertices (View::set_origin()).
+bool is_too_far(const Vec3d& p) { return !(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= 1e30); }
+
 /// @param grid  the heights' grid, which needs no heights
 LodScene terrain_scene(std::unique_ptr<const lod::Surface> surface, const HeightGrid& grid, double lowest,
                        double highest) {
@@ -210,8 +213,9 @@ std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint
     if (!file) throw InputError(fmt::format("{}: cannot be read", path.string()));
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     std::vector<CameraPlace> given;
+    nlohmann::json list;
     try {
-        const auto list = nlohmann::json::parse(text);
+        list = nlohmann::json::parse(text);
         if (!list.is_array()) throw InputError(fmt::format("{}: a camera path is a list", path.string()));
         for (const nlohmann::json& entry : list) {
             const auto vec = [&](const char* key) {
@@ -223,17 +227,22 @@ std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint
     } catch (const nlohmann::json::exception& error) {
         const std::string reason = error.what();  // "[json.exception.type_error.304] cannot ..."
         throw InputError(
-            fmt::format("{}: camera {}: {}; a camera path is a list of {{\"eye\": [x, y, z], \"target\": "
+            fmt::format("{}: {}{}; a camera path is a list of {{\"eye\": [x, y, z], \"target\": "
                         "[x, y, z], \"fov_degrees\": a}}",
-                        path.string(), given.size(), reason.substr(reason.find("] ") + 2)));
+                        path.string(), list.is_array() ? fmt::format("camera {}: ", given.size()) : "",
+                        reason.substr(reason.find("] ") + 2)));
     }
-    for (std::size_t i = 0; i < given.size(); ++i)
-        if (!(glm::length(given[i].target - given[i].eye) > 0 && given[i].fov_degrees > 0 &&
-              given[i].fov_degrees < 180))
-            throw InputError(
-                fmt::format("{}: camera {} looks nowhere: its target is its eye, or its opening is not "
-                            "between 0 and 180 degrees",
-                            path.string(), i));
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        const CameraPlace& camera = given[i];
+        const char* fault = is_too_far(camera.eye) || is_too_far(camera.target)
+                                ? "its eye or target has a coordinate beyond 1e30; move it nearer"
+                            : !(glm::length(camera.target - camera.eye) > 0)
+                                ? "its target is at its eye; move one of them"
+                            : !(camera.fov_degrees > 0 && camera.fov_degrees < 180)
+                                ? "its fov_degrees are not between 0 and 180; without them it has 60"
+                                : nullptr;
+        if (fault != nullptr) throw InputError(fmt::format("{}: camera {}: {}", path.string(), i, fault));
+    }
     if (given.empty()) throw InputError(fmt::format("{}: a camera path without cameras", path.string()));
     std::vector<CameraPlace> cameras;
     for (std::uint32_t i = 0; i < frames; ++i) {
@@ -245,9 +254,10 @@ std::vector<CameraPlace> cameras_of(const std::filesystem::path& path, std::uint
             {glm::mix(a.eye, b.eye, t), glm::mix(a.target, b.target, t), glm::mix(a.fov_degrees, b.fov_degrees, t)});
     }
     for (std::size_t i = 0; i < cameras.size(); ++i)
-        if (const double way = glm::length(cameras[i].target - cameras[i].eye); !(way > 0 && std::isfinite(way)))
-            throw InputError(fmt::format("{}: in frame {} the camera's target is at its eye, or out of all numbers",
-                                         path.string(), i));
+        if (!(glm::length(cameras[i].target - cameras[i].eye) > 0))
+            throw InputError(fmt::format(
+                "{}: in frame {} the camera's target is at its eye; add a camera between those before and after it",
+                path.string(), i));
     return cameras;
 }
 
@@ -285,6 +295,9 @@ std::vector<CameraPlace> circle(const LodScene& scene, std::uint32_t frames, boo
             camera.eye.z = std::max(above, ground + 0.03 * size);
             camera.target = camera.eye + size * (ahead - 0.8 * out) - 0.2 * size * z;
         }
+        if (is_too_far(camera.eye))
+            throw Error(ErrorCode::invalid_input,
+                        "it reaches beyond 1e30; make it smaller by --scale, --spacing or --planet");
         cameras.push_back(camera);
     }
     return cameras;
