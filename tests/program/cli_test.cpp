@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <iterator>
 #include <set>
@@ -289,6 +290,60 @@ TEST_CASE("lod: frames along a path of cameras, with figures that agree") {
     CHECK(cli::run({"lod", cli::data("island.png"), "--scale", "0.1", "--spacing", "10", "--pixels", "0.1", "--budget",
                     "500", "--frames", "2", "-o", out})
               .code == 4);
+}
+
+TEST_CASE("lod: the CSV's figures agree, and a jump across an earth-sized ball does not look like pops") {
+    // Two metres above the ground: a step, a stop, a jump by a quarter of the circumference.
+    nlohmann::json path;
+    for (int i = 0; i < 4; ++i) {
+        const double step = i % 3 == 0 ? 0 : 0.5, out = 6371000 + (i < 3 ? -14046.928 : -4331.398);
+        const Vec3d eye = i < 3 ? Vec3d(out, step, 0) : Vec3d(step, out, 0),
+                    target = eye + (i < 3 ? Vec3d(-3, -1, 1) : Vec3d(-1, -3, 1));
+        path.push_back({{"eye", {eye.x, eye.y, eye.z}}, {"target", {target.x, target.y, target.z}}});
+    }
+    const ScratchDir scratch;
+    spill(scratch / "path.json", path.dump());
+    const std::string out = (scratch / "out").string();
+    cli::run_report({"lod", "--fractal", "7", "--planet", "6371000", "--spacing", "0.05", "--pixels", "16", "--budget",
+                     "15500", "--path", (scratch / "path.json").string(), "--frames", "4", "-o", out});
+    std::istringstream csv(slurp(out + "/frames.csv"));
+    std::string line;
+    std::getline(csv, line);
+    CHECK(line == "frame,splits,merges,leaves,upload_bytes,milliseconds,promised_pixels,measured_pixels,pop_pixels");
+    double leaves_before = 0, vertices_before = 0;
+    for (int i = 0; i < 4; ++i) {
+        CAPTURE(i);
+        std::array<double, 9> row;
+        for (double& number : row) {
+            csv >> number;
+            csv.get();
+        }
+        const auto [frame, splits, merges, leaves, upload, milliseconds, promised, measured, pop] = row;
+        CHECK(frame == i);
+        CHECK(leaves <= 15500);
+        CHECK(milliseconds > 0);
+        CHECK(promised == 16);
+        CHECK(measured > 1);
+        CHECK(measured <= promised);
+        CHECK(pop <= promised);
+        // A split makes two triangles and a vertex, of 12 and 40 bytes. After a jump it begins with the 24 roots, and
+        // the vertices before it are written once more, because the origin moves.
+        const bool jumps = i % 3 == 0, stops = i % 3 == 2;
+        CHECK(leaves == (jumps ? 24 : leaves_before) + 2 * (splits - merges));
+        const double vertices = leaves / 2 + 2;
+        CHECK(upload >= (jumps ? 12 * leaves + 40 * (vertices + vertices_before) : 40 * splits));
+        CHECK(upload <=
+              (jumps ? 1.01 * (12 * leaves + 40 * (vertices + vertices_before)) : 64 * 4 * (splits + merges)));
+        CHECK((upload == 0) == stops);
+        CHECK((merges == 0) == (jumps || stops));
+        leaves_before = leaves;
+        vertices_before = vertices;
+    }
+    // The camera sees but a few metres of a square of 100 kilometres.
+    spill(scratch / "path.json", R"([{"eye": [1000, 2000, -130.383], "target": [1000, 2001, -135]}])");
+    const nlohmann::json near = cli::run_report({"lod", "--fractal", "7", "--pixels", "16", "--path",
+                                                 (scratch / "path.json").string(), "--frames", "1", "-o", out});
+    CHECK(near["measured_pixels"] > 0.3);
 }
 
 TEST_CASE("lod: a planet and control meshes keep what they promise") {

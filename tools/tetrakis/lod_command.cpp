@@ -18,11 +18,14 @@
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -64,7 +67,46 @@ class Sight {
     double tan_y_, tan_x_, pixels_;
 };
 
-/// Largest error, in pixels, at the points of the surface `places` that the camera sees.
+/// Points of the full-resolution surface near random triangles of a view, which are small near the eye: so each part of
+/// the picture has about as many. Borders of roots have none.
+/// @param tiles  the surface, if it is a tiled terrain: its tiles are waited for, unless they are damaged
+std::vector<Vec3d> places_near(const lod::View& view, const lod::Surface& surface, const lod::TiledTerrain* tiles,
+                               const RunContext& context) {
+    // Each site may be in a tile of its own.
+    const std::uint32_t parts = tiles == nullptr ? 1 : 64, count = tiles == nullptr ? 20'000 : 16;
+    const int level = surface.max_depth() / 2;  // of the finest sites: two bisections are one level
+    const std::uint32_t side = 1u << level;
+    const auto triangles = view.leaves();
+    std::mt19937_64 random;
+    std::vector<Vec3d> positions;
+    for (std::uint32_t part = 0; part < parts; ++part) {
+        std::vector<Site> sites(count);
+        for (Site& site : sites) {
+            // At most a leg's length, along each axis, from the corner with the right angle.
+            site = *std::ranges::max_element(triangles[random() % triangles.size()], {}, &Site::level);
+            const std::uint32_t leg = side >> site.level,
+                                x = (site.at.x - 1) * leg + static_cast<std::uint32_t>(random() % (2 * leg + 1)),
+                                y = (site.at.y - 1) * leg + static_cast<std::uint32_t>(random() % (2 * leg + 1));
+            if (x - 1 >= side - 1 || y - 1 >= side - 1) continue;  // where sites may have several addresses
+            const int shift = std::countr_zero(x | y);             // to the lowest level that has it
+            site = {site.root, {x >> shift, y >> shift}, static_cast<std::uint8_t>(level - shift)};
+        }
+        std::vector<lod::Place> places(count);
+        for (std::uint64_t revision = 0;; tiles->wait(revision, std::chrono::seconds(2))) {
+            context.report("places", double(part) / parts);
+            revision = surface.revision();
+            const lod::SurfaceUse use(surface);  // older tiles may be dropped
+            surface.places(sites, places);
+            if (tiles == nullptr || tiles->statistics().failures > 0 || std::ranges::all_of(places, &lod::Place::known))
+                break;
+        }
+        for (const lod::Place& place : places)
+            if (place.known) positions.push_back(place.position);
+    }
+    return positions;
+}
+
+/// Largest error, in pixels, at the points of the surface `places` that the camera sees; NaN if it sees none.
 double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, const Sight& sight,
                        const RunContext& context) {
     std::vector<Vec3d> seen;
@@ -72,63 +114,63 @@ double measured_pixels(const TriangleMesh& mesh, std::span<const Vec3d> places, 
         if (sight.sees(place)) seen.push_back(place);
     std::vector<ClosestPoint> nearest(seen.size());
     TriangleBvh(mesh, context).closest(seen, nearest, context);
-    double largest = 0;
+    double largest = std::nan("");
     for (std::size_t i = 0; i < seen.size(); ++i)
-        largest = std::max(largest, sight.pixels(nearest[i].distance, seen[i]));
+        largest = std::fmax(largest, sight.pixels(nearest[i].distance, seen[i]));
     return largest;
 }
 
-/// Positions at which a view shows its vertices, compared from frame to frame.
+/// Positions at which a view shows its vertices, compared from frame to frame. A vertex is known by its place, because
+/// a view numbers them anew when it starts again from the roots. So the view's origin has to stay.
 class ShownVertices {
   public:
     /// Goes on to a new frame. Returns the largest motion of a vertex by LOD alone, in pixels as seen by the new eye.
     double move_to(const lod::View& view, const lod::Update& update, const Vec3d& eye, const Sight& sight) {
         const auto vertices = view.vertices();
-        std::vector<Shown> now(vertices.size());
+        std::vector<Shown> now;
+        std::vector<bool> is_listed(vertices.size());
+        mesh_.positions.resize(vertices.size());
+        mesh_.triangles.clear();
         for (const lod::Triangle& t : view.triangles()) {
             if (t == lod::Triangle{}) continue;
-            for (const std::uint32_t v : t) now[v].used = true;
+            mesh_.triangles.push_back(t);
+            for (const std::uint32_t v : t) {
+                if (is_listed[v]) continue;
+                is_listed[v] = true;
+                const auto& edge = vertices[v].on_edge;
+                mesh_.positions[v] =
+                    view.origin() + shown_position(vertices[v], eye - view.origin(), update.morph_scale);
+                now.push_back(
+                    {vertices[v].position, mesh_.positions[v], view.origin() + Vec3d(edge[0], edge[1], edge[2])});
+            }
         }
+        std::ranges::sort(now, {}, &Shown::place);
         double farthest = 0;
-        for (std::size_t v = 0; v < now.size(); ++v) {
-            if (!now[v].used) continue;
-            now[v].vertex = vertices[v];
-            now[v].at = view.origin() + shown_position(vertices[v], eye - view.origin(), update.morph_scale);
-            const bool stayed =
-                v < before_.size() && before_[v].used && before_[v].vertex.position == vertices[v].position;
-            const auto& edge = vertices[v].on_edge;
-            const Vec3d from = stayed ? before_[v].at : view.origin() + Vec3d(edge[0], edge[1], edge[2]);
-            if (!before_.empty() && sight.sees(now[v].at))
-                farthest = std::max(farthest, sight.pixels(glm::length(now[v].at - from), now[v].at));
+        const auto moves = [&](const Vec3d& from, const Vec3d& at) {
+            if (!before_.empty() && sight.sees(at))
+                farthest = std::max(farthest, sight.pixels(glm::length(at - from), at));
+        };
+        // Vertices come from their edges, and go there.
+        auto old = before_.begin();
+        for (const Shown& vertex : now) {
+            for (; old != before_.end() && old->place < vertex.place; ++old) moves(old->on_edge, old->at);
+            const bool stays = old != before_.end() && old->place == vertex.place;
+            moves(stays ? (old++)->at : vertex.on_edge, vertex.at);
         }
-        // A vertex that a merge has removed moves to its edge.
-        for (std::size_t v = 0; v < before_.size(); ++v) {
-            const Shown& old = before_[v];
-            const bool stays = v < now.size() && now[v].used && now[v].vertex.position == old.vertex.position;
-            if (!old.used || stays || !sight.sees(old.at)) continue;
-            const auto& edge = old.vertex.on_edge;
-            const Vec3d to = view.origin() + Vec3d(edge[0], edge[1], edge[2]);
-            farthest = std::max(farthest, sight.pixels(glm::length(old.at - to), old.at));
-        }
+        for (; old != before_.end(); ++old) moves(old->on_edge, old->at);
         before_ = std::move(now);
         return farthest;
     }
     /// The mesh as shown, with morphing.
-    TriangleMesh mesh(const lod::View& view) const {
-        TriangleMesh mesh;
-        for (const Shown& vertex : before_) mesh.positions.push_back(vertex.at);
-        for (const lod::Triangle& t : view.triangles())
-            if (t != lod::Triangle{}) mesh.triangles.push_back(t);
-        return mesh;
-    }
+    const TriangleMesh& mesh() const { return mesh_; }
 
   private:
     struct Shown {
-        bool used = false;
-        lod::Vertex vertex{};
-        Vec3d at{};
+        std::array<float, 3> place;
+        Vec3d at, on_edge;
     };
-    std::vector<Shown> before_;
+    std::vector<Shown> before_;  // sorted by place
+    TriangleMesh mesh_;
 };
 
 void paste(const Image& from, Image& to, int x, int y) {
@@ -137,16 +179,21 @@ void paste(const Image& from, Image& to, int x, int y) {
                     to.rgb.begin() + 3 * (std::ptrdiff_t{y + row} * to.width + x));
 }
 
-/// Renders the mesh. An inset in a corner shows the middle of the picture enlarged, with the mesh's edges.
-Image picture(const TriangleMesh& mesh, const CameraPlace& view, RenderOptions render, const RunContext& context) {
+/// Renders the mesh. An inset in a corner shows the middle of what is seen of it enlarged, with its edges.
+Image picture(const TriangleMesh& mesh, const CameraPlace& view, const Sight& sight, RenderOptions render,
+              const RunContext& context) {
     render.camera = Camera{view.eye, view.target, view.up(), view.fov_degrees};
     render.ground = false;
     Image image = tetrakis::render(mesh, render, context);
     render.width = std::min(image.width, std::max(16, image.width * 2 / 5));
     render.height = std::min(image.height, std::max(16, image.height * 2 / 5));
-    constexpr double k_middle = 0.2;  // of the picture's sides
-    double& fov = render.camera->vertical_fov_degrees;
-    fov = glm::degrees(2 * std::atan(k_middle * std::tan(glm::radians(fov) / 2)));
+    Vec3d middle(0);
+    for (const lod::Triangle& t : mesh.triangles)
+        if (const Vec3d& at = mesh.positions[t[0]]; sight.sees(at)) middle += glm::normalize(at - view.eye);
+    constexpr double k_part = 0.2;  // of the picture's sides
+    const double fov = glm::degrees(2 * std::atan(k_part * std::tan(glm::radians(view.fov_degrees) / 2)));
+    const CameraPlace inset{view.eye, middle == Vec3d(0) ? view.target : view.eye + middle, fov, view.about_up};
+    render.camera = Camera{inset.eye, inset.target, inset.up(), inset.fov_degrees};
     render.wireframe = true;
     render.shading = Shading::flat;
     render.occlusion_samples = 0;
@@ -169,25 +216,6 @@ Image contact_sheet(const std::vector<Image>& images) {
     return sheet;
 }
 
-/// Random points of a tiled terrain, which is opened a second time, so that the view has to request its own tiles.
-std::vector<Vec3d> places_of_tiles(const std::filesystem::path& path, const RunContext& context) {
-    constexpr std::uint32_t k_parts = 250, k_places = 16;  // each place may be in a tile of its own
-    const lod::TiledTerrain terrain(path);
-    std::vector<Vec3d> places;
-    for (std::uint32_t part = 0; part < k_parts; ++part) {
-        context.report("places", double(part) / k_parts);
-        std::vector<Vec3d> found;
-        for (std::uint64_t revision = 0;; terrain.wait(revision)) {
-            revision = terrain.revision();
-            found = lod::random_places(terrain, k_places, part + 1);
-            // A damaged tile is never loaded.
-            if (found.size() == k_places || terrain.statistics().failures > 0) break;
-        }
-        places.insert(places.end(), found.begin(), found.end());
-    }
-    return places;
-}
-
 ExitCode run_checked(const LodCommandOptions& options) {
     Run process(options.run);
     std::vector<std::string> warnings;
@@ -195,12 +223,13 @@ ExitCode run_checked(const LodCommandOptions& options) {
     const lod::Surface& surface = *scene.surface;
     const std::vector<CameraPlace> cameras =
         options.path.empty() ? circle(scene, options.frames, !options.orbit) : cameras_of(options.path, options.frames);
-    constexpr std::uint32_t k_places = 50'000;
-    const std::vector<Vec3d> places = scene.tiles == nullptr
-                                          ? lod::random_places(surface, k_places)
-                                          : places_of_tiles(options.input.heights.path, process.context());
+    // Tiles are opened a second time for measurements, so that the view has to request its own.
+    const auto tiles =
+        scene.tiles == nullptr ? nullptr : std::make_unique<lod::TiledTerrain>(options.input.heights.path);
+    constexpr std::uint32_t k_places = 20'000;
+    const std::vector<Vec3d> everywhere =
+        tiles == nullptr ? lod::random_places(surface, k_places) : std::vector<Vec3d>();
     lod::View view(surface, {.max_leaves = options.leaves});
-    view.set_origin(cameras.front().eye);
     if (options.leaves < surface.roots().halfedge_count())
         warnings.push_back(fmt::format("the {} roots are more than the budget of {} triangles",
                                        surface.roots().halfedge_count(), options.leaves));
@@ -219,7 +248,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
     ShownVertices shown;
     std::vector<Image> images;
     std::vector<double> milliseconds;
-    double worst_error = 0, worst_promise = 0, worst_pop = 0, changes = 0, bytes = 0;
+    double worst_error = std::nan(""), worst_promise = 0, worst_pop = 0, changes = 0, bytes = 0;
     bool kept_promise = true;
     std::uint32_t waiting_frames = 0;
     bool waits = options.wait;
@@ -231,16 +260,28 @@ ExitCode run_checked(const LodCommandOptions& options) {
         std::uint32_t splits = 0, merges = 0;
         std::uint64_t upload = 0;
         double took = 0;
-        for (;;) {
-            const std::uint64_t revision = surface.revision();
-            if (waits && update.waiting > 0) process.context().report("tiles", 0);
+        const auto update_to = [&](const lod::Camera& to) {
             const Stopwatch watch;
-            update = view.update(camera, {.pixel_error = options.pixels, .leaves = options.leaves});
+            update = view.update(to, {.pixel_error = options.pixels, .leaves = options.leaves});
             took = std::max(took, 1000 * watch.seconds());
             splits += update.splits;
             merges += update.merges;
             for (const auto& range : update.vertices) upload += range.count * sizeof(lod::Vertex);
             for (const auto& range : update.triangles) upload += range.count * sizeof(lod::Triangle);
+        };
+        const Sight sight(camera);
+        if (scene.is_far(view.origin(), at.eye)) {
+            view.set_origin(at.eye);
+            if (frame > 0) {  // the last picture again, relative to the new origin
+                const CameraPlace& last = cameras[frame - 1];
+                update_to(last.lod_camera(options.render.width, options.render.height));
+                shown.move_to(view, update, last.eye, sight);
+            }
+        }
+        for (;;) {
+            const std::uint64_t revision = surface.revision();
+            if (waits && update.waiting > 0) process.context().report("tiles", 0);
+            update_to(camera);
             if (!waits || update.waiting == 0) break;
             const lod::TileStatistics before = scene.tiles->statistics();
             scene.tiles->wait(revision, std::chrono::seconds(2));
@@ -249,14 +290,16 @@ ExitCode run_checked(const LodCommandOptions& options) {
             waits = after.loads > before.loads || after.failures == before.failures;
         }
         if (update.waiting > 0) ++waiting_frames;
-        const Sight sight(camera);
-        const double error = places.empty() ? 0 : measured_pixels(view.mesh(), places, sight, process.context()),
+        std::vector<Vec3d> places =
+            places_near(view, tiles == nullptr ? surface : *tiles, tiles.get(), process.context());
+        places.insert(places.end(), everywhere.begin(), everywhere.end());
+        const double error = measured_pixels(view.mesh(), places, sight, process.context()),
                      pop = shown.move_to(view, update, at.eye, sight);
         csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{},{:.4g}\n", frame, splits, merges, update.leaves, upload,
-                           took, update.pixel_error, places.empty() ? "" : fmt::format("{:.4g}", error), pop);
+                           took, update.pixel_error, std::isnan(error) ? "" : fmt::format("{:.4g}", error), pop);
         // The bound does not hold for diamonds that are not loaded yet.
-        if (update.waiting == 0) kept_promise = kept_promise && error <= update.pixel_error * (1 + 1e-3);
-        worst_error = std::max(worst_error, error);
+        if (update.waiting == 0) kept_promise = kept_promise && !(error > update.pixel_error * (1 + 1e-3));
+        worst_error = std::fmax(worst_error, error);
         worst_promise = std::max(worst_promise, update.pixel_error);
         if (frame > 0) {
             worst_pop = std::max(worst_pop, pop);
@@ -267,7 +310,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
         const std::uint64_t drawn = std::uint64_t{frame} * options.images / cameras.size(),
                             next = (std::uint64_t{frame} + 1) * options.images / cameras.size();
         if (next > drawn) {
-            images.push_back(picture(shown.mesh(view), at, options.render, process.context()));
+            images.push_back(picture(shown.mesh(), at, sight, options.render, process.context()));
             write_png(file(options.directory / fmt::format("frame_{:05}.png", frame)), images.back());
         }
     }
@@ -282,13 +325,13 @@ ExitCode run_checked(const LodCommandOptions& options) {
     const double count = std::max(1.0, static_cast<double>(milliseconds.size()));
     const double median = milliseconds.empty() ? 0 : milliseconds[milliseconds.size() / 2];
     const double slowest = milliseconds.empty() ? 0 : milliseconds.back();
-    Json tiles;
+    Json loaded;
     if (scene.tiles != nullptr) {
         const lod::TileStatistics statistics = scene.tiles->statistics();
-        tiles = {{"loads", statistics.loads},
-                 {"failures", statistics.failures},
-                 {"cached_bytes", statistics.cached_bytes},
-                 {"waiting_frames", waiting_frames}};
+        loaded = {{"loads", statistics.loads},
+                  {"failures", statistics.failures},
+                  {"cached_bytes", statistics.cached_bytes},
+                  {"waiting_frames", waiting_frames}};
         if (statistics.failures > 0)
             warnings.push_back(fmt::format("{} times a tile could not be loaded; the last time: {}",
                                            statistics.failures, statistics.last_error));
@@ -305,12 +348,12 @@ ExitCode run_checked(const LodCommandOptions& options) {
                          {"upload_bytes_a_frame", bytes / count},
                          {"milliseconds", {{"median", median}, {"largest", slowest}}},
                          {"promised_pixels", worst_promise},
-                         {"measured_pixels", places.empty() ? Json() : Json(worst_error)},
+                         {"measured_pixels", std::isnan(worst_error) ? Json() : Json(worst_error)},
                          {"pop_pixels", worst_pop},
                          {"view_bytes", view.memory_bytes()},
                          {"surface_bytes",
                           scene.tiles == nullptr ? scene.surface_bytes : scene.tiles->statistics().cached_bytes},
-                         {"tiles", tiles},
+                         {"tiles", loaded},
                          {"threads", options.run.thread_count()},
                          {"version", std::string(k_version)},
                          {"warnings", warnings}}));
@@ -326,7 +369,7 @@ ExitCode run_checked(const LodCommandOptions& options) {
     table.row("an update",
               fmt::format("{:.3f} ms (median; at most {:.2f}), {:.0f} splits and merges, {}", median, slowest,
                           changes / count, format_bytes(static_cast<std::uint64_t>(bytes / count))));
-    table.row("error", places.empty()
+    table.row("error", std::isnan(worst_error)
                            ? fmt::format("{:.3g} pixels promised (asked: {:.3g})", worst_promise, options.pixels)
                            : fmt::format("{:.3g} pixels seen at most, of {:.3g} promised (asked: {:.3g})", worst_error,
                                          worst_promise, options.pixels));

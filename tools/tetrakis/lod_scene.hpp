@@ -44,6 +44,18 @@ struct LodScene {
     Vec3d up{0, 0, 1};      ///< y for control meshes
     bool is_round = false;  ///< "up" is outwards, as on a planet
     std::uint64_t surface_bytes = 0;
+
+    Vec3d up_at(const Vec3d& place) const { return is_round ? glm::normalize(place - middle) : up; }
+    /// Height of a point above the ground below it. Not of control meshes.
+    double height_at(const Vec3d& place) const {
+        return glm::dot(up_at(place), place - (is_round ? middle : Vec3d(0))) - low(place);
+    }
+    /// Whether the origin of a view's vertices has to move to the eye: their rounding to floats would otherwise be more
+    /// than 6e-5 of the distance to the ground, a tenth of a pixel. Control meshes may be a thousandth of their size
+    /// away.
+    bool is_far(const Vec3d& origin, const Vec3d& eye) const {
+        return glm::length(eye - origin) > 1000 * (low ? std::abs(height_at(eye)) : 1e-3 * size);
+    }
 };
 
 /// Options of the command line that choose a scene: a terrain, tiles, a planet, a control mesh, or a fractal.
