@@ -42,14 +42,6 @@ struct ViewerOptions {
     lod::Camera camera(const cli::CameraPlace& place) const { return place.lod_camera(size.width, size.height); }
 };
 
-/// Direction "up" at a point, and the point's height above the ground.
-Vec3d up_at(const cli::LodScene& scene, const Vec3d& place) {
-    return scene.is_round ? glm::normalize(place - scene.middle) : scene.up;
-}
-double height_at(const cli::LodScene& scene, const Vec3d& place) {
-    return glm::dot(up_at(scene, place), place - (scene.is_round ? scene.middle : Vec3d(0))) - scene.low(place);
-}
-
 /// A view of a scene with its buffers on the graphics card.
 class Drawing {
   public:
@@ -93,7 +85,7 @@ class Drawing {
     /// Estimated distance of the ground.
     double clearance(const Vec3d& eye) const {
         const double to_box = glm::length(glm::max(glm::max(box_.lower - eye, eye - box_.upper), 0.0));
-        return std::max(to_box, scene_.low ? std::abs(height_at(scene_, eye)) : k_mesh_clearance * scene_.size);
+        return std::max(to_box, scene_.low ? std::abs(scene_.height_at(eye)) : k_mesh_clearance * scene_.size);
     }
 
     const cli::LodScene& scene_;
@@ -107,7 +99,7 @@ void fly(GLFWwindow* window, const cli::LodScene& scene, double& speed, lod::Cam
     constexpr double k_turn = 0.003, k_wheel = 1.2;            // radians a pixel; a step of the wheel
     constexpr double k_steepest = 1.5, k_least_height = 1e-4;  // radians; of the scene's size
     const ImGuiIO& io = ImGui::GetIO();
-    const Vec3d up = up_at(scene, camera.eye), ahead = glm::normalize(camera.direction);
+    const Vec3d up = scene.up_at(camera.eye), ahead = glm::normalize(camera.direction);
     double pitch = std::asin(std::clamp(glm::dot(ahead, up), -1.0, 1.0)), turn = 0;
     if (!io.WantCaptureMouse) {
         if (ImGui::IsMouseDown(0)) {
@@ -133,7 +125,7 @@ void fly(GLFWwindow* window, const cli::LodScene& scene, double& speed, lod::Cam
                    held(GLFW_KEY_E, GLFW_KEY_Q) * up);
     if (scene.low)
         camera.eye +=
-            std::max(0.0, k_least_height * scene.size - height_at(scene, camera.eye)) * up_at(scene, camera.eye);
+            std::max(0.0, k_least_height * scene.size - scene.height_at(camera.eye)) * scene.up_at(camera.eye);
 }
 
 /// Settings of the panel.
