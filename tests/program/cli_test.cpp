@@ -290,6 +290,10 @@ TEST_CASE("lod: frames along a path of cameras, with figures that agree") {
     CHECK(cli::run({"lod", cli::data("island.png"), "--scale", "0.1", "--spacing", "10", "--pixels", "0.1", "--budget",
                     "500", "--frames", "2", "-o", out})
               .code == 4);
+    // No more triangles than the memory allowed has room for.
+    const nlohmann::json little = cli::run_report(
+        {"lod", cli::data("island.png"), "--budget", "10000000", "--max-memory", "300M", "--frames", "1", "-o", out});
+    CHECK(little["warnings"].dump().find("--max-memory has room for 2") != std::string::npos);
 }
 
 TEST_CASE("lod: the CSV's figures agree, and a jump across an earth-sized ball does not look like pops") {

@@ -229,7 +229,9 @@ ExitCode run_checked(const LodCommandOptions& options) {
     constexpr std::uint32_t k_places = 20'000;
     const std::vector<Vec3d> everywhere =
         tiles == nullptr ? lod::random_places(surface, k_places) : std::vector<Vec3d>();
-    lod::View view(surface, {.max_leaves = options.leaves});
+    lod::View view(surface, {.max_leaves = options.leaves, .max_bytes = process.context().max_memory_bytes});
+    if (view.max_leaves() < options.leaves)
+        warnings.push_back(fmt::format("--max-memory has room for {} triangles", format_count(view.max_leaves())));
     if (options.leaves < surface.roots().halfedge_count())
         warnings.push_back(fmt::format("the {} roots are more than the budget of {} triangles",
                                        surface.roots().halfedge_count(), options.leaves));

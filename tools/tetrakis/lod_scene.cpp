@@ -123,7 +123,7 @@ void LodInput::add(CommandLine command) {
     command.option("--level", "N", level, "A planet's or control mesh's finest triangles: 2^(N + 1) to an edge")
         .range(1, lod::SampledSurface::k_max_level);
     add_read_options(command, read_mesh);
-    add_bytes_option(command, "--cache", cache_bytes, "Most memory for .tiles (512M)");
+    add_bytes_option(command, "--cache", cache_bytes, "Most memory for .tiles (512M), beside 512M to measure errors");
 }
 
 LodScene LodInput::load(const Run& process, std::vector<std::string>& warnings) const {
