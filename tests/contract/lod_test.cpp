@@ -2,11 +2,15 @@
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
 #include "../../eval/lod_surfaces/subdivision_surface.hpp"
 #include "../../eval/lod_terrain/terrain_surface.hpp"
+#include "../../eval/lod_terrain/terrain_tiles.hpp"
+#include "../../eval/lod_terrain/tiled_terrain.hpp"
+#include "../../eval/terrain/height_source.hpp"
 #include "../../hier/base/error.hpp"
 
 #include "../kit/input_helpers.hpp"
 #include "../kit/judged_terrain.hpp"
 #include "../kit/lod_walks.hpp"
+#include "../kit/scratch_dir.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include <doctest/doctest.h>
@@ -15,6 +19,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <random>
@@ -24,8 +29,26 @@
 #include <utility>
 #include <vector>
 
+#if defined(__GLIBC__)
+#    include <malloc.h>
+#endif
+
 using namespace tetrakis;
 using namespace tetrakis::test;
+
+namespace {
+
+/// Bytes that malloc() has given to the program; 0 where it does not say.
+std::uint64_t heap_bytes() {
+#if defined(__GLIBC__)
+    const auto heap = mallinfo2();
+    return heap.uordblks + heap.hblkhd;
+#else
+    return 0;
+#endif
+}
+
+}  // namespace
 
 TEST_CASE("lod: a camera that stands still changes nothing, and one that comes back finds nothing finer than needed") {
     const HeightGrid grid = rough(200, 200, 9);
@@ -357,60 +380,101 @@ TEST_CASE("lod: views of two threads on one surface are what they are by themsel
     CHECK(together[1] == walk(2));
 }
 
-TEST_CASE("lod: in ten thousand frames memory does not grow [slow]") {
+TEST_CASE("lod: in ten thousand frames memory does not grow, nor where tiles come and go [slow]") {
     const HeightGrid grid = rough(129, 129, 8);
-    const lod::TerrainSurface surface(grid);
-    lod::View view(surface, {.max_leaves = 3'000});
-    Wanderer wanderer(grid, 3);
-    std::uint64_t early = 0, changes = 0;
-    for (int i = 0; i < 10'000; ++i) {
-        const lod::Update update = view.update(wanderer.next(), {.pixel_error = 2});
-        changes += update.splits + update.merges;
-        if (i == 1'000) early = view.memory_bytes();
+    const ScratchDir dir;
+    lod::write_tiles(*make_height_source(grid), dir / "t.tiles", {.side = 16});
+    const lod::TerrainSurface in_memory(grid);
+    const lod::TiledTerrain in_tiles(dir / "t.tiles", {.cache_bytes = 64 << 10});
+    for (const lod::Surface* surface : std::initializer_list<const lod::Surface*>{&in_memory, &in_tiles}) {
+        lod::View view(*surface, {.max_leaves = 3'000});
+        Wanderer wanderer(grid, 3);
+        std::uint64_t early = 0, early_heap = 0, changes = 0;
+        for (int i = 0; i < 10'000; ++i) {
+            const lod::Camera camera = wanderer.next();
+            if (i % 50 == 0) view.set_regions({{.center = camera.eye, .radius = 5, .boost = 2}});
+            const lod::Update update = view.update(camera, {.pixel_error = 2});
+            changes += update.splits + update.merges;
+            if (i == 1'000) early = view.memory_bytes(), early_heap = heap_bytes();
+        }
+        CHECK(changes > 500'000);
+        CHECK(view.memory_bytes() < 1.05 * static_cast<double>(early));
+        CHECK(heap_bytes() < early_heap + 50'000);
     }
-    CHECK(changes > 500'000);
-    CHECK(view.memory_bytes() < 1.05 * static_cast<double>(early));
+    CHECK(in_tiles.statistics().loads > 1'000);
 }
 
-TEST_CASE("lod: a globe of the earth's size is closed, and does not jitter where one stands on it") {
+TEST_CASE(
+    "lod: a globe of the earth's size is closed, and details of centimetres do not jitter where one walks on it") {
     constexpr double k_radius = 6'371'000;
-    const auto globe = lod::ProceduralSurface::ball(
-        k_radius, 0.012, {.height = [](const Vec3d&) { return 0.0; }, .deviation = [](double) { return 0.0; }});
-    lod::View view(globe, {.max_leaves = 60'000});
+    const lod::ProceduralHeights heights = lod::fractal_heights(0.02, 5, 3);
+    const auto globe = lod::ProceduralSurface::ball(k_radius, 0.012, heights);
+    lod::View view(globe, {.max_leaves = 100'000});
     const Vec3d out = glm::normalize(Vec3d(0.3, -0.8, 0.52)), ahead = glm::normalize(glm::cross(out, Vec3d(0, 0, 1)));
-    for (int frame = 0; frame < 60; ++frame) {
-        // From two radii above the ground down to the eyes of a walking person.
+    std::map<std::array<double, 3>, Vec2d> before;  // errors of single precision in the last picture, by position
+    double jitter = 0, lowest = 1, highest = -1;
+    std::size_t followed = 0;
+    for (int frame = 0; frame < 52; ++frame) {
+        // From two radii above the ground down to the eyes of a walking person, who takes steps of three centimetres.
         const double above = frame < 40 ? 2 * k_radius * std::pow(0.68, frame) : 1.8;
         lod::Camera camera;
         camera.eye = out * (k_radius + above) + ahead * (frame < 40 ? 0.0 : 0.03 * (frame - 40));
         camera.direction = frame < 40 ? -out : ahead - 0.2 * out;
         camera.up = frame < 40 ? ahead : out;
+        camera.width = 640, camera.height = 480;
         if (frame % 10 == 0) view.set_origin(camera.eye);
         const lod::Update update = view.update(camera, {.pixel_error = 0.5});
         REQUIRE(update.pixel_error == 0.5);
-        if (frame % 6 != 0) continue;
         const auto triangles = used(view);
-        const SurfaceTopology whole = topology(triangles);
-        REQUIRE(whole.fault.empty());
-        REQUIRE(whole.euler == 2);
         const Sight sight(camera);
-        std::size_t near = 0;
-        for (const auto& t : triangles) {
-            std::array<Vec3d, 3> p;
-            for (std::size_t k = 0; k < 3; ++k) p[k] = position(view, t[k]);
-            // The ball is farthest from the triangle's plane in the direction of its normal.
-            const Vec3d normal = glm::normalize(glm::cross(p[1] - p[0], p[2] - p[0]));
-            const double error = k_radius - glm::dot(normal, p[0]);
-            if (frame < 40 && sight.sees(k_radius * normal))
-                REQUIRE(error * sight.pixels / glm::length(k_radius * normal - camera.eye) <= 0.55);
-            for (const Vec3d& at : p)
-                if (glm::length(at - camera.eye) < 100) {
-                    ++near;
-                    REQUIRE(std::abs(glm::length(at) - k_radius) < 1e-4);
+        if (frame % 6 == 0) {
+            const SurfaceTopology whole = topology(triangles);
+            REQUIRE(whole.fault.empty());
+            REQUIRE(whole.euler == 2);
+            for (const auto& [i, j, k] : triangles) {
+                const Vec3d a = position(view, i), b = position(view, j), c = position(view, k);
+                const Vec3d normal = glm::normalize(glm::cross(b - a, c - a));
+                for (const Vec3d& middle : {(a + b + c) / 3.0, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0}) {
+                    const Vec3d up = glm::normalize(middle), ground = (k_radius + heights.height(k_radius * up)) * up;
+                    if (sight.sees(ground))
+                        REQUIRE(std::abs(glm::dot(ground - a, normal)) * sight.pixels /
+                                    glm::length(ground - camera.eye) <=
+                                0.55);
                 }
+            }
         }
-        if (frame >= 40) CHECK(near > 0);
+        if (frame < 40) continue;
+        const TriangleMesh mesh = view.mesh();
+        std::map<std::array<double, 3>, Vec2d> now;
+        const auto in_picture = [&]<class Number>(const glm::vec<3, Number>& p) {
+            using Vec = glm::vec<3, Number>;
+            return Vec2d(glm::dot(p, Vec(sight.right)), glm::dot(p, Vec(sight.up))) *
+                   (sight.pixels / glm::dot(p, Vec(sight.forward)));
+        };
+        for (std::size_t i = 0; i < 3 * triangles.size(); ++i) {
+            // Both are in the order of their slots.
+            const auto& [x, y, z] = view.vertices()[triangles[i / 3][i % 3]].position;
+            const Vec3d& exact = mesh.positions[mesh.triangles[i / 3][i % 3]];
+            const std::array<double, 3> key{exact.x, exact.y, exact.z};
+            if (!sight.sees(exact) || now.contains(key)) continue;
+            // As a graphics card computes it from the buffer, in floats; and in doubles.
+            now[key] =
+                in_picture(glm::vec3(x, y, z) - glm::vec3(camera.eye - view.origin())) - in_picture(exact - camera.eye);
+            if (const auto old = before.find(key); old != before.end()) {
+                ++followed;
+                jitter = std::max(jitter, glm::length(now[key] - old->second));
+            }
+            const double height = glm::length(exact) - k_radius;
+            REQUIRE(std::abs(height - heights.height(k_radius * glm::normalize(exact))) < 1e-6);
+            if (glm::length(exact - camera.eye) > 10) continue;
+            lowest = std::min(lowest, height);
+            highest = std::max(highest, height);
+        }
+        before = std::move(now);
     }
+    CHECK(followed > 100'000);
+    CHECK(highest - lowest > 0.04);  // within ten metres
+    CHECK(jitter < 1e-3);
 }
 
 TEST_CASE("lod: short rays through samples meet the ground of a large terrain, wherever it lies") {

@@ -1,6 +1,7 @@
 #include "../../eval/distance/triangle_bvh.hpp"
 #include "../../eval/lod/candidates.hpp"
 #include "../../eval/lod/view.hpp"
+#include "../../eval/lod/view_buffers.hpp"
 #include "../../eval/lod_surfaces/dual_limits.hpp"
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
@@ -28,7 +29,9 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <random>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -46,6 +49,7 @@ using test::rough;
 using test::Sight;
 using test::SurfaceTopology;
 using test::topology;
+using test::unfolded;
 using test::used;
 using test::wander;
 using test::wave_map;
@@ -55,27 +59,54 @@ namespace {
 using Leaves = std::vector<std::array<Site, 3>>;
 
 /// The leaves of a forest that is split from its roots until all these points are there. The forest is checked.
-/// @param sites  sorted
-Leaves leaves_from_scratch(const ControlMesh& roots, const std::vector<Site>& sites) {
+/// @param sites   sorted
+/// @param halved  returns the ends of the edge of each midpoint
+Leaves leaves_from_scratch(const ControlMesh& roots, const std::vector<Site>& sites,
+                           std::map<Site, std::array<Site, 2>>& halved) {
     BisectionForest forest(roots);
     forest.reserve(2 * sites.size() + roots.halfedge_count(), sites.size());
+    const auto site_of = [&](LeafId id, std::size_t k) { return forest.point_site(forest.leaf(id).vertex[k]); };
     for (LeafId id(0); id.value < forest.leaf_slots();) {
         const BisectionLeaf& leaf = forest.leaf(id);
         const Site middle =
             canonical(roots, {leaf.cell, leaf.shape().middle(leaf.depth), lattice_level(leaf.depth + 1)});
         if (forest.is_leaf(id) && std::ranges::binary_search(sites, middle))
-            REQUIRE(forest.split_diamond(id, [](const Diamond&) {}));  // its first child has its slot
+            // Its first child has its slot.
+            REQUIRE(forest.split_diamond(id, [&](const Diamond& diamond) {
+                const auto& [child0, child1] = diamond.pairs[0];
+                halved[site_of(child0, 2)] = {site_of(child0, 1), site_of(child1, 0)};
+            }));
         else
             ++id.value;
     }
     REQUIRE(check_forest(forest).value_or("") == "");
     Leaves leaves;
-    for (LeafId id(0); id.value < forest.leaf_slots(); ++id.value) {
-        if (!forest.is_leaf(id)) continue;
-        const auto& v = forest.leaf(id).vertex;
-        leaves.push_back({forest.point_site(v[0]), forest.point_site(v[1]), forest.point_site(v[2])});
-    }
+    for (LeafId id(0); id.value < forest.leaf_slots(); ++id.value)
+        if (forest.is_leaf(id)) leaves.push_back({site_of(id, 0), site_of(id, 1), site_of(id, 2)});
     return leaves;
+}
+
+/// Numbers of a vertex: all that a buffer has of it, or an exported mesh.
+using Numbers = std::array<double, 11>;
+Numbers numbers(const lod::Vertex& v) {
+    Numbers all{v.error, double(v.normal[0]), double(v.normal[1]), v.uv[0], v.uv[1]};
+    std::ranges::copy(v.position, all.begin() + 5);
+    std::ranges::copy(v.on_edge, all.begin() + 8);
+    return all;
+}
+Numbers numbers(const Vec3d& position, const Vec3d& normal, const Vec2d& uv) {
+    return {position.x, position.y, position.z, normal.x, normal.y, normal.z, uv.x, uv.y};
+}
+
+/// The numbers of the corners of triangles, in an order that does not depend on the triangles' order.
+std::vector<std::array<Numbers, 3>> sorted(const auto& triangles, const auto& numbers_at) {
+    std::vector<std::array<Numbers, 3>> all;
+    for (const auto& [a, b, c] : triangles) {
+        all.push_back({numbers_at(a), numbers_at(b), numbers_at(c)});
+        std::ranges::rotate(all.back(), std::ranges::min_element(all.back()));
+    }
+    std::ranges::sort(all);
+    return all;
 }
 
 /// The largest error in pixels of places of the full surface against a mesh, of those that the camera sees.
@@ -102,18 +133,24 @@ TriangleMesh full_mesh(const Example& example) {
 TEST_CASE(
     "[slow] lod: after every frame of a walk over any surface the mesh is whole, restricted, in budget and in "
     "promise") {
+    std::size_t unfinished = 0;
     for (const Example& example : examples()) {
         CAPTURE(example.name);
-        lod::View view(*example.surface, {.max_leaves = 20'000, .max_ranges = 100});
-        const std::vector<Vec3d> places = full_mesh(example).positions;
-        Copied copied;
+        const lod::Surface& surface = *example.surface;
+        lod::View view(surface, {.max_leaves = 10'000, .max_ranges = 100});
         std::mt19937 random(11);
+        std::vector<Vec3d> places = full_mesh(example).positions;
+        std::ranges::shuffle(places, random);
+        Copied copied;
         double turn = 0, away = 1, largest = 0;
         std::uint32_t changes = 0;
-        for (int frame = 0; frame < 30; ++frame) {
+        for (int frame = 0; frame < 60; ++frame) {
+            CAPTURE(frame);
             const lod::Camera camera = wander(example, random, frame, turn, away);
-            lod::Budget budget{.pixel_error = 1.5};
+            // Time for sixteen changes; time for all, with other numbers of leaves or pixels.
+            lod::Budget budget{.pixel_error = frame % 14 < 11 ? 1.5 : 4, .milliseconds = frame % 8 > 4 ? 1e-6 : 0};
             if (frame % 10 > 7) budget.leaves = 300;
+            if (frame % 15 == 14) view.set_origin(camera.eye);
             const lod::Update update = view.update(camera, budget);
             changes += update.splits + update.merges;
             copied.take(view, update);
@@ -121,10 +158,8 @@ TEST_CASE(
             REQUIRE(std::max(update.triangles.size(), update.vertices.size()) <= 100);
             REQUIRE(view.vertices().size() <= view.vertex_capacity());
             REQUIRE(view.triangles().size() <= view.triangle_capacity());
-            REQUIRE(view.triangles().size() <= 1.5 * update.leaves + 300);  // those not in use are few
-            REQUIRE(update.complete);
             REQUIRE(update.leaves == view.leaf_count());
-            REQUIRE(update.leaves <= std::max(budget.leaves, example.surface->roots().halfedge_count()));
+            REQUIRE(update.leaves <= std::max(budget.leaves, surface.roots().halfedge_count()));
             const auto triangles = used(view);
             REQUIRE(triangles.size() == update.leaves);
             const SurfaceTopology whole = topology(triangles);
@@ -135,57 +170,65 @@ TEST_CASE(
             for (const auto& leaf : leaves) sites.insert(sites.end(), leaf.begin(), leaf.end());
             std::ranges::sort(sites);
             sites.erase(std::ranges::unique(sites).begin(), sites.end());
-            Leaves same = leaves_from_scratch(example.surface->roots(), sites);
+            std::map<Site, std::array<Site, 2>> halved;
+            Leaves same = leaves_from_scratch(surface.roots(), sites, halved);
             std::ranges::sort(leaves);
             std::ranges::sort(same);
             REQUIRE(leaves == same);
+
             // The buffers and the export are what the surface says of that forest.
             std::vector<lod::Place> at(sites.size());
-            example.surface->places(sites, at);
-            using Corners = std::array<std::array<float, 8>, 3>;
-            const auto turned = [](Corners corners) {
-                std::ranges::rotate(corners, std::ranges::min_element(corners));
-                return corners;
+            surface.places(sites, at);
+            const auto place = [&](const Site& site) -> const lod::Place& {
+                return at[static_cast<std::size_t>(std::ranges::lower_bound(sites, site) - sites.begin())];
             };
-            std::vector<Corners> expected, shown;
-            for (const auto& leaf : leaves) {
-                Corners corners;
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const lod::Place& p =
-                        at[static_cast<std::size_t>(std::ranges::lower_bound(sites, leaf[k]) - sites.begin())];
-                    for (int i = 0; i < 3; ++i) {
-                        corners[k][static_cast<std::size_t>(i)] = static_cast<float>(p.position[i]);
-                        corners[k][static_cast<std::size_t>(i + 3)] = static_cast<float>(p.on_edge[i]);
-                    }
-                    corners[k][6] = static_cast<float>(p.uv.x);
-                    corners[k][7] = static_cast<float>(p.uv.y);
+            std::map<Site, Numbers> vertices;
+            const Vec3d plan = dynamic_cast<const lod::Terrain*>(&surface) != nullptr ? Vec3d(1, 1, 0) : Vec3d(1);
+            for (const Site& site : sites) {
+                const lod::Place& p = place(site);
+                lod::Vertex vertex{detail::packed(p.position - view.origin()),
+                                   detail::packed(p.on_edge - view.origin()),
+                                   detail::octahedral(p.normal),
+                                   {float(p.uv.x), float(p.uv.y)},
+                                   INFINITY};
+                REQUIRE(glm::length(unfolded(vertex.normal) - p.normal) < 1e-4);
+                Vec3d nearest = p.position;
+                if (const auto edge = halved.find(site); edge != halved.end()) {
+                    lod::DiamondBounds bounds;
+                    surface.bounds({&site, 1}, {&bounds, 1});
+                    vertex.error = static_cast<float>(bounds.error);
+                    const Vec3d a = place(edge->second[0]).position, along = place(edge->second[1]).position - a;
+                    nearest = a + std::clamp(glm::dot(plan * along, p.position - a) / glm::dot(plan * along, along),
+                                             0.0, 1.0) *
+                                      along;
                 }
-                expected.push_back(turned(corners));
+                REQUIRE(glm::length(p.on_edge - nearest) < 1e-9 * example.size);
+                vertices[site] = numbers(vertex);
             }
-            for (const auto& t : triangles) {
-                Corners corners;
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const lod::Vertex& v = copied.vertices[t[k]];
-                    std::ranges::copy(v.position, corners[k].begin());
-                    std::ranges::copy(v.on_edge, corners[k].begin() + 3);
-                    std::ranges::copy(v.uv, corners[k].begin() + 6);
-                }
-                shown.push_back(turned(corners));
+            REQUIRE(sorted(triangles, [&](std::uint32_t v) { return numbers(copied.vertices[v]); }) ==
+                    sorted(same, [&](const Site& site) { return vertices[site]; }));
+            const TriangleMesh mesh = view.mesh();
+            REQUIRE(mesh.positions.size() == sites.size());
+            REQUIRE(mesh.triangle_uvs == mesh.triangles);
+            REQUIRE(sorted(mesh.triangles, [&](std::uint32_t v) {
+                        return numbers(mesh.positions[v], mesh.normals[v], mesh.uvs[v]);
+                    }) == sorted(same, [&](const Site& site) {
+                        return numbers(place(site).position, place(site).normal, place(site).uv);
+                    }));
+
+            unfinished += !update.complete;
+            if (budget.milliseconds == 0) {
+                REQUIRE(update.complete);
+                REQUIRE(view.triangles().size() <= 1.5 * update.leaves + 300);  // those not in use are few
             }
-            std::ranges::sort(expected);
-            std::ranges::sort(shown);
-            REQUIRE(shown == expected);
-            const TriangleMesh exported = view.mesh();
-            REQUIRE(exported.triangles.size() == leaves.size());
-            std::vector<std::array<double, 3>> exported_places, places_there;
-            for (const Vec3d& p : exported.positions) exported_places.push_back({p.x, p.y, p.z});
-            for (const lod::Place& p : at) places_there.push_back({p.position.x, p.position.y, p.position.z});
-            std::ranges::sort(exported_places);
-            std::ranges::sort(places_there);
-            REQUIRE(exported_places == places_there);
-            if (frame % 10 != 0) continue;
+            if (!update.complete) continue;
             REQUIRE(update.pixel_error >= budget.pixel_error);
-            const double pixels = judged_pixels(view.mesh(), places, camera);
+            if (update.leaves < std::min(budget.leaves, 10'000u) - 20)
+                REQUIRE(update.pixel_error == budget.pixel_error);
+            // All places in some frames, a hundredth or more of them in the others.
+            const std::size_t some = frame % 10 == 0 ? places.size() : std::min<std::size_t>(places.size(), 1000);
+            const auto judged = std::span(places).subspan(1000 * frame % (places.size() - some + 1), some);
+            const double pixels = judged_pixels(mesh, judged, camera);
             REQUIRE(pixels <= update.pixel_error + 1e-3);
             largest = std::max(largest, pixels / update.pixel_error);
         }
@@ -193,33 +236,44 @@ TEST_CASE(
         // The promise is worth something.
         CHECK(largest > 0.15);
     }
+    CHECK(unfinished > 200);
 }
 
 TEST_CASE("[slow] lod: on every surface vertices come and go on their edges, and move no more than is promised") {
+    double most = 0;
     for (const Example& example : examples()) {
         CAPTURE(example.name);
         lod::View view(*example.surface);
         MorphWatch watch;
         const double pixel_error = example.name.starts_with("fractal") ? 8 : 2;  // enough come and go
-        for (int frame = 0; frame < 48; ++frame) {
-            // Nearer and away again, a little around the middle.
-            const double away = example.size * (2.5 - 0.05 * std::min(frame, 48 - frame)), turn = 0.7 + 0.003 * frame;
-            lod::Camera camera;
-            camera.direction = -Vec3d(std::cos(turn), std::sin(turn), 0.5);
-            camera.eye = example.middle - away * glm::normalize(camera.direction);
-            camera.width = 640;
-            camera.height = 480;
-            const lod::Update update = view.update(camera, {.pixel_error = pixel_error});
-            REQUIRE(update.pixel_error == pixel_error);
-            watch.look(view, update, camera);
+        for (const double side : {0.7, 1.7, 2.7}) {
+            watch.look_away();
+            for (int frame = 0; frame < 48; ++frame) {
+                // Nearer and away again, a little around the middle.
+                const double away = example.size * (2.5 - 0.05 * std::min(frame, 48 - frame)),
+                             turn = side + 0.003 * frame;
+                lod::Camera camera;
+                camera.direction = -Vec3d(std::cos(turn), std::sin(turn), 0.5);
+                camera.eye = example.middle - away * glm::normalize(camera.direction);
+                camera.width = 640;
+                camera.height = 480;
+                const lod::Update update = view.update(camera, {.pixel_error = pixel_error});
+                REQUIRE(update.pixel_error == pixel_error);
+                watch.look(view, update, camera);
+            }
         }
-        CHECK(watch.came_count > 30);
-        CHECK(watch.gone_count > 10);
+        CHECK(watch.came_count > 60);
+        CHECK(watch.gone_count > 30);
         CHECK(watch.edge_count > watch.came_count + watch.gone_count);
-        CHECK(watch.came < 1e-3);
+        // Where a grid's sides are no powers of two, vertices slide along the ground, too.
+        const bool is_sliding = example.name == "noise";
+        CHECK(watch.came < (is_sliding ? 0.1 : 1e-3));
         CHECK(watch.gone < 1e-6);
-        CHECK(watch.came_off < pixel_error);
-        CHECK(watch.gone_off < pixel_error);
+        // As eval/lod/README.md says.
+        const bool is_rough = example.name == "terrain" || example.name == "strip" || example.name == "tiles";
+        const double off = std::max(watch.came_off, watch.gone_off) / pixel_error;
+        CHECK(off < (is_rough ? 1e-3 : 0.9));
+        most = std::max(most, off);
         CHECK(watch.moved < 2);
         // Jumps, turns and budgets that change.
         std::mt19937 random(3);
@@ -233,9 +287,9 @@ TEST_CASE("[slow] lod: on every surface vertices come and go on their edges, and
         CHECK(watch.gone < 1e-6);
         CHECK(watch.beyond < 1e-3);
         CHECK(watch.shown_off <= 1 + 1e-6);
-        // Where a grid's sides are no powers of two, vertices slide along the ground, too.
-        if (example.name != "noise") CHECK(watch.edge_off <= 1 + 1e-6);
+        if (!is_sliding) CHECK(watch.edge_off <= 1 + 1e-6);
     }
+    CHECK(most > 0.8);
 }
 
 TEST_CASE("lod: bounds are nested and hold, on every surface") {
@@ -426,26 +480,29 @@ TEST_CASE("lod: a subdivision surface's errors hold between its points, too") {
     }
 }
 
-TEST_CASE("lod: surfaces are the same for any number of threads") {
-    const auto bounds = [&](int threads) {
-        const RunContext context = test::with_thread_count(threads);
-        const lod::PlanetSurface planet(wave_map(64, 32, 0.4), {.radius = 10, .context = context});
-        const lod::SubdivisionSurface sub(control_mesh(k_box_obj), "catmull-clark", {.level = 3, .context = context});
-        std::vector<std::array<Site, 3>> leaves;
-        const lod::TerrainSurface terrain(rough(90, 70, 3), context);
-        for (const lod::Surface* surface : std::initializer_list<const lod::Surface*>{&planet, &sub, &terrain}) {
-            lod::View view(*surface);
-            lod::Camera camera;
-            camera.eye = {0, -30, 3};
-            view.update(camera, {.pixel_error = 0.5});
-            const auto own = view.leaves();
-            leaves.insert(leaves.end(), own.begin(), own.end());
+TEST_CASE("lod: surfaces, and so the buffers of views, are the same for any number of threads") {
+    const auto buffers = [](int threads) {
+        std::vector<Copied> all;
+        for (const Example& example : examples(test::with_thread_count(threads))) {
+            lod::View view(*example.surface, {.max_leaves = 10'000});
+            std::mt19937 random(2);
+            double turn = 0, away = 1;
+            Copied& copied = all.emplace_back();
+            for (int frame = 0; frame < 8; ++frame)
+                copied.take(view, view.update(wander(example, random, frame, turn, away), {.pixel_error = 0.5}));
         }
-        return leaves;
+        return all;
     };
-    const auto one = bounds(1);
-    CHECK(one.size() > 1000);
-    for (const int threads : {2, 3, 4}) CHECK(bounds(threads) == one);
+    const std::vector<Copied> one = buffers(1);
+    CHECK(one.size() > 15);
+    for (const int threads : {2, 3, 4}) {
+        CAPTURE(threads);
+        const std::vector<Copied> others = buffers(threads);
+        for (std::size_t i = 0; i < one.size(); ++i) {
+            CAPTURE(i);
+            CHECK(others[i].equals(one[i].vertices, one[i].triangles));
+        }
+    }
 }
 
 TEST_CASE("lod: a terrain's heights are its samples, and between them those of the finest mesh") {

@@ -44,9 +44,9 @@ inline ControlMesh control_mesh(const char* text) { return ControlMesh::build(pa
 /// A torus about the z-axis.
 class Torus final : public lod::SampledSurface {
   public:
-    Torus() : SampledSurface(ControlMesh::build(grid(6, false, true)), 3) {
+    explicit Torus(const RunContext& context) : SampledSurface(ControlMesh::build(grid(6, false, true)), 3) {
         // Vertex v of the grid is at column v % 6, row v / 6.
-        set_bounds({});
+        set_bounds(context);
     }
     static constexpr double k_large = 3, k_small = 1;
 
@@ -103,9 +103,9 @@ inline std::array<HeightGrid, 6> cube_faces(std::uint32_t side) {
 }
 
 /// A tiled terrain with all tiles in memory.
-inline std::shared_ptr<const lod::Surface> loaded_tiles(const HeightGrid& grid) {
+inline std::shared_ptr<const lod::Surface> loaded_tiles(const HeightGrid& grid, const RunContext& context) {
     const ScratchDir dir;
-    lod::write_tiles(*make_height_source(grid), dir / "t.tiles", {.side = 16});
+    lod::write_tiles(*make_height_source(grid), dir / "t.tiles", {.side = 16, .context = context});
     auto terrain = std::make_shared<const lod::TiledTerrain>(dir / "t.tiles");
     lod::View everything(*terrain);
     while (everything.update({}, {.pixel_error = 1e-12}).waiting > 0) terrain->wait(terrain->revision());
@@ -120,44 +120,49 @@ struct Example {
     std::int64_t euler;
 };
 
-inline std::vector<Example> examples() {
+/// @param context  for the threads that make the surfaces
+inline std::vector<Example> examples(const RunContext& context = {}) {
     std::vector<Example> all;
     const auto add = [&](const char* name, std::shared_ptr<const lod::Surface> surface, const Vec3d& middle,
                          double size, std::int64_t euler) {
         all.push_back({name, std::move(surface), middle, size, euler});
     };
-    add("terrain", std::make_shared<lod::TerrainSurface>(rough(65, 40, 3)), {32, -20, 0}, 30, 1);
-    add("strip", std::make_shared<lod::TerrainSurface>(rough(300, 2, 3)), {150, -0.5, 0}, 40, 1);
-    add("tiles", loaded_tiles(rough(60, 45, 3)), {30, -22, 0}, 30, 1);
+    add("terrain", std::make_shared<lod::TerrainSurface>(rough(65, 40, 3), context), {32, -20, 0}, 30, 1);
+    add("strip", std::make_shared<lod::TerrainSurface>(rough(300, 2, 3), context), {150, -0.5, 0}, 40, 1);
+    add("tiles", loaded_tiles(rough(60, 45, 3), context), {30, -22, 0}, 30, 1);
     std::mt19937 random(1);
     add("noise",
         std::make_shared<lod::TerrainSurface>(
-            grid_of(59, 37, [&](double, double) { return 0.02 * double(random() % 8); })),
+            grid_of(59, 37, [&](double, double) { return 0.02 * double(random() % 8); }), context),
         {32, -16, 0}, 30, 1);
-    add("torus", std::make_shared<Torus>(), {0, 0, 0}, 4, 0);
-    add("planet", std::make_shared<lod::PlanetSurface>(wave_map(64, 32, 0.4), lod::PlanetOptions{.radius = 10}),
+    add("torus", std::make_shared<Torus>(context), {0, 0, 0}, 4, 0);
+    add("planet",
+        std::make_shared<lod::PlanetSurface>(wave_map(64, 32, 0.4),
+                                             lod::PlanetOptions{.radius = 10, .context = context}),
         {0, 0, 0}, 10, 2);
-    add("planet of faces", std::make_shared<lod::PlanetSurface>(cube_faces(17), lod::PlanetOptions{.radius = 5}),
+    add("planet of faces",
+        std::make_shared<lod::PlanetSurface>(cube_faces(17), lod::PlanetOptions{.radius = 5, .context = context}),
         {0, 0, 0}, 5, 2);
     const ControlMesh box = control_mesh(k_box_obj), open = control_mesh(k_open_obj),
                       octahedron = control_mesh(k_octahedron_obj);
     const auto add_scheme = [&](const char* scheme, const ControlMesh& mesh, const Vec3d& middle, std::int64_t euler) {
-        add(scheme, std::make_shared<lod::SubdivisionSurface>(mesh, scheme, lod::SubdivisionSurfaceOptions{.level = 3}),
+        add(scheme,
+            std::make_shared<lod::SubdivisionSurface>(mesh, scheme,
+                                                      lod::SubdivisionSurfaceOptions{.level = 3, .context = context}),
             middle, 1.5, euler);
     };
     for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear", "midedge"})
         add_scheme(scheme, box, {0, 0, 0}, 2);
     for (const char* scheme : {"catmull-clark", "kobbelt", "bilinear", "doo-sabin"})
         add_scheme(scheme, open, {1, 1, 0}, 1);
-    add("loop",
-        std::make_shared<lod::SubdivisionSurface>(octahedron, "loop", lod::SubdivisionSurfaceOptions{.level = 3}),
-        {0, 0, 0}, 1, 2);
+    add_scheme("loop", octahedron, {0, 0, 0}, 2);
     add("displaced",
         std::make_shared<lod::SubdivisionSurface>(
             box, "catmull-clark",
             lod::SubdivisionSurfaceOptions{
                 .level = 3,
-                .displacement = [](const lod::Place& p) { return 0.05 * std::sin(9 * p.position.x + p.position.y); }}),
+                .displacement = [](const lod::Place& p) { return 0.05 * std::sin(9 * p.position.x + p.position.y); },
+                .context = context}),
         {0, 0, 0}, 1.5, 2);
     add("fractal plane",
         std::make_shared<lod::ProceduralSurface>(lod::ProceduralSurface::plane(100, 1, lod::fractal_heights(5, 60, 3))),
@@ -196,6 +201,8 @@ struct MorphWatch {
     double edge_off = 0;   ///< distance of an edge from the vertex that halves it, relative to the vertex's error
     std::size_t came_count = 0, gone_count = 0, edge_count = 0;
 
+    /// The next update is not compared with the last one.
+    void look_away() { before_ = {}; }
     void look(const lod::View& view, const lod::Update& update, const lod::Camera& camera) {
         const Sight sight(camera), sight_before(camera_);
         const auto place = [](const std::array<float, 3>& p) { return Vec3d(p[0], p[1], p[2]); };

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <cstring>
 #include <random>
+#include <span>
 #include <vector>
 
 namespace tetrakis::test {
@@ -29,11 +30,12 @@ struct Copied {
         for (const auto& [first, count] : update.triangles)
             std::memcpy(&triangles[first], &view.triangles()[first], count * sizeof(lod::Triangle));
     }
-    bool equals(const lod::View& view) const {
-        return vertices.size() == view.vertices().size() && triangles.size() == view.triangles().size() &&
-               std::memcmp(vertices.data(), view.vertices().data(), vertices.size() * sizeof(lod::Vertex)) == 0 &&
-               std::memcmp(triangles.data(), view.triangles().data(), triangles.size() * sizeof(lod::Triangle)) == 0;
+    bool equals(std::span<const lod::Vertex> of, std::span<const lod::Triangle> with) const {
+        return vertices.size() == of.size() && triangles.size() == with.size() &&
+               std::memcmp(vertices.data(), of.data(), of.size_bytes()) == 0 &&
+               std::memcmp(triangles.data(), with.data(), with.size_bytes()) == 0;
     }
+    bool equals(const lod::View& view) const { return equals(view.vertices(), view.triangles()); }
 };
 
 inline std::vector<lod::Triangle> used(const lod::View& view) {
@@ -46,6 +48,14 @@ inline std::vector<lod::Triangle> used(const lod::View& view) {
 inline Vec3d position(const lod::View& view, std::uint32_t v) {
     const auto& p = view.vertices()[v].position;
     return view.origin() + Vec3d(p[0], p[1], p[2]);
+}
+
+/// The direction that an octahedral normal stands for (Meyer et al. 2010), without code of the library.
+inline Vec3d unfolded(const std::array<std::int16_t, 2>& n) {
+    Vec3d v(n[0], n[1], 32767 - std::abs(n[0]) - std::abs(n[1]));
+    const double below = std::max(0.0, -v.z);
+    v -= Vec3d(std::copysign(below, v.x), std::copysign(below, v.y), 0);
+    return glm::normalize(v);
 }
 
 /// Projection and visibility of a camera, without code of the library.

@@ -2,7 +2,10 @@
 #include "../../eval/lod/view.hpp"
 #include "../../eval/lod_surfaces/planet_surface.hpp"
 #include "../../eval/lod_surfaces/procedural_surface.hpp"
+#include "../../eval/lod_surfaces/subdivision_surface.hpp"
 #include "../../eval/lod_terrain/terrain_surface.hpp"
+#include "../../eval/lod_terrain/tiled_terrain.hpp"
+#include "../../hier/obj/obj_reader.hpp"
 #include "../../tools/capi/tetrakis_c.h"
 
 #include "../kit/cli.hpp"
@@ -31,10 +34,74 @@ bool last_error_says(const std::string& words) {
     return std::string(tetrakis_last_error()).find(words) != std::string::npos;
 }
 
-/// Rays from above meet both at the same places. Frees the C surface.
-void check_same(const lod::Surface& surface, tetrakis_surface* c_surface, double size) {
+/// Whether the C API's numbers or records are the C++ ones, byte for byte.
+bool same_bytes(const void* numbers, std::uint32_t count, const auto& expected) {
+    return count == expected.size() && std::memcmp(numbers, expected.data(), count * sizeof(expected[0])) == 0;
+}
+
+/// A walk around both is the same, byte for byte, and rays from above meet both at the same places. Frees the C
+/// surface.
+void check_same(const lod::Surface& surface, tetrakis_surface* c_surface, double size, const Vec3d& middle = Vec3d(0)) {
+    lod::View view(surface, {.max_leaves = 5000});
+    tetrakis_view* c_view = nullptr;
+    tetrakis_view_options options = TETRAKIS_VIEW_OPTIONS;
+    options.max_leaves = 5000;
+    REQUIRE(tetrakis_make_view(c_surface, &options, &c_view) == TETRAKIS_OK);
+    tetrakis_update c_update = TETRAKIS_UPDATE;
+    std::uint32_t count = 0, capacity = 0, merges = 0, unfinished = 0;
+    for (int frame = 0; frame < 60; ++frame) {
+        CAPTURE(frame);
+        const Vec3d out(std::cos(0.1 * frame), std::sin(0.1 * frame), 0.5);
+        lod::Camera camera{
+            .eye = middle + size * (1 + 0.4 * std::sin(frame)) * out, .direction = -out, .up = {0, 1, 9}};
+        camera.vertical_fov = frame < 30 ? 1 : 1.2;
+        camera.width = 1000, camera.height = 700;
+        // A millionth of a millisecond is always over when time is looked at first.
+        const lod::Budget budget{.pixel_error = frame % 9 < 6 ? 2.0 : 3.0,
+                                 .leaves = frame % 7 < 5 ? 4000u : 400u,
+                                 .milliseconds = frame % 8 < 6 ? 0 : 1e-6};
+        tetrakis_camera c_camera = TETRAKIS_CAMERA;
+        for (int k = 0; k < 3; ++k) {
+            c_camera.eye[k] = camera.eye[k];
+            c_camera.direction[k] = camera.direction[k];
+            c_camera.up[k] = camera.up[k];
+        }
+        c_camera.vertical_fov = camera.vertical_fov;
+        c_camera.width = 1000, c_camera.height = 700;
+        const tetrakis_budget c_budget{sizeof c_budget, budget.pixel_error, budget.leaves, budget.milliseconds};
+        if (frame % 20 == 10) {
+            const Vec3d& eye = camera.eye;
+            view.set_origin(eye);
+            view.set_regions({{.center = middle, .radius = size / 9, .boost = 3}});
+            const tetrakis_region region{{middle.x, middle.y, middle.z}, size / 9, 3};
+            REQUIRE(tetrakis_set_view_origin(c_view, &eye.x) == TETRAKIS_OK);
+            REQUIRE(tetrakis_set_view_regions(c_view, &region, 1) == TETRAKIS_OK);
+        }
+        const lod::Update update = view.update(camera, budget);
+        REQUIRE(tetrakis_update_view(c_view, &c_camera, &c_budget, &c_update) == TETRAKIS_OK);
+        REQUIRE(c_update.leaves == update.leaves);
+        REQUIRE(c_update.splits == update.splits);
+        REQUIRE(c_update.merges == update.merges);
+        REQUIRE(c_update.pixel_error == update.pixel_error);
+        REQUIRE(c_update.morph_scale == update.morph_scale);
+        REQUIRE(c_update.complete == int{update.complete});
+        REQUIRE(c_update.waiting == update.waiting);
+        REQUIRE(same_bytes(c_update.vertex_ranges, c_update.vertex_range_count, update.vertices));
+        REQUIRE(same_bytes(c_update.triangle_ranges, c_update.triangle_range_count, update.triangles));
+        const tetrakis_vertex* vertices = tetrakis_view_vertices(c_view, &count, &capacity);
+        REQUIRE(same_bytes(vertices, count, view.vertices()));
+        REQUIRE(capacity == view.vertex_capacity());
+        const std::uint32_t* triangles = tetrakis_view_triangles(c_view, &count, &capacity);
+        REQUIRE(same_bytes(triangles, count, view.triangles()));
+        REQUIRE(capacity == view.triangle_capacity());
+        merges += update.merges;
+        unfinished += !update.complete;
+    }
+    CHECK(merges > 100);
+    CHECK(unfinished > 5);
+    tetrakis_free_view(c_view);
     for (int i = 0; i < 100; ++i) {
-        const Vec3d from = size / 8 * Vec3d(std::sin(i), std::cos(2 * i), 8), along(0.003 * i, 0.1, -1);
+        const Vec3d from = middle + size / 8 * Vec3d(std::sin(i), std::cos(2 * i), 8), along(0.003 * i, 0.1, -1);
         const auto expected = surface.hit(from, along);
         double t = 0;
         Vec3d normal(0);
@@ -48,44 +115,42 @@ void check_same(const lod::Surface& surface, tetrakis_surface* c_surface, double
 
 }  // namespace
 
-TEST_CASE("capi: a view is the C++ one's, byte for byte") {
-    HeightGrid grid = rough(100, 80, 3);
+TEST_CASE("capi: a view is the C++ one's, byte for byte, of a terrain in memory and of one in tiles") {
+    HeightGrid grid = rough(300, 280, 3);
+    const ScratchDir scratch;
+    const std::string heights = (scratch / "h.r32").string(), path = (scratch / "h.tiles").string();
+    spill(heights, std::string(reinterpret_cast<const char*>(grid.heights.data()), 4 * grid.heights.size()));
+    tetrakis_height_options reading = TETRAKIS_HEIGHT_OPTIONS;
+    reading.columns = grid.columns;
+    REQUIRE(tetrakis_write_tiles(heights.c_str(), &reading, path.c_str()) == TETRAKIS_OK);
+    const lod::TiledTerrain tiles(path);
+    tetrakis_surface *c_surface = nullptr, *c_tiles = nullptr;
+    REQUIRE(tetrakis_open_tiles(path.c_str(), 1 << 26, &c_tiles) == TETRAKIS_OK);
+    tetrakis_view* c_view = nullptr;
+    REQUIRE(tetrakis_make_view(c_tiles, nullptr, &c_view) == TETRAKIS_OK);
+    lod::View everything(tiles);
+    while (everything.update({}, {.pixel_error = 1e-12}).waiting > 0) tiles.wait(tiles.revision());
+    const tetrakis_camera c_camera = TETRAKIS_CAMERA;
+    const tetrakis_budget c_budget{sizeof c_budget, 1e-12, UINT32_MAX, 0};
+    for (tetrakis_update c_update = TETRAKIS_UPDATE; c_update.leaves == 0 || c_update.waiting > 0;) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        REQUIRE(tetrakis_update_view(c_view, &c_camera, &c_budget, &c_update) == TETRAKIS_OK);
+    }
+    tetrakis_free_view(c_view);
+    check_same(tiles, c_tiles, 300, {150, -140, 0});
+
     grid.spacing = Vec2d(2);
     const lod::TerrainSurface surface(grid);
-    lod::View view(surface, {.max_leaves = 5000});
-    tetrakis_surface* c_surface = nullptr;
-    tetrakis_view* c_view = nullptr;
-    REQUIRE(tetrakis_make_terrain(grid.heights.data(), grid.columns, grid.rows, 2, &c_surface) == TETRAKIS_OK);
-    tetrakis_view_options options = TETRAKIS_VIEW_OPTIONS;
     const lod::ViewOptions known;
+    const tetrakis_view_options options = TETRAKIS_VIEW_OPTIONS;
     CHECK(options.max_leaves == known.max_leaves);
     CHECK(options.max_bytes == known.max_bytes);
     CHECK(options.max_ranges == known.max_ranges);
     CHECK(options.outside_weight == known.outside_weight);
     CHECK(options.hysteresis == known.hysteresis);
-    options.max_leaves = 5000;
-    REQUIRE(tetrakis_make_view(c_surface, &options, &c_view) == TETRAKIS_OK);
-    tetrakis_camera c_camera = TETRAKIS_CAMERA;
-    tetrakis_budget c_budget = TETRAKIS_BUDGET;
-    tetrakis_update c_update = TETRAKIS_UPDATE;
-    std::uint32_t count = 0;
-    for (int frame = 0; frame < 50; ++frame) {
-        lod::Camera camera;
-        camera.eye = {2.0 * frame, -150.0 + frame, 60};
-        const lod::Update update = view.update(camera);
-        for (int k = 0; k < 3; ++k) c_camera.eye[k] = camera.eye[k];
-        REQUIRE(tetrakis_update_view(c_view, &c_camera, &c_budget, &c_update) == TETRAKIS_OK);
-        REQUIRE(c_update.leaves == update.leaves);
-        REQUIRE(c_update.splits == update.splits);
-        REQUIRE(c_update.morph_scale == update.morph_scale);
-        REQUIRE(c_update.triangle_range_count == update.triangles.size());
-        const tetrakis_vertex* vertices = tetrakis_view_vertices(c_view, &count, nullptr);
-        REQUIRE(count == view.vertices().size());
-        REQUIRE(std::memcmp(vertices, view.vertices().data(), count * sizeof(lod::Vertex)) == 0);
-        const std::uint32_t* triangles = tetrakis_view_triangles(c_view, &count, nullptr);
-        REQUIRE(count == view.triangles().size());
-        REQUIRE(std::memcmp(triangles, view.triangles().data(), count * sizeof(lod::Triangle)) == 0);
-    }
+    REQUIRE(tetrakis_make_terrain(grid.heights.data(), grid.columns, grid.rows, 2, &c_surface) == TETRAKIS_OK);
+    check_same(surface, c_surface, 600, {300, -280, 0});
+    REQUIRE(tetrakis_make_terrain(grid.heights.data(), grid.columns, grid.rows, 2, &c_surface) == TETRAKIS_OK);
     double height = 0, t = 0;
     std::array<double, 3> normal{};
     REQUIRE(tetrakis_surface_at(c_surface, 11, -13, &height, normal.data()) == 1);
@@ -104,7 +169,6 @@ TEST_CASE("capi: a view is the C++ one's, byte for byte") {
     tetrakis_tile_statistics statistics = TETRAKIS_TILE_STATISTICS;
     CHECK(tetrakis_get_tile_statistics(c_surface, &statistics) == TETRAKIS_INVALID_INPUT);
     CHECK(last_error_says("tetrakis_open_tiles()"));
-    tetrakis_free_view(c_view);
     tetrakis_free_surface(c_surface);
 }
 
@@ -276,12 +340,20 @@ TEST_CASE("capi: procedural planes and balls, of the fractal and of one's own fu
 }
 
 TEST_CASE("capi: planets and subdivision surfaces, and rays that meet what is shown") {
-    std::vector<float> heights;
-    for (int i = 0; i < 32 * 16; ++i) heights.push_back(static_cast<float>(0.5 * std::sin(i)));
-    tetrakis_surface* planet = nullptr;
+    const HeightGrid map = grid_of(32, 16, [](double c, double r) { return 0.5 * std::sin(c + 32 * r); });
+    const std::vector<float>& heights = map.heights;
+    tetrakis_surface *planet = nullptr, *same = nullptr;
+    REQUIRE(tetrakis_make_planet(heights.data(), 32, 16, 10, 0, &same) == TETRAKIS_OK);
+    check_same(lod::PlanetSurface(map, {.radius = 10}), same, 20);
     REQUIRE(tetrakis_make_planet(heights.data(), 32, 16, 10, 0, &planet) == TETRAKIS_OK);
     tetrakis_control_mesh* control = nullptr;
     REQUIRE(tetrakis_load_control_mesh(cli::data("cube.obj").c_str(), &control) == TETRAKIS_OK);
+    const ControlMesh mesh = load_control_mesh(cli::data("cube.obj"));
+    for (const char* scheme : {"catmull-clark", "doo-sabin", "midedge"}) {
+        CAPTURE(scheme);
+        REQUIRE(tetrakis_make_subdivision_surface(control, scheme, 4, &same) == TETRAKIS_OK);
+        check_same(lod::SubdivisionSurface(mesh, scheme, {.level = 4}), same, 1.6);
+    }
     tetrakis_surface* cube = nullptr;
     REQUIRE(tetrakis_make_subdivision_surface(control, "catmull-clark", 3, &cube) == TETRAKIS_OK);
     tetrakis_surface* none = nullptr;

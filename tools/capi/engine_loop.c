@@ -56,7 +56,10 @@ static void fly(const char* heights) {
         /* draw(vertex_buffer, index_buffer, count, update.morph_scale) */
         changes += update.splits + update.merges;
     }
-    const int same = memcmp(index_buffer, tetrakis_view_triangles(view, &count, NULL), 12 * (size_t)count) == 0;
+    const uint32_t* indices = tetrakis_view_triangles(view, &count, NULL);
+    int same = memcmp(index_buffer, indices, 3 * sizeof *indices * count) == 0;
+    const tetrakis_vertex* all = tetrakis_view_vertices(view, &count, NULL);
+    same = same && memcmp(vertex_buffer, all, sizeof *all * count) == 0;
     printf("%u triangles, %lu changes, the copy is %s\n", update.leaves, changes, same ? "the same" : "another");
     free(vertex_buffer);
     free(index_buffer);
