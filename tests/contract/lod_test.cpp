@@ -393,8 +393,13 @@ TEST_CASE("lod: in ten thousand frames memory does not grow, nor where tiles com
         for (int i = 0; i < 10'000; ++i) {
             const lod::Camera camera = wanderer.next();
             if (i % 50 == 0) view.set_regions({{.center = camera.eye, .radius = 5, .boost = 2}});
-            const lod::Update update = view.update(camera, {.pixel_error = 2});
-            changes += update.splits + update.merges;
+            for (bool is_seen = false; !is_seen;) {
+                const std::uint64_t revision = in_tiles.revision();
+                const lod::Update update = view.update(camera, {.pixel_error = 2});
+                changes += update.splits + update.merges;
+                is_seen = i % 10 != 0 || update.waiting == 0;  // now and then all tiles of a place
+                if (!is_seen) in_tiles.wait(revision);
+            }
             if (i == 1'000) early = view.memory_bytes(), early_heap = heap_bytes();
         }
         CHECK(changes > 500'000);
