@@ -141,7 +141,8 @@ class View {
     /// The present triangles without morphing: positions in the surface's own frame and precision, normals, uvs.
     /// O(vertices + triangles). Vertices that the surface has unloaded are only as precise as in vertices().
     TriangleMesh mesh() const;
-    /// Sites of the three corners of each present leaf; the leaves are in no particular order.
+    /// Sites of the three corners of each present leaf, that with the right angle last; the leaves are in no particular
+    /// order.
     std::vector<std::array<Site, 3>> leaves() const;
 
   private:

@@ -9,6 +9,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 
 namespace tetrakis::detail {
 
@@ -79,8 +80,14 @@ TileFile::TileFile(const std::filesystem::path& path, TileHeader& header)
     if (header.checksum != header.sum()) refuse(ErrorCode::invalid_input, "the tile file is damaged: its header");
 }
 
-TileFile::TileFile(const std::filesystem::path& path)
-    : path_(path), output_(std::in_place, path), descriptor_(output_->descriptor()) {}
+TileFile::TileFile(const std::filesystem::path& path) : path_(path) {
+    std::error_code none;
+    if (const auto there = std::filesystem::status(path, none);
+        std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
+        throw Error(ErrorCode::io, "this is no regular file, as tile files have to be", path);
+    output_.emplace(path);
+    descriptor_ = output_->descriptor();
+}
 
 TileFile::~TileFile() {
     if (!output_) ::close(descriptor_);

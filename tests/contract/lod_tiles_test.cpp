@@ -403,6 +403,7 @@ TEST_CASE("lod tiles: [bad-input] files that are none, cut off, damaged or newer
     CHECK_NOTHROW(lod::TiledTerrain(tiled.dir / "new.tiles"));
     REQUIRE(::mkfifo((tiled.dir / "fifo").c_str(), 0600) == 0);
     CHECK(contains(tile_fault(tiled.dir / "fifo"), "no regular file"));
+    CHECK(contains(write_fault({.missing_height = 0.0f}, tiled.dir / "fifo"), "no regular file"));
     // A link stays a link.
     std::filesystem::create_symlink("linked.tiles", tiled.dir / "link.tiles");
     lod::write_tiles(*make_height_source(tiled.grid), tiled.dir / "link.tiles");

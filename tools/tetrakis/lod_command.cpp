@@ -74,7 +74,7 @@ std::vector<Vec3d> places_near(const lod::View& view, const lod::Surface& surfac
                                const RunContext& context) {
     // Each site may be in a tile of its own.
     const std::uint32_t parts = tiles == nullptr ? 1 : 64, count = tiles == nullptr ? 20'000 : 16;
-    const int level = surface.max_depth() / 2;  // of the finest sites: two bisections are one level
+    const int level = (surface.max_depth() - 1) / 2;  // the finest of whose sites all may be vertices
     const std::uint32_t side = 1u << level;
     const auto triangles = view.leaves();
     std::mt19937_64 random;
@@ -83,7 +83,7 @@ std::vector<Vec3d> places_near(const lod::View& view, const lod::Surface& surfac
         std::vector<Site> sites(count);
         for (Site& site : sites) {
             // At most a leg's length, along each axis, from the corner with the right angle.
-            site = *std::ranges::max_element(triangles[random() % triangles.size()], {}, &Site::level);
+            site = triangles[random() % triangles.size()][2];
             const std::uint32_t leg = side >> site.level,
                                 x = (site.at.x - 1) * leg + static_cast<std::uint32_t>(random() % (2 * leg + 1)),
                                 y = (site.at.y - 1) * leg + static_cast<std::uint32_t>(random() % (2 * leg + 1));
