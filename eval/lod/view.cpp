@@ -44,6 +44,10 @@ constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 bool is_finite(const Vec3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
+double milliseconds_since(Clock::time_point begin) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
 void check(const Camera& camera, const Budget& budget) {
     if (!is_finite(camera.eye) || !is_finite(camera.direction) || !is_finite(camera.up))
         refuse("the camera's eye, direction or up is not finite");
@@ -114,9 +118,9 @@ class View::Impl {
     Update update(const Camera& camera, const Budget& budget) {
         check(camera, budget);
         const auto begin = Clock::now();
-        const auto elapsed = [&] { return std::chrono::duration<double, std::milli>(Clock::now() - begin).count(); };
         // Bounds that are known when a diamond is evaluated stay known until the vertices are written.
         const SurfaceUse use(surface_);
+        if (vertex_milliseconds_ == 0) write_vertices();  // of the roots, to measure it
         // Bounds that are loaded from now on are evaluated by the next update.
         revision_ = surface_.revision();
         candidates_.advance(Candidates::k_revisions, static_cast<double>(revision_));
@@ -136,7 +140,7 @@ class View::Impl {
         const auto is_over = [&](std::uint32_t steps) {
             // Time is left for writing the new vertices.
             return budget.milliseconds > 0 && steps % 4 == 0 &&
-                   elapsed() + update.splits * vertex_milliseconds_ > 0.9 * budget.milliseconds;
+                   milliseconds_since(begin) + update.splits * vertex_milliseconds_ > 0.9 * budget.milliseconds;
         };
         for (std::uint32_t steps = 1;; ++steps) {
             const bool too_many = forest_.leaf_count() > most;
@@ -185,9 +189,7 @@ class View::Impl {
         update.morph_scale = morph_scale_;
         update.leaves = forest_.leaf_count();
         update.waiting = candidates_.unknown_count();
-        const double before = elapsed();
-        if (const std::uint32_t written = write_vertices(); written != 0)
-            vertex_milliseconds_ = (elapsed() - before) / written;
+        write_vertices();
         dirty_triangles_.take_ranges(forest_.leaf_slots(), options_.max_ranges, triangle_ranges_);
         dirty_vertices_.take_ranges(forest_.point_slots(), options_.max_ranges, vertex_ranges_);
         update.triangles = triangle_ranges_;
@@ -525,9 +527,9 @@ class View::Impl {
         for (std::uint32_t p = 0; p < forest_.point_slots(); ++p)
             if (is_vertex(PointId(p))) dirty_vertices_.mark(p);
     }
-    /// Returns the number of vertices.
-    std::uint32_t write_vertices() {
+    void write_vertices() {
         constexpr std::size_t k_batch = 256;
+        const auto begin = Clock::now();
         std::uint32_t count = 0;
         batch_points_.clear();
         batch_sites_.clear();
@@ -563,7 +565,7 @@ class View::Impl {
             if (batch_sites_.size() == k_batch) write();
         });
         write();
-        return count;
+        if (count != 0) vertex_milliseconds_ = milliseconds_since(begin) / count;
     }
 
     detail::PoolVector<std::uint32_t> leaf_candidate_, point_candidate_;  // by leaf slots and points
@@ -579,8 +581,8 @@ class View::Impl {
     std::array<Site, Candidates::k_batch> sites_{};
     std::array<DiamondBounds, Candidates::k_batch> bounds_{};
     double morph_scale_ = 0;
-    double vertex_milliseconds_ = 0.02;  // for writing a vertex, in the last update; before that, of a slow surface
-    std::uint64_t revision_ = 0;         // of the surface
+    double vertex_milliseconds_ = 0;  // for writing a vertex, in the last update that wrote some
+    std::uint64_t revision_ = 0;      // of the surface
     std::uint32_t revision_waits_ = 0;
     bool is_stale_ = false;    // evaluations are for other pixels or regions
     bool is_looking_ = false;  // a full re-evaluation is unfinished

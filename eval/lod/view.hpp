@@ -141,8 +141,8 @@ class View {
     /// The present triangles without morphing: positions in the surface's own frame and precision, normals, uvs.
     /// O(vertices + triangles). Vertices that the surface has unloaded are only as precise as in vertices().
     TriangleMesh mesh() const;
-    /// Sites of the three corners of each present leaf, that with the right angle last; the leaves are in no particular
-    /// order.
+    /// Sites of the three corners of each present leaf, that with the right angle last; in the order of triangles(),
+    /// without those that are not in use.
     std::vector<std::array<Site, 3>> leaves() const;
 
   private:

@@ -20,8 +20,8 @@ struct PlanetOptions {
 /// A planet: heights over a ball about the origin, z to the north pole, x to where longitude and latitude are 0, as six
 /// faces of a cube seen from the middle. Between samples heights are bilinear; the surface is the finest triangles.
 /// Positions are doubles; uv: longitude from 0 to 1 (-180 to 180 degrees), latitude from 0 (north pole) to 1. A vertex
-/// has only one uv. All calls may come from several threads at once. Shaders that need it across the antimeridian or at
-/// a pole should compute it from the normalised position.
+/// has only one uv. Shaders that need it across the antimeridian or at a pole should compute it from the normalised
+/// position. All calls may come from several threads at once.
 class PlanetSurface final : public SampledSurface {
   public:
     /// Heights over longitudes and latitudes: samples are in the middles of equal cells, the first row at the north

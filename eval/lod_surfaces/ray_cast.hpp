@@ -16,22 +16,24 @@ class RayCast {
         : origin_(origin),
           length_(glm::length(direction)),
           direction_(direction / length_),
+          farthest_(farthest),
           first_(farthest * length_) {
         begin_ = -entry(roots.centre(), roots.upper - roots.lower).value_or(0);  // a box of twice their sides
         origin_ -= begin_ * direction_;
-        first_ += begin_;
+        // Rounded up: hit() limits the result.
+        first_ += begin_ + k_rounding * (std::abs(first_) + std::abs(begin_));
     }
 
     /// Whether origin, direction and farthest point are such that there can be a hit.
     bool is_valid() const {
         constexpr double k_shortest = 1e-100, k_longest = 1e100;
         return std::isfinite(origin_.x + origin_.y + origin_.z) && length_ >= k_shortest && length_ <= k_longest &&
-               !std::isnan(first_);
+               farthest_ >= 0;
     }
     const Vec3d& direction() const { return direction_; }
     std::optional<lod::SurfaceHit> hit() const {
         if (!found_) return {};
-        return lod::SurfaceHit{(first_ - begin_) / length_, unit_or_zero(across_)};
+        return lod::SurfaceHit{std::min((first_ - begin_) / length_, farthest_), unit_or_zero(across_)};
     }
     /// Whether the ray is in a box before the first hit.
     bool enters(const Vec3d& center, const Vec3d& half_sides) const { return entry(center, half_sides).has_value(); }
@@ -51,7 +53,7 @@ class RayCast {
   private:
     /// Way to where the ray enters a box, if before the first hit.
     std::optional<double> entry(const Vec3d& center, const Vec3d& half_sides) const {
-        constexpr double k_rounding = 0x1p-48;  // larger boxes: triangles at a box's side are met in spite of rounding
+        // Larger boxes, so that triangles at a box's side are met in spite of rounding.
         const Vec3d size = glm::abs(center) + half_sides + glm::abs(origin_);
         const double room = k_rounding * (size.x + size.y + size.z);
         double begin = begin_, end = first_;
@@ -68,9 +70,12 @@ class RayCast {
         return begin <= end ? std::optional(begin) : std::nullopt;
     }
 
+    static constexpr double k_rounding = 0x1p-48;
+
     Vec3d origin_;
     double length_;  // of the direction as it was given
     Vec3d direction_;
+    double farthest_;           // in lengths of the direction
     double begin_ = 0, first_;  // ways from origin_: to the ray's begin; to the first hit, or the farthest allowed
     Vec3d across_{};            // the first triangle's normal, of any length
     bool found_ = false;

@@ -129,7 +129,10 @@ SubdivisionSurface::SubdivisionSurface(const ControlMesh& mesh, const SchemeChoi
     : SampledSurface(is_dual(scheme) ? detail::dual_roots(mesh, scheme.info(), options.rules) : mesh,
                      // An edge of the control mesh is as long as two cells of a dual scheme's first level.
                      is_dual(scheme) && options.level > 1 ? options.level - 1 : options.level, options.context,
-                     2 * sizeof(Vec3f), is_dual(scheme) ? 550 : 100),
+                     2 * sizeof(Vec3f),
+                     is_dual(scheme)                                       ? 1300
+                     : scheme_support(mesh, scheme, options.rules).patches ? 100
+                                                                           : 2000),
       by_triangles_(scheme.info().family == MeshFamily::triangles) {
     std::unique_ptr<detail::LatticeLimits> limits;
     if (is_dual(scheme))

@@ -35,7 +35,8 @@ class SubdivisionSurface final : public SampledSurface {
     ///                of another kind, a mesh for which the scheme has no bound (tessellate.hpp, certified);
     ///                memory_limit; cancelled
     /// Cost: some microseconds for each point of the lattice, by all threads; 26 bytes for each. While bounds are
-    /// computed, each thread needs some 150 bytes (dual schemes: 600) for each point of one corner cell.
+    /// computed, each thread needs some 150 bytes for each point of one corner cell; 1300 for dual schemes, 2000 for
+    /// other schemes without patches.
     SubdivisionSurface(const ControlMesh& mesh, const SchemeChoice& scheme,
                        const SubdivisionSurfaceOptions& options = {});
 

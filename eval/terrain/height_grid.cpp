@@ -179,7 +179,7 @@ void detail::check_frame(const HeightGrid& grid) {
                  y = std::abs(grid.origin.y) + grid.spacing.y * grid.rows;
     if (!(x <= k_farthest && y <= k_farthest))
         refuse(fmt::format("a height grid that reaches to {}; {} is the farthest: take a smaller spacing or origin",
-                           std::max(x, y), k_farthest));
+                           x <= k_farthest ? y : x, k_farthest));
 }
 
 void detail::check_heights(const HeightGrid& grid, std::uint32_t first_row, const char* missing) {

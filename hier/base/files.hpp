@@ -44,7 +44,7 @@ class AtomicFile {
 
     const std::filesystem::path& path() const { return path_; }  ///< as given
     std::uint64_t size() const { return size_; }
-    int descriptor() const { return descriptor_; }  ///< for reading and writing at any offset, until finish()
+    int descriptor() const { return descriptor_; }  ///< open until finish(); of a regular file, for reading, too
 
   private:
     [[noreturn]] void fail(const char* what) const;

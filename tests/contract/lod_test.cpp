@@ -497,6 +497,7 @@ TEST_CASE("lod: short rays through samples meet the ground of a large terrain, w
             const auto hit = surface.hit(sample - length * way, way);
             REQUIRE(hit);
             REQUIRE(hit->t == doctest::Approx(length).epsilon(1e-6));
+            REQUIRE(surface.hit(sample - length * way, way, hit->t));
             const auto far = surface.hit(sample - length * way, 5e99 * way);
             REQUIRE(far);
             REQUIRE(5e99 * far->t == doctest::Approx(length).epsilon(1e-6));

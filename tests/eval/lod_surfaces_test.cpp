@@ -673,6 +673,8 @@ TEST_CASE("lod: surfaces refuse what they cannot be made of [bad-input]") {
     CHECK_THROWS_AS(lod::ProceduralSurface::plane(10, 0, heights), Error);
     CHECK_THROWS_AS(lod::ProceduralSurface::ball(1, 1, heights), Error);
     CHECK_THROWS_WITH_AS(lod::ProceduralSurface::plane(1e9, 1e-3, heights), doctest::Contains("too small"), Error);
+    // Normals of length 0 are packed as some unit vector.
+    CHECK(detail::octahedral(Vec3d(0)) == std::array<std::int16_t, 2>{0, 0});
 }
 
 TEST_CASE("lod: a candidate that comes and goes leaves no waits behind") {

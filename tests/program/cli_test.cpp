@@ -291,9 +291,10 @@ TEST_CASE("lod: frames along a path of cameras, with figures that agree") {
                     "500", "--frames", "2", "-o", out})
               .code == 4);
     // No more triangles than the memory allowed has room for.
-    const nlohmann::json little = cli::run_report(
-        {"lod", cli::data("island.png"), "--budget", "10000000", "--max-memory", "300M", "--frames", "1", "-o", out});
-    CHECK(little["warnings"].dump().find("--max-memory has room for 2") != std::string::npos);
+    const auto little = cli::run({"lod", "--fractal", "1", "--pixels", "0.05", "--budget", "100000000", "--max-memory",
+                                  "60M", "--frames", "1", "-o", out});
+    CHECK(little.code == 4);
+    CHECK(little.err.find("--max-memory has room for 1") != std::string::npos);
 }
 
 TEST_CASE("lod: the CSV's figures agree, and a jump across an earth-sized ball does not look like pops") {
@@ -325,7 +326,6 @@ TEST_CASE("lod: the CSV's figures agree, and a jump across an earth-sized ball d
         const auto [frame, splits, merges, leaves, upload, milliseconds, promised, measured, pop] = row;
         CHECK(frame == i);
         CHECK(leaves <= 15500);
-        CHECK(milliseconds > 0);
         CHECK(promised == 16);
         CHECK(measured > 1);
         CHECK(measured <= promised);
@@ -339,6 +339,7 @@ TEST_CASE("lod: the CSV's figures agree, and a jump across an earth-sized ball d
         CHECK(upload <=
               (jumps ? 1.01 * (12 * leaves + 40 * (vertices + vertices_before)) : 64 * 4 * (splits + merges)));
         CHECK((upload == 0) == stops);
+        CHECK((milliseconds > 0 || stops));
         CHECK((merges == 0) == (jumps || stops));
         leaves_before = leaves;
         vertices_before = vertices;

@@ -67,16 +67,22 @@ class Sight {
     double tan_y_, tan_x_, pixels_;
 };
 
-/// Points of the full-resolution surface near random triangles of a view, which are small near the eye: so each part of
+/// Points of the full-resolution surface near random triangles in sight, which are small near the eye: so each part of
 /// the picture has about as many. Borders of roots have none.
-/// @param tiles  the surface, if it is a tiled terrain: its tiles are waited for, unless they are damaged
-std::vector<Vec3d> places_near(const lod::View& view, const lod::Surface& surface, const lod::TiledTerrain* tiles,
+/// @param leaves  of the view, as many as the triangles of `shown`
+/// @param tiles   the surface, if it is a tiled terrain: its tiles are waited for, unless they are damaged
+std::vector<Vec3d> places_near(const std::vector<std::array<Site, 3>>& leaves, const TriangleMesh& shown,
+                               const Sight& sight, const lod::Surface& surface, const lod::TiledTerrain* tiles,
                                const RunContext& context) {
+    std::vector<std::array<Site, 3>> triangles;
+    for (std::size_t i = 0; i < leaves.size(); ++i)
+        if (std::ranges::any_of(shown.triangles[i], [&](auto v) { return sight.sees(shown.positions[v]); }))
+            triangles.push_back(leaves[i]);
+    if (triangles.empty()) triangles = leaves;
     // Each site may be in a tile of its own.
     const std::uint32_t parts = tiles == nullptr ? 1 : 64, count = tiles == nullptr ? 20'000 : 16;
     const int level = (surface.max_depth() - 1) / 2;  // the finest of whose sites all may be vertices
     const std::uint32_t side = 1u << level;
-    const auto triangles = view.leaves();
     std::mt19937_64 random;
     std::vector<Vec3d> positions;
     for (std::uint32_t part = 0; part < parts; ++part) {
@@ -223,13 +229,15 @@ ExitCode run_checked(const LodCommandOptions& options) {
     const lod::Surface& surface = *scene.surface;
     const std::vector<CameraPlace> cameras =
         options.path.empty() ? circle(scene, options.frames, !options.orbit) : cameras_of(options.path, options.frames);
-    // Tiles are opened a second time for measurements, so that the view has to request its own.
+    // Tiles are opened a second time for measurements, so that the view has to request its own, but for those below the
+    // eye.
     const auto tiles =
         scene.tiles == nullptr ? nullptr : std::make_unique<lod::TiledTerrain>(options.input.heights.path);
     constexpr std::uint32_t k_places = 20'000;
     const std::vector<Vec3d> everywhere =
         tiles == nullptr ? lod::random_places(surface, k_places) : std::vector<Vec3d>();
-    lod::View view(surface, {.max_leaves = options.leaves, .max_bytes = process.context().max_memory_bytes});
+    // The rest is for copies of its mesh, and for measuring.
+    lod::View view(surface, {.max_leaves = options.leaves, .max_bytes = process.context().max_memory_bytes / 4});
     if (view.max_leaves() < options.leaves)
         warnings.push_back(fmt::format("--max-memory has room for {} triangles", format_count(view.max_leaves())));
     if (options.leaves < surface.roots().halfedge_count())
@@ -292,11 +300,11 @@ ExitCode run_checked(const LodCommandOptions& options) {
             waits = after.loads > before.loads || after.failures == before.failures;
         }
         if (update.waiting > 0) ++waiting_frames;
-        std::vector<Vec3d> places =
-            places_near(view, tiles == nullptr ? surface : *tiles, tiles.get(), process.context());
+        const double pop = shown.move_to(view, update, at.eye, sight);
+        std::vector<Vec3d> places = places_near(view.leaves(), shown.mesh(), sight, tiles == nullptr ? surface : *tiles,
+                                                tiles.get(), process.context());
         places.insert(places.end(), everywhere.begin(), everywhere.end());
-        const double error = measured_pixels(view.mesh(), places, sight, process.context()),
-                     pop = shown.move_to(view, update, at.eye, sight);
+        const double error = measured_pixels(view.mesh(), places, sight, process.context());
         csv += fmt::format("{},{},{},{},{},{:.3f},{:.4g},{},{:.4g}\n", frame, splits, merges, update.leaves, upload,
                            took, update.pixel_error, std::isnan(error) ? "" : fmt::format("{:.4g}", error), pop);
         // The bound does not hold for diamonds that are not loaded yet.
