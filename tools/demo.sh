@@ -2,7 +2,7 @@
 # From a bare Debian 12 to a picture: installs what is missing, builds, and tessellates a chess rook to a thousandth of
 # its size, by measurement and by proof. Meshes, reports and pictures go to out/.
 #   tools/demo.sh [model.obj [tolerance]]        default: data/rook.obj 1e-3
-#   tools/demo.sh lod [heights [options]]        a flight over data/island.png, or over your heights (tetrakis lod --help)
+#   tools/demo.sh lod [heights [options]]        a flight over hills in Tennessee, or over your heights (tetrakis lod --help)
 # Environment: TETRAKIS_BUILD_DIR (build/release), TETRAKIS_JOBS (one per processor).
 set -eu
 case "${1:-}" in
@@ -11,7 +11,7 @@ case "${1:-}" in
         model=lod
         shift
         case "${1:-}" in
-            '') set -- data/island.png --scale 0.1 --spacing 40 --pixels 0.5 --size 640x360 ;;
+            '') set -- data/jacksboro.png --spacing 92.7 --pixels 0.5 --size 640x360 ;;
             /*) ;;
             *) heights=$PWD/$1 && shift && set -- "$heights" "$@" ;;
         esac ;;
