@@ -184,8 +184,10 @@ void ProceduralSurface::bounds(std::span<const Site> sites, std::span<DiamondBou
         const int depth = 2 * site.level - (is_centre ? 1 : 0);
         const double length = step_ * std::exp2(1 - 0.5 * depth) *
                               (std::isfinite(radius_) ? 1 + std::max(0.0, heights_.high) / radius_ : 1);
-        bounds[i] = {ground(base(detail::on_flat_roots(roots_, site))), Vec3d((1 + heights_.slope) * reach * length),
-                     errors_[static_cast<std::size_t>(depth)]};
+        const Vec3d at = base(detail::on_flat_roots(roots_, site));
+        // Heights differ by the slope times the way, along directions that differ from the middle's by way / radius.
+        const Vec3d rise = heights_.slope * glm::min(glm::abs(up(at)) + reach * length / radius_, Vec3d(1));
+        bounds[i] = {ground(at), reach * length * (1.0 + rise), errors_[static_cast<std::size_t>(depth)]};
     }
 }
 
