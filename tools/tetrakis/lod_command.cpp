@@ -185,7 +185,8 @@ void paste(const Image& from, Image& to, int x, int y) {
                     to.rgb.begin() + 3 * (std::ptrdiff_t{y + row} * to.width + x));
 }
 
-/// Renders the mesh. An inset in a corner shows the middle of what is seen of it enlarged, with its edges.
+/// Renders the mesh. An inset in a corner shows a part enlarged, with its edges: the middle of the vertices in
+/// sight.
 Image picture(const TriangleMesh& mesh, const CameraPlace& view, const Sight& sight, RenderOptions render,
               const RunContext& context) {
     render.camera = Camera{view.eye, view.target, view.up(), view.fov_degrees};
